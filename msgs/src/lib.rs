@@ -1,0 +1,1 @@
+//! The interfaces of camwright as Rust types.
