@@ -1,3 +1,11 @@
 //! From a lift table to axis motion, and from axis motion to the part: the mathematics of machining what is not round.
+//!
+//! Inside: mm, rad, s, N, unless a name says otherwise. No ROS, no file, no clock, no thread: time is a tick.
 #![no_std]
 extern crate alloc;
+
+pub mod machine;
+pub mod numeric;
+pub mod plan;
+pub mod setpoint;
+pub mod units;

@@ -1,0 +1,237 @@
+//! What a machine is: axes with their counts and limits, stations, switches, wheel, drives.
+
+use crate::units::TURN_RAD;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+/// Index of an axis in everything that has one value per axis. The order is that of the setpoint message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Axis {
+    /// Headstock: rotates the part. Continuous, positive turns the part clockwise seen from +Z when `rotation_sense` is +1.
+    C = 0,
+    /// Wheelhead: distance of the wheel's cutting point from the spindle axis, + away from the part.
+    X = 1,
+    /// Table: moves the part along its axis past the wheel.
+    Z = 2,
+}
+
+impl Axis {
+    /// Every axis, in the order of the setpoint message.
+    pub const ALL: [Axis; AXIS_COUNT] = [Axis::C, Axis::X, Axis::Z];
+
+    /// Joint name in URDF, joint states, trajectories and parameters.
+    #[must_use]
+    pub const fn joint(self) -> &'static str {
+        match self {
+            Axis::C => "c_axis",
+            Axis::X => "x_axis",
+            Axis::Z => "z_axis",
+        }
+    }
+
+    /// The axis with this joint name.
+    #[must_use]
+    pub fn from_joint(joint: &str) -> Option<Axis> {
+        Axis::ALL.into_iter().find(|axis| axis.joint() == joint)
+    }
+
+    /// Position in arrays with one value per axis.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// Number of axes that take setpoints.
+pub const AXIS_COUNT: usize = 3;
+
+/// How an axis counts: encoder counts per mm (linear) or per turn (rotary).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Scale {
+    /// Counts per millimetre.
+    Linear {
+        /// Counts per millimetre, at least 1.
+        counts_per_mm: i64,
+    },
+    /// Counts per turn.
+    Rotary {
+        /// Counts per turn, at least 1.
+        counts_per_turn: i64,
+    },
+}
+
+impl Scale {
+    /// Counts per mm or per rad.
+    #[must_use]
+    pub fn counts_per_unit(self) -> f64 {
+        #[allow(clippy::cast_precision_loss, reason = "scales are below 2^53")]
+        match self {
+            Scale::Linear { counts_per_mm } => counts_per_mm as f64,
+            Scale::Rotary { counts_per_turn } => counts_per_turn as f64 / TURN_RAD,
+        }
+    }
+
+    /// The nearest count to a position (mm or rad).
+    #[must_use]
+    #[allow(clippy::cast_possible_truncation, reason = "positions are bounded by travel, far inside i64")]
+    pub fn counts(self, position: f64) -> i64 {
+        libm::round(match self {
+            Scale::Linear { counts_per_mm } => position * counts_per_mm as f64,
+            // The turn is divided out first so that whole turns give whole counts.
+            Scale::Rotary { counts_per_turn } => position / TURN_RAD * counts_per_turn as f64,
+        }) as i64
+    }
+
+    /// Position of a count (mm or rad).
+    #[must_use]
+    pub fn position(self, counts: i64) -> f64 {
+        match self {
+            Scale::Linear { counts_per_mm } => counts as f64 / counts_per_mm as f64,
+            Scale::Rotary { counts_per_turn } => counts as f64 / counts_per_turn as f64 * TURN_RAD,
+        }
+    }
+}
+
+/// Limits of motion of an axis (mm or rad, s).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionLimits {
+    /// Largest speed (mm/s or rad/s).
+    pub velocity: f64,
+    /// Largest acceleration (mm/s² or rad/s²).
+    pub acceleration: f64,
+    /// Largest jerk (mm/s³ or rad/s³).
+    pub jerk: f64,
+}
+
+impl MotionLimits {
+    /// These limits with the velocity held at or below `velocity` (mm/s or rad/s).
+    #[must_use]
+    pub fn at_most(self, velocity: f64) -> Self {
+        Self { velocity: self.velocity.min(velocity), ..self }
+    }
+}
+
+/// How a servo drive follows its setpoints.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DriveSettings {
+    /// Position loop gain Kv (1/s).
+    pub kv_1_s: f64,
+    /// Velocity feed-forward, 0 none … 1 whole.
+    pub velocity_feed_forward: f64,
+    /// Acceleration feed-forward, 0 none … 1 whole: compensates the velocity loop's lag.
+    pub acceleration_feed_forward: f64,
+    /// Bandwidth of the velocity loop (rad/s); `None` is an ideal, instantaneous loop.
+    pub velocity_loop_rad_s: Option<f64>,
+}
+
+impl DriveSettings {
+    /// A drive that is exactly where it is told to be.
+    pub const IDEAL: DriveSettings = DriveSettings {
+        kv_1_s: 300.0,
+        velocity_feed_forward: 1.0,
+        acceleration_feed_forward: 1.0,
+        velocity_loop_rad_s: None,
+    };
+}
+
+/// One axis of a machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AxisDescription {
+    /// Which axis.
+    pub axis: Axis,
+    /// Counts.
+    pub scale: Scale,
+    /// Limits of motion.
+    pub limits: MotionLimits,
+    /// Soft limits: smallest and largest setpoint (mm or rad); `None` for an axis that turns without end.
+    pub soft_limits: Option<(f64, f64)>,
+    /// Hard limit switches (mm); `None` for an axis without.
+    pub overtravel: Option<(f64, f64)>,
+    /// Following error at which the drive trips, at full velocity (mm or rad); LinuxCNC's FERROR.
+    pub max_following_error: f64,
+    /// Following error below which it never trips (mm or rad); LinuxCNC's MIN_FERROR.
+    pub min_following_error: f64,
+    /// Whether the encoder is incremental: its zero is unknown until the axis has been homed.
+    pub needs_homing: bool,
+    /// Speed of a reference search (mm/s or rad/s).
+    pub search_velocity: f64,
+    /// Drive settings.
+    pub drive: DriveSettings,
+    /// Moving mass (kg) or inertia (kg m²), for the effort in joint states.
+    pub inertia: f64,
+    /// Encoder position at power-up relative to the machine's true zero (mm or rad); what homing must find.
+    pub power_up_position: f64,
+}
+
+/// A place along the table where a lobe can stand in front of the wheel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Station {
+    /// Name of the limit switch.
+    pub switch: String,
+    /// Table position at which the switch closes when approached in the positive direction (mm).
+    pub position_mm: f64,
+}
+
+/// The grinding wheel as it is mounted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WheelDescription {
+    /// Radius when new (mm).
+    pub new_radius_mm: f64,
+    /// Smallest usable radius (mm).
+    pub min_radius_mm: f64,
+    /// Width (mm).
+    pub width_mm: f64,
+    /// Speed at the rim when running (m/s).
+    pub surface_speed_m_s: f64,
+    /// Time to reach its speed or to come to rest (s).
+    pub spin_up_s: f64,
+}
+
+/// A whole machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MachineDescription {
+    /// Name.
+    pub name: String,
+    /// SHA-256 of the canonical machine file, 64 hexadecimal digits.
+    pub hash: String,
+    /// Interpolation period (ns).
+    pub cycle_time_ns: u32,
+    /// D: a setpoint for tick k uses feedback up to tick k − D (ticks).
+    pub feedback_delay_ticks: u32,
+    /// Servo steps in one interpolation period, 4 gives 4 kHz at 1 ms.
+    pub servo_steps_per_tick: u32,
+    /// The axes, in the order of [`Axis::ALL`].
+    pub axes: [AxisDescription; AXIS_COUNT],
+    /// Stations in the order of the table's positive travel.
+    pub stations: Vec<Station>,
+    /// Distance over which a dog keeps a station switch closed (mm).
+    pub dog_length_mm: f64,
+    /// Hysteresis of a limit switch: it opens this much later than it closed (mm).
+    pub switch_hysteresis_mm: f64,
+    /// Half the window in which the origin detector sees its mark (rad); its centre is the machine's C zero.
+    pub origin_half_window_rad: f64,
+    /// The wheel.
+    pub wheel: WheelDescription,
+    /// +1: positive C turns the part clockwise seen from +Z; −1: counter-clockwise.
+    pub rotation_sense: i8,
+}
+
+impl MachineDescription {
+    /// Interpolation period (s).
+    #[must_use]
+    pub fn cycle_time_s(&self) -> f64 {
+        f64::from(self.cycle_time_ns) * 1e-9
+    }
+
+    /// The description of an axis.
+    #[must_use]
+    pub fn axis(&self, axis: Axis) -> &AxisDescription {
+        &self.axes[axis.index()]
+    }
+
+    /// The station with this switch.
+    #[must_use]
+    pub fn station(&self, switch: &str) -> Option<&Station> {
+        self.stations.iter().find(|station| station.switch == switch)
+    }
+}

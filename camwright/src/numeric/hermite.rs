@@ -1,0 +1,183 @@
+//! Quintic Hermite splines: value, first and second derivative given at knots, C² throughout.
+//!
+//! One form serves every motion law of the project: constant-jerk phases of point-to-point moves and ramps are cubics
+//! and hence exact, speed plans over time, infeed over angle, and trajectories of ROS clients with accelerations.
+
+use alloc::vec::Vec;
+use thiserror::Error;
+
+/// A knot of a [`HermiteSpline`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Knot {
+    /// Abscissa (s or rad).
+    pub at: f64,
+    /// Value.
+    pub value: f64,
+    /// First derivative.
+    pub first: f64,
+    /// Second derivative.
+    pub second: f64,
+}
+
+/// Value and derivatives of a spline at one abscissa.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sample {
+    /// Value.
+    pub value: f64,
+    /// First derivative.
+    pub first: f64,
+    /// Second derivative.
+    pub second: f64,
+    /// Third derivative.
+    pub third: f64,
+}
+
+/// Why knots do not make a spline.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum HermiteError {
+    /// Fewer than two knots.
+    #[error("a spline needs at least 2 knots, not {count}")]
+    TooFewKnots {
+        /// Number of knots given.
+        count: usize,
+    },
+    /// An abscissa does not increase.
+    #[error("knot {index}: abscissa {at} does not increase (previous {previous})")]
+    NotIncreasing {
+        /// Index of the knot.
+        index: usize,
+        /// Its abscissa.
+        at: f64,
+        /// The one before.
+        previous: f64,
+    },
+    /// A number is not finite.
+    #[error("knot {index}: not a finite number")]
+    NotFinite {
+        /// Index of the knot.
+        index: usize,
+    },
+}
+
+/// A quintic Hermite spline over increasing knots; constant beyond its ends.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HermiteSpline {
+    knots: Vec<Knot>,
+}
+
+impl HermiteSpline {
+    /// A spline through knots.
+    ///
+    /// # Errors
+    /// Fewer than two knots, abscissae that do not increase, numbers that are not finite.
+    pub fn new(knots: Vec<Knot>) -> Result<Self, HermiteError> {
+        if knots.len() < 2 {
+            return Err(HermiteError::TooFewKnots { count: knots.len() });
+        }
+        for (index, knot) in knots.iter().enumerate() {
+            if ![knot.at, knot.value, knot.first, knot.second].iter().all(|x| x.is_finite()) {
+                return Err(HermiteError::NotFinite { index });
+            }
+            if index > 0 && knot.at <= knots[index - 1].at {
+                return Err(HermiteError::NotIncreasing { index, at: knot.at, previous: knots[index - 1].at });
+            }
+        }
+        Ok(Self { knots })
+    }
+
+    /// Its knots.
+    #[must_use]
+    pub fn knots(&self) -> &[Knot] {
+        &self.knots
+    }
+
+    /// First abscissa.
+    #[must_use]
+    pub fn start(&self) -> f64 {
+        self.knots[0].at
+    }
+
+    /// Last abscissa.
+    #[must_use]
+    pub fn end(&self) -> f64 {
+        self.knots[self.knots.len() - 1].at
+    }
+
+    /// Value and derivatives; before the first and after the last knot the value is constant.
+    #[must_use]
+    pub fn sample(&self, at: f64) -> Sample {
+        let last = self.knots[self.knots.len() - 1];
+        if at <= self.knots[0].at {
+            let first = self.knots[0];
+            let inside = at >= first.at;
+            return Sample {
+                value: first.value,
+                first: if inside { first.first } else { 0.0 },
+                second: if inside { first.second } else { 0.0 },
+                third: 0.0,
+            };
+        }
+        if at >= last.at {
+            let inside = at <= last.at;
+            return Sample {
+                value: last.value,
+                first: if inside { last.first } else { 0.0 },
+                second: if inside { last.second } else { 0.0 },
+                third: 0.0,
+            };
+        }
+        let right = self.knots.partition_point(|knot| knot.at <= at);
+        quintic(&self.knots[right - 1], &self.knots[right], at)
+    }
+}
+
+/// The quintic between two knots, written around the left one so that a constant stays exactly constant.
+fn quintic(left: &Knot, right: &Knot, at: f64) -> Sample {
+    let h = right.at - left.at;
+    let u = at - left.at;
+    // What the right knot asks beyond the left knot's own Taylor parabola; p = c3 u³ + c4 u⁴ + c5 u⁵ must supply it.
+    let value = right.value - (left.value + h * (left.first + 0.5 * h * left.second));
+    let first = right.first - (left.first + h * left.second);
+    let second = right.second - left.second;
+    let c3 = (10.0 * value - 4.0 * h * first + 0.5 * h * h * second) / (h * h * h);
+    let c4 = (-15.0 * value + 7.0 * h * first - h * h * second) / (h * h * h * h);
+    let c5 = (6.0 * value - 3.0 * h * first + 0.5 * h * h * second) / (h * h * h * h * h);
+    Sample {
+        value: left.value + u * (left.first + u * (0.5 * left.second + u * (c3 + u * (c4 + u * c5)))),
+        first: left.first + u * (left.second + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5))),
+        second: left.second + u * (6.0 * c3 + u * (12.0 * c4 + u * 20.0 * c5)),
+        third: 6.0 * c3 + u * (24.0 * c4 + u * 60.0 * c5),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec;
+
+    /// A quintic polynomial is reproduced exactly between its own knots.
+    #[test]
+    fn quintic_polynomial_is_reproduced() {
+        let p = |x: f64| 1.0 + x * (2.0 + x * (-3.0 + x * (0.5 + x * (0.25 - x * 0.125))));
+        let p1 = |x: f64| 2.0 + x * (-6.0 + x * (1.5 + x * (1.0 - x * 0.625)));
+        let p2 = |x: f64| -6.0 + x * (3.0 + x * (3.0 - x * 2.5));
+        let knot = |x: f64| Knot { at: x, value: p(x), first: p1(x), second: p2(x) };
+        let spline = HermiteSpline::new(vec![knot(0.0), knot(0.7), knot(2.0)]).expect("knots increase");
+        for i in 0..=200 {
+            let x = 2.0 * f64::from(i) / 200.0;
+            let sample = spline.sample(x);
+            assert!((sample.value - p(x)).abs() < 1e-12, "{x}");
+            assert!((sample.first - p1(x)).abs() < 1e-11, "{x}");
+            assert!((sample.second - p2(x)).abs() < 1e-10, "{x}");
+        }
+    }
+
+    #[test]
+    fn an_abscissa_that_does_not_increase_is_refused() {
+        let knot = |at: f64| Knot { at, value: 0.0, first: 0.0, second: 0.0 };
+        assert_eq!(
+            HermiteSpline::new(vec![knot(0.0), knot(1.0), knot(1.0)]),
+            Err(HermiteError::NotIncreasing { index: 2, at: 1.0, previous: 1.0 })
+        );
+    }
+}

@@ -1,0 +1,165 @@
+//! Uniform periodic quintic B-splines over one turn: C⁴, the form in which every closed curve of a cam travels.
+
+use crate::units::TURN_RAD;
+use alloc::vec::Vec;
+use thiserror::Error;
+
+pub use super::hermite::Sample;
+
+/// Why coefficients do not make a periodic spline.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum PeriodicSplineError {
+    /// Fewer coefficients than the order needs.
+    #[error("a periodic quintic spline needs at least 6 coefficients, not {count}")]
+    TooFewCoefficients {
+        /// Number of coefficients given.
+        count: usize,
+    },
+    /// A coefficient is not finite.
+    #[error("coefficient {index} is not a finite number")]
+    NotFinite {
+        /// Its index.
+        index: usize,
+    },
+}
+
+/// A uniform periodic quintic B-spline over one turn: f(φ) = Σ cᵢ B₅(φ/h − i), h = 2π/n, with B₅ the centred quintic
+/// cardinal B-spline, so that coefficient i sits at φ = i·h.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PeriodicSpline {
+    coefficients: Vec<f64>,
+}
+
+impl PeriodicSpline {
+    /// A spline of given coefficients.
+    ///
+    /// # Errors
+    /// Fewer than six coefficients, or one that is not finite.
+    pub fn from_coefficients(coefficients: Vec<f64>) -> Result<Self, PeriodicSplineError> {
+        if coefficients.len() < 6 {
+            return Err(PeriodicSplineError::TooFewCoefficients { count: coefficients.len() });
+        }
+        if let Some(index) = coefficients.iter().position(|c| !c.is_finite()) {
+            return Err(PeriodicSplineError::NotFinite { index });
+        }
+        Ok(Self { coefficients })
+    }
+
+    /// Its coefficients, one per knot.
+    #[must_use]
+    pub fn coefficients(&self) -> &[f64] {
+        &self.coefficients
+    }
+
+    /// Value and derivatives with respect to the angle (rad).
+    #[must_use]
+    pub fn sample(&self, angle_rad: f64) -> Sample {
+        let n = self.coefficients.len();
+        #[allow(clippy::cast_precision_loss, reason = "coefficient counts are far below 2^53")]
+        let per_rad = n as f64 / TURN_RAD;
+        let x = angle_rad * per_rad;
+        let floor = libm::floor(x);
+        let u = x - floor;
+        #[allow(clippy::cast_possible_truncation, reason = "angles are far inside i64 knots")]
+        let base = floor as i64;
+        let n_signed = i64::try_from(n).unwrap_or(i64::MAX);
+        let c = |offset: i64| {
+            let index = (base + offset).rem_euclid(n_signed);
+            self.coefficients[usize::try_from(index).unwrap_or(0)]
+        };
+        // Differences first: a constant spline is then exactly constant, and derivatives lose no digits.
+        let (a, b, m, p, q, r) = (c(-2), c(-1), c(0), c(1), c(2), c(3));
+        let value = {
+            let w = basis(u);
+            let mid = m;
+            mid + (w[0] * (a - mid) + w[1] * (b - mid) + w[3] * (p - mid) + w[4] * (q - mid) + w[5] * (r - mid))
+        };
+        let d1 = [b - a, m - b, p - m, q - p, r - q];
+        let d2 = [d1[1] - d1[0], d1[2] - d1[1], d1[3] - d1[2], d1[4] - d1[3]];
+        let d3 = [d2[1] - d2[0], d2[2] - d2[1], d2[3] - d2[2]];
+        let (b4, b3, b2) = (quartic_basis(u), cubic_basis(u), quadratic_basis(u));
+        let first: f64 = b4.iter().zip(d1).map(|(w, d)| w * d).sum();
+        let second: f64 = b3.iter().zip(d2).map(|(w, d)| w * d).sum();
+        let third: f64 = b2.iter().zip(d3).map(|(w, d)| w * d).sum();
+        Sample {
+            value,
+            first: first * per_rad,
+            second: second * per_rad * per_rad,
+            third: third * per_rad * per_rad * per_rad,
+        }
+    }
+}
+
+/// The six quintic B-splines that are not zero between two knots, at `u` in 0..1 from the left one.
+fn basis(u: f64) -> [f64; 6] {
+    let v = 1.0 - u;
+    let end = |t: f64| t * t * t * t * t / 120.0;
+    let next = |t: f64| (1.0 + t * (5.0 + t * (10.0 + t * (10.0 + t * (5.0 - 5.0 * t))))) / 120.0;
+    let middle = |t: f64| (26.0 + t * (50.0 + t * (20.0 + t * (-20.0 + t * (-20.0 + 10.0 * t))))) / 120.0;
+    [end(v), next(v), middle(v), middle(u), next(u), end(u)]
+}
+
+/// The five quartic B-splines between two knots.
+fn quartic_basis(u: f64) -> [f64; 5] {
+    let v = 1.0 - u;
+    let end = |t: f64| t * t * t * t / 24.0;
+    let next = |t: f64| (1.0 + t * (4.0 + t * (6.0 + t * (4.0 - 4.0 * t)))) / 24.0;
+    let middle = (11.0 + u * (12.0 + u * (-6.0 + u * (-12.0 + 6.0 * u)))) / 24.0;
+    [end(v), next(v), middle, next(u), end(u)]
+}
+
+/// The four cubic B-splines between two knots.
+fn cubic_basis(u: f64) -> [f64; 4] {
+    let v = 1.0 - u;
+    let end = |t: f64| t * t * t / 6.0;
+    let next = |t: f64| (1.0 + t * (3.0 + t * (3.0 - 3.0 * t))) / 6.0;
+    [end(v), next(v), next(u), end(u)]
+}
+
+/// The three quadratic B-splines between two knots.
+fn quadratic_basis(u: f64) -> [f64; 3] {
+    let v = 1.0 - u;
+    [v * v / 2.0, (1.0 + 2.0 * u * v) / 2.0, u * u / 2.0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec;
+
+    /// The basis functions of every degree sum to one everywhere.
+    #[test]
+    fn bases_are_partitions_of_unity() {
+        for i in 0..=100 {
+            let u = f64::from(i) / 100.0;
+            assert!((basis(u).iter().sum::<f64>() - 1.0).abs() < 1e-15);
+            assert!((quartic_basis(u).iter().sum::<f64>() - 1.0).abs() < 1e-15);
+            assert!((cubic_basis(u).iter().sum::<f64>() - 1.0).abs() < 1e-15);
+            assert!((quadratic_basis(u).iter().sum::<f64>() - 1.0).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn a_constant_is_exactly_constant() {
+        let spline = PeriodicSpline::from_coefficients(vec![7.3; 36]).expect("36 coefficients");
+        for i in 0..1000 {
+            let sample = spline.sample(f64::from(i) * 0.0123 - 3.0);
+            assert_eq!(sample, Sample { value: 7.3, first: 0.0, second: 0.0, third: 0.0 });
+        }
+    }
+
+    /// Derivatives agree with finite differences of the value.
+    #[test]
+    fn derivatives_agree_with_differences() {
+        let coefficients = (0..72).map(|i| libm::sin(f64::from(i) * 0.3) + libm::cos(f64::from(i * i))).collect();
+        let spline = PeriodicSpline::from_coefficients(coefficients).expect("72 coefficients");
+        let step = 1e-5;
+        for i in 0..500 {
+            let at = f64::from(i) * 0.0177;
+            let (left, mid, right) = (spline.sample(at - step), spline.sample(at), spline.sample(at + step));
+            assert!(((right.value - left.value) / (2.0 * step) - mid.first).abs() < 1e-5 * (1.0 + mid.first.abs()));
+            assert!(((right.first - left.first) / (2.0 * step) - mid.second).abs() < 1e-4 * (1.0 + mid.second.abs()));
+            assert!(((right.second - left.second) / (2.0 * step) - mid.third).abs() < 1e-2 * (1.0 + mid.third.abs()));
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! A plan: everything the interpolator needs to machine a part, made and proven before anything moves.
+//!
+//! Splines are shared by index. Segments are executed one after the other; each begins and ends with all axes at rest.
+
+use crate::machine::description::{Axis, MotionLimits};
+use crate::numeric::hermite::HermiteSpline;
+use crate::numeric::periodic_spline::PeriodicSpline;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+/// What a segment is for, in the words of the grinding cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Phase {
+    /// Homing the headstock on its origin detector.
+    Home = 1,
+    /// Table to the lobe's station.
+    Index = 2,
+    /// Wheel corrected by the lift at the starting phase.
+    Position = 3,
+    /// Rapid advance.
+    Approach = 4,
+    /// Generation with infeed.
+    Cut = 5,
+    /// Generation without infeed.
+    SparkOut = 6,
+    /// Rapid retract.
+    Retract = 7,
+    /// Back to the home position.
+    Return = 8,
+    /// The conventional way: C turned to the lobe's base centre before machining.
+    RotaryIndex = 9,
+}
+
+/// Target of one axis in a [`SegmentKind::Move`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisTarget {
+    /// Which axis.
+    pub axis: Axis,
+    /// Absolute target (counts).
+    pub target_counts: i64,
+    /// Limits to keep on the way.
+    pub limits: MotionLimits,
+}
+
+/// C by a time law, X by a periodic path over C plus an infeed law.
+///
+/// With `c` the angle since the start of the segment: C = start + c, X = path(path_start + c) + infeed(c).
+#[derive(Debug, Clone, PartialEq)]
+pub struct CutSegment {
+    /// Index into [`Plan::paths`]: x_axis position over the wheel-line angle in the lobe's frame (mm over rad).
+    pub path: usize,
+    /// Index into [`Plan::time_laws`]: angle since the start over time (rad over s), at rest at both ends.
+    pub speed: usize,
+    /// Index into [`Plan::angle_laws`]: offset of X over the angle since the start (mm over rad); ends at 0.
+    pub infeed: usize,
+    /// C at the start, modulo one turn (counts).
+    pub start_counts: i64,
+    /// Wheel-line angle in the lobe's frame at the start (rad).
+    pub path_start_rad: f64,
+    /// Turns of C, spark-out included.
+    pub turns: u32,
+    /// Turns with infeed; the rest is spark-out.
+    pub infeed_turns: u32,
+    /// Time at which the constant-speed part begins and ends, and the time of one turn in it (s): between the two the
+    /// law is periodic, and a hold may insert whole turns.
+    pub plateau_s: (f64, f64),
+    /// Time of one turn within the plateau (s).
+    pub turn_s: f64,
+    /// Distance by which a hold or a cancel takes the wheel off the part (mm).
+    pub retract_mm: f64,
+}
+
+/// The kinds of segment.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SegmentKind {
+    /// Point to point, from wherever the axes rest; all axes start and arrive together.
+    Move(Vec<AxisTarget>),
+    /// Move one axis until an input closes, stop, and return to the position caught at its edge plus an offset.
+    Search {
+        /// The axis that searches.
+        axis: Axis,
+        /// Input that ends the search: `origin`, or a station's switch.
+        input: String,
+        /// Farthest position relative to the start; reaching it without an edge is an alarm (counts).
+        travel_counts: i64,
+        /// Where to stand, relative to the caught edge (counts).
+        offset_counts: i64,
+        /// Limits of the search; its velocity is that of the search.
+        limits: MotionLimits,
+    },
+    /// Generate the lobe.
+    Cut(CutSegment),
+    /// Stand still.
+    Dwell,
+    /// Stand still until a decision comes.
+    Wait,
+    /// Order the machine to do something.
+    Command(Command),
+}
+
+/// Orders to the machine within a plan.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Command {
+    /// The caught edge of the last search on this axis is its zero from now on.
+    SetHome(Axis),
+    /// Bring the wheel to its surface speed.
+    WheelStart,
+    /// Let the wheel come to rest.
+    WheelStop,
+}
+
+/// One step of a plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Segment {
+    /// What to do.
+    pub kind: SegmentKind,
+    /// What it is for.
+    pub phase: Phase,
+    /// Index of the lobe, `None` for the whole part.
+    pub lobe: Option<usize>,
+    /// For people.
+    pub label: String,
+    /// Dwell: length. Others: predicted length (ticks).
+    pub ticks: u64,
+    /// Length of a stop on the path from full speed that keeps every limit (ticks).
+    pub stop_ticks: u64,
+    /// Material above the contour when the segment starts (mm).
+    pub stock_mm: f64,
+}
+
+/// A plan for one part.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Plan {
+    /// Name of the job.
+    pub job: String,
+    /// Names of the lobes, in the order of machining.
+    pub lobes: Vec<String>,
+    /// Periodic paths: x_axis position (mm) over wheel-line angle (rad).
+    pub paths: Vec<PeriodicSpline>,
+    /// Laws over time (rad over s).
+    pub time_laws: Vec<HermiteSpline>,
+    /// Laws over angle (mm over rad).
+    pub angle_laws: Vec<HermiteSpline>,
+    /// The steps.
+    pub segments: Vec<Segment>,
+    /// Predicted duration (s).
+    pub duration_s: f64,
+    /// Predicted duration of the same job with rotary indexing before each lobe (s).
+    pub duration_with_indexing_s: f64,
+}

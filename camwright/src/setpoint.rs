@@ -1,0 +1,38 @@
+//! What passes between interpolator and machine, tick by tick.
+
+use crate::machine::description::AXIS_COUNT;
+
+/// Setpoint of every axis for one tick. Positions lie on encoder counts.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Setpoint {
+    /// Positions (counts).
+    pub counts: [i64; AXIS_COUNT],
+    /// Velocities for feed-forward (mm/s or rad/s).
+    pub velocity: [f64; AXIS_COUNT],
+    /// Accelerations for feed-forward (mm/s² or rad/s²).
+    pub acceleration: [f64; AXIS_COUNT],
+}
+
+/// An input of the machine whose edges are caught.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Input {
+    /// The origin detector of the headstock.
+    Origin,
+    /// The limit switch of a station, by its index in the machine description.
+    Station(usize),
+}
+
+/// The position of an axis at the edge of an input, caught by the machine itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Latch {
+    /// Tick within which the edge was seen.
+    pub tick: u64,
+    /// Which input.
+    pub input: Input,
+    /// The input closed; false: it opened.
+    pub rising: bool,
+    /// Axis whose position was caught.
+    pub axis: crate::machine::description::Axis,
+    /// Its position (counts).
+    pub counts: i64,
+}
