@@ -1,1 +1,3 @@
 //! The ROS 2 shells around the `camwright` core.
+
+pub mod config;

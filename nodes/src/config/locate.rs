@@ -1,0 +1,109 @@
+//! Where params are looked for: as given, in `./params`, in `share/camwright/params` beside the installed binary, then in
+//! the copy inside the binary.
+
+use super::{ConfigError, Place};
+use std::path::{Path, PathBuf};
+
+/// The files of `params/` as they were when the program was built.
+const BUILT_IN: &[(&str, &str)] =
+    &[("machines/cam_grinder.yaml", include_str!("../../../params/machines/cam_grinder.yaml"))];
+
+/// A file that was found, with its text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Located {
+    /// Where it was found; `built-in:machines/…` for the copy inside the binary.
+    pub path: PathBuf,
+    /// What it says.
+    pub text: String,
+}
+
+/// Finds a params file of a kind (`jobs`, `machines`, `lifts`) by name or path and reads it.
+///
+/// # Errors
+/// A file that does not exist in any of the places, cannot be read, or is not UTF-8.
+pub fn locate(kind: &str, name: &str, extension: &str, relative_to: Option<&Path>) -> Result<Located, ConfigError> {
+    let with_extension =
+        if name.ends_with(&format!(".{extension}")) { name.to_owned() } else { format!("{name}.{extension}") };
+    let mut candidates = vec![PathBuf::from(name), PathBuf::from(&with_extension)];
+    if let Some(directory) = relative_to.and_then(Path::parent) {
+        candidates.push(directory.join(&with_extension));
+        candidates.push(directory.join("..").join(&with_extension));
+        candidates.push(directory.join("..").join(kind).join(&with_extension));
+    }
+    for root in roots() {
+        candidates.push(root.join(&with_extension));
+        candidates.push(root.join(kind).join(&with_extension));
+    }
+    if let Some(path) = candidates.into_iter().find(|path| path.is_file()) {
+        let text = std::fs::read_to_string(&path)
+            .map_err(|error| ConfigError::at(Place::file(&path), format!("cannot be read: {error}")))?;
+        return Ok(Located { path, text });
+    }
+    let built_in = |key: &str| BUILT_IN.iter().find(|(path, _)| *path == key);
+    if let Some((path, text)) = built_in(&format!("{kind}/{with_extension}")).or_else(|| built_in(&with_extension)) {
+        return Ok(Located { path: PathBuf::from(format!("built-in:{path}")), text: (*text).to_owned() });
+    }
+    let known = list(kind).join(", ");
+    Err(ConfigError::at(
+        Place::file(Path::new(name)),
+        format!(
+            "not found as given, in ./params/{kind}, in share/camwright/params/{kind} or built in; known {kind}: {known}"
+        ),
+    ))
+}
+
+/// Names of the files of a kind that [`locate`] finds by name, sorted.
+#[must_use]
+pub fn list(kind: &str) -> Vec<String> {
+    let mut names: Vec<String> = BUILT_IN
+        .iter()
+        .filter_map(|(path, _)| path.strip_prefix(kind)?.strip_prefix('/')?.rsplit_once('.'))
+        .map(|(stem, _)| stem.to_owned())
+        .collect();
+    for root in roots() {
+        let Ok(entries) = std::fs::read_dir(root.join(kind)) else { continue };
+        for path in entries.filter_map(Result::ok).map(|entry| entry.path()).filter(|path| path.is_file()) {
+            if let Some(stem) = path.file_stem().and_then(|stem| stem.to_str()) {
+                names.push(stem.to_owned());
+            }
+        }
+    }
+    names.sort();
+    names.dedup();
+    names
+}
+
+fn roots() -> Vec<PathBuf> {
+    let mut roots = vec![PathBuf::from("params")];
+    // <prefix>/lib/camwright/<binary> of an installed package
+    if let Some(prefix) =
+        std::env::current_exe().ok().as_deref().and_then(Path::parent).and_then(|p| p.parent()?.parent())
+    {
+        roots.push(prefix.join("share/camwright/params"));
+    }
+    roots
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The copy inside the binary is the whole of `params/`, so that an installed program needs no files.
+    #[test]
+    fn every_params_file_is_built_in() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../params");
+        for kind in ["machines", "jobs", "lifts"] {
+            let Ok(entries) = std::fs::read_dir(root.join(kind)) else { continue };
+            for entry in entries.filter_map(Result::ok) {
+                let key = format!("{kind}/{}", entry.file_name().to_string_lossy());
+                assert!(BUILT_IN.iter().any(|(path, _)| *path == key), "{key} is not in BUILT_IN");
+            }
+        }
+    }
+
+    #[test]
+    fn a_name_that_does_not_exist_is_refused_with_what_exists() {
+        let error = locate("machines", "no_such_machine", "yaml", None).unwrap_err();
+        assert!(error.to_string().contains("cam_grinder"), "{error}");
+    }
+}

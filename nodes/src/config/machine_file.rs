@@ -1,0 +1,301 @@
+//! Machine files: what is written, and the description it means.
+
+use super::ConfigError;
+use super::yaml::Document;
+use camwright::machine::description::{
+    Axis, AxisDescription, DriveSettings, MachineDescription, MotionLimits, Scale, Station, WheelDescription,
+};
+use camwright::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
+use serde::Deserialize;
+use sha2::{Digest, Sha256};
+use std::path::Path;
+
+/// Newest version of the machine file's schema that this program reads.
+pub const SCHEMA_VERSION: u32 = 1;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MachineFile {
+    #[serde(rename = "schema")]
+    _schema: String,
+    name: String,
+    cycle_time_us: u32,
+    feedback_delay_ticks: u32,
+    servo_steps_per_tick: u32,
+    rotation_sense: i8,
+    c_axis: RotaryFile,
+    x_axis: LinearFile,
+    z_axis: LinearFile,
+    stations: Vec<StationFile>,
+    dog_length_mm: f64,
+    switch_hysteresis_mm: f64,
+    origin_window_deg: f64,
+    wheel: WheelFile,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RotaryFile {
+    counts_per_turn: i64,
+    max_speed_rpm: f64,
+    max_acceleration_rad_s2: f64,
+    max_jerk_rad_s3: f64,
+    max_following_error_deg: f64,
+    min_following_error_deg: f64,
+    search_speed_rpm: f64,
+    power_up_position_deg: f64,
+    inertia_kg_m2: f64,
+    drive: DriveFile,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LinearFile {
+    counts_per_mm: i64,
+    soft_min_mm: f64,
+    soft_max_mm: f64,
+    overtravel_min_mm: f64,
+    overtravel_max_mm: f64,
+    max_speed_mm_s: f64,
+    max_acceleration_mm_s2: f64,
+    max_jerk_mm_s3: f64,
+    max_following_error_mm: f64,
+    min_following_error_mm: f64,
+    search_speed_mm_s: f64,
+    power_up_position_mm: f64,
+    mass_kg: f64,
+    drive: DriveFile,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DriveFile {
+    kv_1_s: f64,
+    velocity_feed_forward: f64,
+    acceleration_feed_forward: f64,
+    velocity_loop_hz: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StationFile {
+    switch: String,
+    position_mm: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WheelFile {
+    new_radius_mm: f64,
+    min_radius_mm: f64,
+    width_mm: f64,
+    surface_speed_m_s: f64,
+    spin_up_s: f64,
+}
+
+/// A machine as its file describes it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Machine {
+    /// What the file means.
+    pub description: MachineDescription,
+    /// What it says, with overrides written in.
+    pub source: String,
+}
+
+/// Reads a machine file with `key=value` overrides.
+///
+/// # Errors
+/// Anything that is not a machine: unknown keys, values out of their range, with file and line.
+pub fn parse(path: &Path, text: &str, overrides: &[String]) -> Result<Machine, ConfigError> {
+    let document = Document::parse(path, text, overrides)?;
+    document.require_schema("machine", SCHEMA_VERSION)?;
+    let file: MachineFile = document.read()?;
+    let hash = Sha256::digest(document.text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect();
+    let description = describe(&file, hash);
+    check(&document, &file)?;
+    Ok(Machine { description, source: document.text })
+}
+
+fn describe(file: &MachineFile, hash: String) -> MachineDescription {
+    MachineDescription {
+        name: file.name.clone(),
+        hash,
+        cycle_time_ns: file.cycle_time_us.saturating_mul(1000),
+        feedback_delay_ticks: file.feedback_delay_ticks,
+        servo_steps_per_tick: file.servo_steps_per_tick,
+        axes: [rotary(&file.c_axis), linear(Axis::X, &file.x_axis), linear(Axis::Z, &file.z_axis)],
+        stations: file
+            .stations
+            .iter()
+            .map(|station| Station { switch: station.switch.clone(), position_mm: station.position_mm })
+            .collect(),
+        dog_length_mm: file.dog_length_mm,
+        switch_hysteresis_mm: file.switch_hysteresis_mm,
+        origin_half_window_rad: rad_from_deg(file.origin_window_deg) / 2.0,
+        wheel: WheelDescription {
+            new_radius_mm: file.wheel.new_radius_mm,
+            min_radius_mm: file.wheel.min_radius_mm,
+            width_mm: file.wheel.width_mm,
+            surface_speed_m_s: file.wheel.surface_speed_m_s,
+            spin_up_s: file.wheel.spin_up_s,
+        },
+        rotation_sense: file.rotation_sense,
+    }
+}
+
+fn rotary(file: &RotaryFile) -> AxisDescription {
+    AxisDescription {
+        axis: Axis::C,
+        scale: Scale::Rotary { counts_per_turn: file.counts_per_turn },
+        limits: MotionLimits {
+            velocity: rad_s_from_rpm(file.max_speed_rpm),
+            acceleration: file.max_acceleration_rad_s2,
+            jerk: file.max_jerk_rad_s3,
+        },
+        soft_limits: None,
+        overtravel: None,
+        max_following_error: rad_from_deg(file.max_following_error_deg),
+        min_following_error: rad_from_deg(file.min_following_error_deg),
+        needs_homing: true,
+        search_velocity: rad_s_from_rpm(file.search_speed_rpm),
+        drive: drive(&file.drive),
+        inertia: file.inertia_kg_m2,
+        power_up_position: rad_from_deg(file.power_up_position_deg),
+    }
+}
+
+fn linear(axis: Axis, file: &LinearFile) -> AxisDescription {
+    AxisDescription {
+        axis,
+        scale: Scale::Linear { counts_per_mm: file.counts_per_mm },
+        limits: MotionLimits {
+            velocity: file.max_speed_mm_s,
+            acceleration: file.max_acceleration_mm_s2,
+            jerk: file.max_jerk_mm_s3,
+        },
+        soft_limits: Some((file.soft_min_mm, file.soft_max_mm)),
+        overtravel: Some((file.overtravel_min_mm, file.overtravel_max_mm)),
+        max_following_error: file.max_following_error_mm,
+        min_following_error: file.min_following_error_mm,
+        needs_homing: false,
+        search_velocity: file.search_speed_mm_s,
+        drive: drive(&file.drive),
+        inertia: file.mass_kg,
+        power_up_position: file.power_up_position_mm,
+    }
+}
+
+fn drive(file: &DriveFile) -> DriveSettings {
+    DriveSettings {
+        kv_1_s: file.kv_1_s,
+        velocity_feed_forward: file.velocity_feed_forward,
+        acceleration_feed_forward: file.acceleration_feed_forward,
+        velocity_loop_rad_s: file.velocity_loop_hz.map(|hz| hz * TURN_RAD),
+    }
+}
+
+/// What types cannot say: ranges, and values that must fit each other.
+fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
+    let within = |key: &str, value: f64, low: f64, high: f64| {
+        if value.is_finite() && (low..=high).contains(&value) {
+            Ok(())
+        } else {
+            Err(document.error(key, format!("{key} is {value}, allowed is {low} to {high}")))
+        }
+    };
+    within("cycle_time_us", f64::from(file.cycle_time_us), 100.0, 20_000.0)?;
+    within("feedback_delay_ticks", f64::from(file.feedback_delay_ticks), 8.0, 1000.0)?;
+    within("servo_steps_per_tick", f64::from(file.servo_steps_per_tick), 1.0, 32.0)?;
+    if file.rotation_sense.abs() != 1 {
+        return Err(
+            document.error("rotation_sense", format!("rotation_sense is {}, allowed is 1 or -1", file.rotation_sense))
+        );
+    }
+    let c = &file.c_axis;
+    #[allow(clippy::cast_precision_loss, reason = "only compared with a range")]
+    within("c_axis.counts_per_turn", c.counts_per_turn as f64, 1000.0, 1e9)?;
+    within("c_axis.max_speed_rpm", c.max_speed_rpm, 1e-3, 10_000.0)?;
+    within("c_axis.max_acceleration_rad_s2", c.max_acceleration_rad_s2, 1e-3, 1e6)?;
+    within("c_axis.max_jerk_rad_s3", c.max_jerk_rad_s3, 1e-3, 1e9)?;
+    within("c_axis.search_speed_rpm", c.search_speed_rpm, 1e-3, c.max_speed_rpm)?;
+    within("c_axis.min_following_error_deg", c.min_following_error_deg, 1e-6, 360.0)?;
+    within("c_axis.max_following_error_deg", c.max_following_error_deg, c.min_following_error_deg, 360.0)?;
+    within("c_axis.power_up_position_deg", c.power_up_position_deg, -360.0, 360.0)?;
+    within("c_axis.inertia_kg_m2", c.inertia_kg_m2, 1e-6, 1e4)?;
+    check_drive(&within, "c_axis", &c.drive)?;
+    for (name, axis) in [("x_axis", &file.x_axis), ("z_axis", &file.z_axis)] {
+        let within = |key: &str, value: f64, low: f64, high: f64| within(&format!("{name}.{key}"), value, low, high);
+        #[allow(clippy::cast_precision_loss, reason = "only compared with a range")]
+        within("counts_per_mm", axis.counts_per_mm as f64, 100.0, 1e7)?;
+        within("soft_min_mm", axis.soft_min_mm, -1e5, 1e5)?;
+        within("soft_max_mm", axis.soft_max_mm, axis.soft_min_mm, 1e5)?;
+        within("overtravel_min_mm", axis.overtravel_min_mm, -1e5, axis.soft_min_mm)?;
+        within("overtravel_max_mm", axis.overtravel_max_mm, axis.soft_max_mm, 1e5)?;
+        within("max_speed_mm_s", axis.max_speed_mm_s, 1e-3, 1e4)?;
+        within("max_acceleration_mm_s2", axis.max_acceleration_mm_s2, 1e-3, 1e6)?;
+        within("max_jerk_mm_s3", axis.max_jerk_mm_s3, 1e-3, 1e9)?;
+        within("search_speed_mm_s", axis.search_speed_mm_s, 1e-3, axis.max_speed_mm_s)?;
+        within("min_following_error_mm", axis.min_following_error_mm, 1e-6, 1e3)?;
+        within("max_following_error_mm", axis.max_following_error_mm, axis.min_following_error_mm, 1e3)?;
+        within("power_up_position_mm", axis.power_up_position_mm, axis.soft_min_mm, axis.soft_max_mm)?;
+        within("mass_kg", axis.mass_kg, 1e-3, 1e6)?;
+        check_drive(&within, "", &axis.drive)?;
+    }
+    within("dog_length_mm", file.dog_length_mm, 0.1, 1e3)?;
+    within("switch_hysteresis_mm", file.switch_hysteresis_mm, 0.0, file.dog_length_mm)?;
+    within("origin_window_deg", file.origin_window_deg, 1e-3, 90.0)?;
+    within("wheel.min_radius_mm", file.wheel.min_radius_mm, 1.0, 1e3)?;
+    within("wheel.new_radius_mm", file.wheel.new_radius_mm, file.wheel.min_radius_mm, 1e3)?;
+    within("wheel.width_mm", file.wheel.width_mm, 0.1, 1e3)?;
+    within("wheel.surface_speed_m_s", file.wheel.surface_speed_m_s, 1.0, 300.0)?;
+    within("wheel.spin_up_s", file.wheel.spin_up_s, 0.0, 600.0)?;
+    check_stations(document, file)
+}
+
+fn check_drive(
+    within: &dyn Fn(&str, f64, f64, f64) -> Result<(), ConfigError>,
+    axis: &str,
+    drive: &DriveFile,
+) -> Result<(), ConfigError> {
+    let key = |name: &str| if axis.is_empty() { format!("drive.{name}") } else { format!("{axis}.drive.{name}") };
+    within(&key("kv_1_s"), drive.kv_1_s, 1.0, 2000.0)?;
+    within(&key("velocity_feed_forward"), drive.velocity_feed_forward, 0.0, 1.0)?;
+    within(&key("acceleration_feed_forward"), drive.acceleration_feed_forward, 0.0, 1.0)?;
+    drive.velocity_loop_hz.map_or(Ok(()), |hz| within(&key("velocity_loop_hz"), hz, 1.0, 5000.0))
+}
+
+fn check_stations(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
+    if file.stations.is_empty() {
+        return Err(document.error("stations", "stations is empty, at least one is needed"));
+    }
+    for (index, station) in file.stations.iter().enumerate() {
+        let key = format!("stations.{index}.position_mm");
+        let (low, high) = (file.z_axis.soft_min_mm, file.z_axis.soft_max_mm);
+        if !(station.position_mm > low && station.position_mm < high) {
+            return Err(document.error(
+                &key,
+                format!(
+                    "station {} is at {} mm, the table reaches {low} to {high} mm",
+                    station.switch, station.position_mm
+                ),
+            ));
+        }
+        let Some(previous) = index.checked_sub(1).map(|index| &file.stations[index]) else { continue };
+        if file.stations[..index].iter().any(|other| other.switch == station.switch) {
+            return Err(document.error(&key, format!("station {} is named twice", station.switch)));
+        }
+        // Two dogs on one switch would make an edge ambiguous.
+        let room = station.position_mm - previous.position_mm;
+        let needed = file.dog_length_mm + file.switch_hysteresis_mm;
+        if room <= needed {
+            return Err(document.error(
+                &key,
+                format!(
+                    "station {} stands {room} mm after {}, more than {needed} mm is needed",
+                    station.switch, previous.switch
+                ),
+            ));
+        }
+    }
+    Ok(())
+}

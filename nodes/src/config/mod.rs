@@ -1,0 +1,61 @@
+//! Files people write: machines, jobs, lift tables. What was written is kept apart from what it means; below this module
+//! there is only meaning.
+
+pub mod locate;
+pub mod machine_file;
+pub mod yaml;
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Where in a file something stands.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Place {
+    /// The file.
+    pub file: PathBuf,
+    /// Line from 1, if it is about a line.
+    pub line: Option<u64>,
+}
+
+impl Place {
+    /// A whole file.
+    #[must_use]
+    pub fn file(file: &Path) -> Self {
+        Self { file: file.to_path_buf(), line: None }
+    }
+
+    /// A line of a file.
+    #[must_use]
+    pub fn line(file: &Path, line: u64) -> Self {
+        Self { file: file.to_path_buf(), line: (line > 0).then_some(line) }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file.display())?;
+        match self.line {
+            Some(line) => write!(f, ":{line}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Why a file was refused: one sentence with what, how much, how much is allowed, and where.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{place}: {message}")]
+pub struct ConfigError {
+    /// Where it stands.
+    pub place: Place,
+    /// What is wrong.
+    pub message: String,
+}
+
+impl ConfigError {
+    /// An error at a place.
+    #[must_use]
+    pub fn at(place: Place, message: impl Into<String>) -> Self {
+        Self { place, message: message.into() }
+    }
+}

@@ -1,0 +1,331 @@
+//! YAML with the line of every value, and overrides over it.
+
+use super::{ConfigError, Place};
+use serde::de::{DeserializeOwned, Deserializer, MapAccess, SeqAccess, Visitor};
+use serde::ser::{SerializeMap, SerializeSeq, Serializer};
+use serde::{Deserialize, Serialize};
+use serde_saphyr::Spanned;
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// A value of a YAML file and the line it stands on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Node {
+    /// Line from 1; 0 for a value that came from an override.
+    pub line: u64,
+    /// The value.
+    pub value: Value,
+}
+
+/// What a YAML value can be.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    /// Nothing.
+    Null,
+    /// true or false.
+    Bool(bool),
+    /// A whole number.
+    Integer(i64),
+    /// A number.
+    Float(f64),
+    /// Text.
+    Text(String),
+    /// A list.
+    List(Vec<Node>),
+    /// A mapping, in the order of the file.
+    Map(Vec<(String, Node)>),
+}
+
+struct ValueVisitor;
+
+impl<'de> Visitor<'de> for ValueVisitor {
+    type Value = Value;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a YAML value")
+    }
+    fn visit_unit<E>(self) -> Result<Value, E> {
+        Ok(Value::Null)
+    }
+    fn visit_none<E>(self) -> Result<Value, E> {
+        Ok(Value::Null)
+    }
+    fn visit_bool<E>(self, value: bool) -> Result<Value, E> {
+        Ok(Value::Bool(value))
+    }
+    fn visit_i64<E>(self, value: i64) -> Result<Value, E> {
+        Ok(Value::Integer(value))
+    }
+    fn visit_u64<E: serde::de::Error>(self, value: u64) -> Result<Value, E> {
+        i64::try_from(value).map(Value::Integer).map_err(|_| E::custom(format!("the integer {value} is too large")))
+    }
+    fn visit_f64<E>(self, value: f64) -> Result<Value, E> {
+        Ok(Value::Float(value))
+    }
+    fn visit_str<E>(self, value: &str) -> Result<Value, E> {
+        Ok(Value::Text(value.to_owned()))
+    }
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Value, A::Error> {
+        let mut list = Vec::new();
+        while let Some(node) = seq.next_element::<Node>()? {
+            list.push(node);
+        }
+        Ok(Value::List(list))
+    }
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Value, A::Error> {
+        let mut entries = Vec::new();
+        while let Some(entry) = map.next_entry::<String, Node>()? {
+            entries.push(entry);
+        }
+        Ok(Value::Map(entries))
+    }
+}
+
+impl<'de> Deserialize<'de> for Value {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(ValueVisitor)
+    }
+}
+
+impl<'de> Deserialize<'de> for Node {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let spanned = Spanned::<Value>::deserialize(deserializer)?;
+        Ok(Node { line: spanned.referenced.line(), value: spanned.value })
+    }
+}
+
+impl Serialize for Node {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match &self.value {
+            Value::Null => serializer.serialize_unit(),
+            Value::Bool(value) => serializer.serialize_bool(*value),
+            Value::Integer(value) => serializer.serialize_i64(*value),
+            Value::Float(value) => serializer.serialize_f64(*value),
+            Value::Text(value) => serializer.serialize_str(value),
+            Value::List(list) => {
+                let mut seq = serializer.serialize_seq(Some(list.len()))?;
+                for node in list {
+                    seq.serialize_element(node)?;
+                }
+                seq.end()
+            }
+            Value::Map(entries) => {
+                let mut map = serializer.serialize_map(Some(entries.len()))?;
+                for (key, node) in entries {
+                    map.serialize_entry(key, node)?;
+                }
+                map.end()
+            }
+        }
+    }
+}
+
+impl Node {
+    /// The value at a dotted path; list elements are named by their index, or by their `name`.
+    #[must_use]
+    pub fn get(&self, path: &str) -> Option<&Node> {
+        path.split('.').try_fold(self, |node, part| match &node.value {
+            Value::Map(entries) => entries.iter().find(|(key, _)| key == part).map(|(_, node)| node),
+            Value::List(list) => element_index(list, part).map(|index| &list[index]),
+            _ => None,
+        })
+    }
+
+    /// Writes a value at a dotted path; the mappings on the way must exist, the last key may be new.
+    fn set(&mut self, path: &str, value: Value) -> Result<(), String> {
+        let mut node = self;
+        let mut parts = path.split('.').peekable();
+        while let Some(part) = parts.next() {
+            let is_last = parts.peek().is_none();
+            node = match &mut node.value {
+                Value::Map(entries) => {
+                    let index = entries.iter().position(|(key, _)| key == part);
+                    let index = match index {
+                        Some(index) => index,
+                        None if is_last => {
+                            entries.push((part.to_owned(), Node { line: 0, value: Value::Null }));
+                            entries.len() - 1
+                        }
+                        None => return Err(format!("there is no {part:?} to set {path:?} in")),
+                    };
+                    &mut entries[index].1
+                }
+                Value::List(list) => {
+                    let Some(index) = element_index(list, part) else {
+                        return Err(format!("the list has no element {part:?} to set {path:?} in"));
+                    };
+                    &mut list[index]
+                }
+                _ => return Err(format!("{path:?} goes through a plain value at {part:?}")),
+            };
+        }
+        *node = Node { line: 0, value };
+        Ok(())
+    }
+}
+
+fn element_index(list: &[Node], part: &str) -> Option<usize> {
+    let by_name = list.iter().position(|node| match node.get("name").map(|name| &name.value) {
+        Some(Value::Text(name)) => name == part,
+        _ => false,
+    });
+    by_name.or_else(|| part.parse().ok().filter(|index| *index < list.len()))
+}
+
+/// A YAML file, read whole, with the overrides that were laid over it.
+#[derive(Debug, Clone)]
+pub struct Document {
+    /// Where it was read from.
+    pub path: PathBuf,
+    /// What it says after the overrides; the file's own text where there are none.
+    pub text: String,
+    /// Line by line.
+    pub root: Node,
+    overrides: Vec<String>,
+}
+
+impl Document {
+    /// Parses text that was read from a path and lays `key=value` overrides over it, later ones winning.
+    ///
+    /// # Errors
+    /// Text that is not YAML; an override without `=`, with a value that is not YAML, or with a path that leads nowhere.
+    pub fn parse(path: &Path, text: &str, overrides: &[String]) -> Result<Self, ConfigError> {
+        let mut root: Node = serde_saphyr::from_str(text).map_err(|error| yaml_error(path, &error))?;
+        for over in overrides {
+            let refuse = |message: String| ConfigError::at(Place::file(path), format!("override {over:?}: {message}"));
+            let (key, value) = over.split_once('=').ok_or_else(|| refuse("has no '='".into()))?;
+            let value: Value =
+                serde_saphyr::from_str(value.trim()).map_err(|_| refuse("its value is not YAML".into()))?;
+            root.set(key.trim(), value).map_err(refuse)?;
+        }
+        let text = if overrides.is_empty() {
+            text.to_owned()
+        } else {
+            serde_saphyr::to_string(&root)
+                .map_err(|error| ConfigError::at(Place::file(path), format!("cannot be written back: {error}")))?
+        };
+        Ok(Self { path: path.to_path_buf(), text, root, overrides: overrides.to_vec() })
+    }
+
+    /// What it says, in types.
+    ///
+    /// # Errors
+    /// Unknown keys, missing keys, values of the wrong type, with their line.
+    pub fn read<T: DeserializeOwned>(&self) -> Result<T, ConfigError> {
+        serde_saphyr::from_str(&self.text).map_err(|error| {
+            let mut error = yaml_error(&self.path, &error);
+            if !self.overrides.is_empty() {
+                // The text that was read is the rewritten one: its line numbers are not those of the file.
+                error.place.line = None;
+                error.message = format!("with the overrides {}: {}", self.overrides.join(" "), error.message);
+            }
+            error
+        })
+    }
+
+    /// Where the value at a dotted path stands; the nearest enclosing value if it does not exist.
+    #[must_use]
+    pub fn place(&self, path: &str) -> Place {
+        let mut path = path;
+        loop {
+            if let Some(node) = self.root.get(path) {
+                return Place::line(&self.path, node.line);
+            }
+            match path.rfind('.') {
+                Some(dot) => path = &path[..dot],
+                None => return Place::file(&self.path),
+            }
+        }
+    }
+
+    /// An error about the value at a dotted path.
+    #[must_use]
+    pub fn error(&self, path: &str, message: impl Into<String>) -> ConfigError {
+        ConfigError::at(self.place(path), message)
+    }
+
+    /// Refuses a file that is not of this kind, or is of a newer schema version than this program reads.
+    ///
+    /// # Errors
+    /// A missing or foreign `schema` value.
+    pub fn require_schema(&self, kind: &str, newest: u32) -> Result<(), ConfigError> {
+        let expected = format!("\"camwright/{kind}/{newest}\"");
+        let Some(node) = self.root.get("schema") else {
+            return Err(ConfigError::at(
+                Place::file(&self.path),
+                format!("has no schema; expected schema: {expected}"),
+            ));
+        };
+        let Value::Text(schema) = &node.value else {
+            return Err(self.error("schema", format!("schema must be the text {expected}")));
+        };
+        let version = schema.strip_prefix(&format!("camwright/{kind}/")).and_then(|v| v.parse::<u32>().ok());
+        match version {
+            Some(version) if (1..=newest).contains(&version) => Ok(()),
+            Some(version) => Err(self.error(
+                "schema",
+                format!("is of schema version {version}; this program reads {kind} files up to version {newest}"),
+            )),
+            None => Err(self.error("schema", format!("schema is {schema:?}, expected {expected}"))),
+        }
+    }
+}
+
+fn yaml_error(path: &Path, error: &serde_saphyr::Error) -> ConfigError {
+    let line = error.location().map(|location| location.line());
+    // The message ends in its own location, in words that differ from ours.
+    let message = error.without_snippet().to_string();
+    let message = match message.rfind(" at line ") {
+        Some(at) => message[..at].to_owned(),
+        None => message,
+    };
+    ConfigError::at(Place { file: path.to_path_buf(), line }, message)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "schema: camwright/job/1\ninfeed:\n  total_mm: 0.36\nlobes:\n  - name: I1\n    phase_deg: 75.0\n  - name: E1\n    phase_deg: 110.5\n";
+
+    fn document(overrides: &[&str]) -> Result<Document, ConfigError> {
+        let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
+        Document::parse(Path::new("job.yaml"), TEXT, &overrides)
+    }
+
+    #[test]
+    fn every_value_knows_its_line() {
+        let document = document(&[]).unwrap();
+        assert_eq!(document.place("infeed.total_mm").to_string(), "job.yaml:3");
+        assert_eq!(document.place("lobes.E1.phase_deg").to_string(), "job.yaml:8");
+        assert_eq!(document.place("lobes.1.phase_deg").to_string(), "job.yaml:8");
+        assert_eq!(document.place("infeed.missing").to_string(), "job.yaml:3", "where the enclosing mapping begins");
+    }
+
+    #[test]
+    fn overrides_are_written_into_the_text_that_is_used() {
+        let document = document(&["infeed.total_mm=0.5", "lobes.I1.phase_deg=80"]).unwrap();
+        assert_eq!(document.root.get("infeed.total_mm").unwrap().value, Value::Float(0.5));
+        let again = Document::parse(Path::new("job.yaml"), &document.text, &[]).unwrap();
+        assert_eq!(again.root.get("lobes.I1.phase_deg").unwrap().value, Value::Integer(80));
+    }
+
+    #[test]
+    fn an_override_that_leads_nowhere_is_refused() {
+        let error = document(&["nothing.here=1"]).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "job.yaml: override \"nothing.here=1\": there is no \"nothing\" to set \"nothing.here\" in"
+        );
+        assert!(document(&["infeed.total_mm"]).unwrap_err().to_string().contains("has no '='"));
+    }
+
+    #[test]
+    fn a_newer_schema_is_refused_with_its_line() {
+        let document = Document::parse(Path::new("job.yaml"), "# a job\nschema: camwright/job/7\n", &[]).unwrap();
+        assert_eq!(
+            document.require_schema("job", 1).unwrap_err().to_string(),
+            "job.yaml:2: is of schema version 7; this program reads job files up to version 1"
+        );
+    }
+}
