@@ -4,6 +4,7 @@
 #![no_std]
 extern crate alloc;
 
+pub mod job;
 pub mod machine;
 pub mod numeric;
 pub mod plan;

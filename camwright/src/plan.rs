@@ -45,10 +45,13 @@ pub struct AxisTarget {
 
 /// C by a time law, X by a periodic path over C plus an infeed law.
 ///
-/// With `c` the angle since the start of the segment: C = start + c, X = path(path_start + c) + infeed(c).
+/// With `c` the angle since the start of the segment: `C = start + c`, `X = path(path_start + c) + infeed(c)`.
+///
+/// Paths run over `σ·θ`, with θ the wheel-line angle in the lobe's frame and σ the machine's rotation sense, so that they
+/// are read forwards while C turns forwards on every machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CutSegment {
-    /// Index into [`Plan::paths`]: x_axis position over the wheel-line angle in the lobe's frame (mm over rad).
+    /// Index into [`Plan::paths`]: `x_axis` position over σ times the wheel-line angle in the lobe's frame (mm over rad).
     pub path: usize,
     /// Index into [`Plan::time_laws`]: angle since the start over time (rad over s), at rest at both ends.
     pub speed: usize,
@@ -56,7 +59,7 @@ pub struct CutSegment {
     pub infeed: usize,
     /// C at the start, modulo one turn (counts).
     pub start_counts: i64,
-    /// Wheel-line angle in the lobe's frame at the start (rad).
+    /// σ times the wheel-line angle in the lobe's frame at the start (rad).
     pub path_start_rad: f64,
     /// Turns of C, spark-out included.
     pub turns: u32,
@@ -102,7 +105,8 @@ pub enum SegmentKind {
 /// Orders to the machine within a plan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Command {
-    /// The caught edge of the last search on this axis is its zero from now on.
+    /// The place where the last search on this axis stands, its caught edge plus its offset, is its zero from now on.
+    /// The origin detector closes half a window before the true zero: the offset of its search makes up for that.
     SetHome(Axis),
     /// Bring the wheel to its surface speed.
     WheelStart,
@@ -136,7 +140,7 @@ pub struct Plan {
     pub job: String,
     /// Names of the lobes, in the order of machining.
     pub lobes: Vec<String>,
-    /// Periodic paths: x_axis position (mm) over wheel-line angle (rad).
+    /// Periodic paths: `x_axis` position (mm) over σ times the wheel-line angle (rad).
     pub paths: Vec<PeriodicSpline>,
     /// Laws over time (rad over s).
     pub time_laws: Vec<HermiteSpline>,

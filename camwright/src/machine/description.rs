@@ -147,9 +147,9 @@ pub struct AxisDescription {
     pub soft_limits: Option<(f64, f64)>,
     /// Hard limit switches (mm); `None` for an axis without.
     pub overtravel: Option<(f64, f64)>,
-    /// Following error at which the drive trips, at full velocity (mm or rad); LinuxCNC's FERROR.
+    /// Following error at which the drive trips, at full velocity (mm or rad); `LinuxCNC`'s `FERROR`.
     pub max_following_error: f64,
-    /// Following error below which it never trips (mm or rad); LinuxCNC's MIN_FERROR.
+    /// Following error below which it never trips (mm or rad); `LinuxCNC`'s `MIN_FERROR`.
     pub min_following_error: f64,
     /// Whether the encoder is incremental: its zero is unknown until the axis has been homed.
     pub needs_homing: bool,

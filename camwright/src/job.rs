@@ -1,0 +1,296 @@
+//! What a job asks for: the lobes of a part, their profiles, and the settings of the grinding cycle. Pure data; files
+//! are read elsewhere.
+//!
+//! The settings are those of the digital switches of JPS6156064B2 (rapid advance R0, total infeed RT, rapid speed F0,
+//! infeed per block ΔR, phase angles α1…αn) and what the patent leaves out: spark-out, stock, work speed.
+//!
+//! Angles. C = 0 is where the origin signal comes: the centre of the key-way faces the wheel. With the machine's
+//! rotation sense σ, the azimuth of the wheel line seen from the part is σ·C, measured from the key-way, and in the
+//! frame of lobe j it is θ = σ·C − αj. Block k of a table of N blocks begins at θ = k·2π/N.
+
+use crate::machine::description::MachineDescription;
+use crate::numeric::periodic_spline::PeriodicSpline;
+use alloc::string::String;
+use alloc::vec::Vec;
+use thiserror::Error;
+
+/// One profile: the shape that one or more lobes of the part have.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ProfileSpec {
+    /// Name, for people.
+    pub name: String,
+    /// Lift law: follower displacement above the base circle (mm) over the follower angle (rad).
+    pub lift: PeriodicSpline,
+    /// Radius of the base circle (mm).
+    pub base_radius_mm: f64,
+}
+
+/// One lobe of the part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LobeSpec {
+    /// Name, for example `I1`.
+    pub name: String,
+    /// Limit switch of the station at which the lobe stands in front of the wheel.
+    pub station: String,
+    /// Phase angle α: from the key-way to the centre of the lobe's base, positive in the direction in which the table is
+    /// read (rad). The patent's own α counts the other way.
+    pub phase_rad: f64,
+    /// Index of its profile in [`JobSpec::profiles`].
+    pub profile: usize,
+    /// Width along the part's axis (mm).
+    pub width_mm: f64,
+}
+
+/// How the headstock's speed over the lobe is chosen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SpeedLaw {
+    /// One work speed for the whole pass, between bounded ramps.
+    ConstantWorkSpeed {
+        /// Headstock speed (rad/s).
+        work_speed_rad_s: f64,
+    },
+}
+
+/// One pass over a lobe: turns with infeed, then turns without.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PassSpec {
+    /// Name, for people.
+    pub name: String,
+    /// RT, total infeed (mm).
+    pub total_infeed_mm: f64,
+    /// ΔR, infeed per block (mm).
+    pub infeed_per_block_mm: f64,
+    /// Turns without infeed at the end, at least 1: the spiral infeed leaves a step that only they remove.
+    pub spark_out_turns: u32,
+    /// Speed of the headstock.
+    pub speed: SpeedLaw,
+}
+
+/// Where the axes stand before and after a part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HomePosition {
+    /// `x_axis` (mm): the wheel is clear of every lobe here.
+    pub x_mm: f64,
+    /// `z_axis` (mm).
+    pub z_mm: f64,
+}
+
+/// A job: one part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JobSpec {
+    /// Name.
+    pub name: String,
+    /// Profiles, used by the lobes by index.
+    pub profiles: Vec<ProfileSpec>,
+    /// Lobes, in the order of machining.
+    pub lobes: Vec<LobeSpec>,
+    /// N, blocks in one turn: the unit angle Δθ of the infeed and of the read start is 2π/N.
+    pub blocks_per_turn: u32,
+    /// R0, rapid advance from the retracted position to just before the blank (mm).
+    pub rapid_advance_mm: f64,
+    /// F0, speed of rapid advance and retract (mm/s).
+    pub rapid_speed_mm_s: f64,
+    /// Stock of the blank: material above the contour, along its normal (mm).
+    pub stock_mm: f64,
+    /// Passes over each lobe, in order.
+    pub passes: Vec<PassSpec>,
+    /// Distance by which a hold or a cancel takes the wheel off the part (mm).
+    pub retract_clearance_mm: f64,
+    /// The conventional way: C is turned to each lobe's base centre before it is machined.
+    pub rotary_indexing: bool,
+    /// Where the axes stand before and after the part.
+    pub home: HomePosition,
+}
+
+/// What a job cannot ask for, whatever its paths look like.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum JobError {
+    /// There is nothing to machine.
+    #[error("the job has no lobes; it needs at least 1")]
+    NoLobes,
+    /// Two lobes have one name.
+    #[error("lobes {first} and {second} are both named {name}; names must differ")]
+    SameName {
+        /// Position of the first in the job, from 1.
+        first: usize,
+        /// Position of the second, from 1.
+        second: usize,
+        /// Their name.
+        name: String,
+    },
+    /// Two lobes stand at one station.
+    #[error("lobes {first} and {second} both stand at station {station}; a station holds one lobe")]
+    SameStation {
+        /// The first lobe.
+        first: String,
+        /// The second lobe.
+        second: String,
+        /// Switch of the station.
+        station: String,
+    },
+    /// A station has no switch on this machine.
+    #[error("lobe {lobe}: station {station} has no limit switch on machine {machine}, which has {known}")]
+    UnknownStation {
+        /// The lobe.
+        lobe: String,
+        /// The switch asked for.
+        station: String,
+        /// The machine.
+        machine: String,
+        /// The switches it has.
+        known: String,
+    },
+    /// A profile index is too large.
+    #[error("lobe {lobe}: profile {profile} does not exist; the job has {count} (counted from 0)")]
+    UnknownProfile {
+        /// The lobe.
+        lobe: String,
+        /// Index asked for.
+        profile: usize,
+        /// Number of profiles.
+        count: usize,
+    },
+    /// The wheel does not cover the lobe.
+    #[error("lobe {lobe}: width {width_mm} mm is more than the wheel's {wheel_mm} mm")]
+    WiderThanWheel {
+        /// The lobe.
+        lobe: String,
+        /// Its width.
+        width_mm: f64,
+        /// The wheel's width.
+        wheel_mm: f64,
+    },
+    /// A pass has no turn without infeed.
+    #[error("pass {pass}: 0 spark-out turns; at least 1 is needed to remove the step that the infeed leaves")]
+    NoSparkOut {
+        /// The pass.
+        pass: String,
+    },
+    /// Not exactly one pass.
+    #[error("the job has {count} passes; exactly 1 can be planned")]
+    PassCount {
+        /// Number of passes.
+        count: usize,
+    },
+    /// No blocks.
+    #[error("{blocks} blocks per turn; at least {least} are needed")]
+    TooFewBlocks {
+        /// Blocks asked for.
+        blocks: u32,
+        /// Fewest allowed.
+        least: u32,
+    },
+    /// A number is outside its range.
+    #[error("{place}{key} is {value}; it must be {wanted}")]
+    OutOfRange {
+        /// `lobe I1: `, `pass finish: ` or nothing.
+        place: String,
+        /// Name of the setting, with its unit.
+        key: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        wanted: &'static str,
+    },
+}
+
+/// Fewest blocks per turn: below this a block is a tenth of a turn and no table of a lift.
+pub const LEAST_BLOCKS: u32 = 36;
+
+impl JobSpec {
+    /// Checks everything that can be said without a path: names, stations, widths, ranges.
+    ///
+    /// # Errors
+    /// The first thing found that cannot be made on this machine.
+    pub fn check(&self, machine: &MachineDescription) -> Result<(), JobError> {
+        if self.lobes.is_empty() {
+            return Err(JobError::NoLobes);
+        }
+        if self.passes.len() != 1 {
+            return Err(JobError::PassCount { count: self.passes.len() });
+        }
+        if self.blocks_per_turn < LEAST_BLOCKS {
+            return Err(JobError::TooFewBlocks { blocks: self.blocks_per_turn, least: LEAST_BLOCKS });
+        }
+        for (index, lobe) in self.lobes.iter().enumerate() {
+            self.check_lobe(index, lobe, machine)?;
+        }
+        for profile in &self.profiles {
+            let place = || alloc::format!("profile {}: ", profile.name);
+            positive(place, "base_radius_mm", profile.base_radius_mm)?;
+        }
+        for pass in &self.passes {
+            let place = || alloc::format!("pass {}: ", pass.name);
+            positive(place, "total_infeed_mm", pass.total_infeed_mm)?;
+            positive(place, "infeed_per_block_mm", pass.infeed_per_block_mm)?;
+            let SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } = pass.speed;
+            positive(place, "work_speed_rad_s", work_speed_rad_s)?;
+            if pass.spark_out_turns == 0 {
+                return Err(JobError::NoSparkOut { pass: pass.name.clone() });
+            }
+        }
+        positive(String::new, "rapid_advance_mm", self.rapid_advance_mm)?;
+        positive(String::new, "rapid_speed_mm_s", self.rapid_speed_mm_s)?;
+        positive(String::new, "retract_clearance_mm", self.retract_clearance_mm)?;
+        positive(String::new, "stock_mm", self.stock_mm)?;
+        finite(String::new, "home.x_mm", self.home.x_mm)?;
+        finite(String::new, "home.z_mm", self.home.z_mm)
+    }
+
+    fn check_lobe(&self, index: usize, lobe: &LobeSpec, machine: &MachineDescription) -> Result<(), JobError> {
+        for (other_index, other) in self.lobes[..index].iter().enumerate() {
+            if other.name == lobe.name {
+                let name = lobe.name.clone();
+                return Err(JobError::SameName { first: other_index + 1, second: index + 1, name });
+            }
+            if other.station == lobe.station {
+                return Err(JobError::SameStation {
+                    first: other.name.clone(),
+                    second: lobe.name.clone(),
+                    station: lobe.station.clone(),
+                });
+            }
+        }
+        if machine.station(&lobe.station).is_none() {
+            let known: Vec<&str> = machine.stations.iter().map(|station| station.switch.as_str()).collect();
+            return Err(JobError::UnknownStation {
+                lobe: lobe.name.clone(),
+                station: lobe.station.clone(),
+                machine: machine.name.clone(),
+                known: if known.is_empty() { String::from("none") } else { known.join(", ") },
+            });
+        }
+        if lobe.profile >= self.profiles.len() {
+            return Err(JobError::UnknownProfile {
+                lobe: lobe.name.clone(),
+                profile: lobe.profile,
+                count: self.profiles.len(),
+            });
+        }
+        let place = || alloc::format!("lobe {}: ", lobe.name);
+        finite(place, "phase_rad", lobe.phase_rad)?;
+        positive(place, "width_mm", lobe.width_mm)?;
+        if lobe.width_mm > machine.wheel.width_mm {
+            return Err(JobError::WiderThanWheel {
+                lobe: lobe.name.clone(),
+                width_mm: lobe.width_mm,
+                wheel_mm: machine.wheel.width_mm,
+            });
+        }
+        Ok(())
+    }
+}
+
+fn positive(place: impl Fn() -> String, key: &'static str, value: f64) -> Result<(), JobError> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(JobError::OutOfRange { place: place(), key, value, wanted: "a number above 0" })
+}
+
+fn finite(place: impl Fn() -> String, key: &'static str, value: f64) -> Result<(), JobError> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    Err(JobError::OutOfRange { place: place(), key, value, wanted: "a finite number" })
+}
