@@ -55,7 +55,10 @@ pub fn si_from_counts(scale: Scale, counts: i64) -> f64 {
 pub fn counts_from_si(scale: Scale, position: f64) -> i64 {
     match scale {
         Scale::Linear { counts_per_mm } => {
-            #[allow(clippy::cast_possible_truncation, reason = "the cast saturates; a wild position is refused by its limits")]
+            #[allow(
+                clippy::cast_possible_truncation,
+                reason = "the cast saturates; a wild position is refused by its limits"
+            )]
             #[allow(clippy::cast_precision_loss, reason = "scales are below 2^53")]
             let counts = (position * (counts_per_mm as f64 * 1000.0)).round() as i64;
             counts

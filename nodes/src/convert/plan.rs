@@ -74,7 +74,8 @@ pub fn pages_from_plan(plan: &Plan, provenance: &Provenance) -> Vec<PlanPage> {
         duration: plan.duration_s,
         duration_with_indexing: plan.duration_with_indexing_s,
     };
-    let segments: Vec<PlanSegment> = (0..).zip(&plan.segments).map(|(index, segment)| segment_to(plan, index, segment)).collect();
+    let segments: Vec<PlanSegment> =
+        (0..).zip(&plan.segments).map(|(index, segment)| segment_to(plan, index, segment)).collect();
     let mut pages = vec![PlanPage { header: vec![header], ..PlanPage::default() }];
     pages.extend(
         segments.chunks(SEGMENTS_PER_PAGE).map(|chunk| PlanPage { segments: chunk.to_vec(), ..PlanPage::default() }),
@@ -118,7 +119,10 @@ fn count(value: usize) -> u32 {
 }
 
 fn quadruples(law: &HermiteSpline, convert: impl Fn(f64) -> f64) -> Vec<f64> {
-    law.knots().iter().flat_map(|knot| [knot.at, convert(knot.value), convert(knot.first), convert(knot.second)]).collect()
+    law.knots()
+        .iter()
+        .flat_map(|knot| [knot.at, convert(knot.value), convert(knot.first), convert(knot.second)])
+        .collect()
 }
 
 /// SHA-256 over the content of pages without their hashes, in page order.
@@ -245,7 +249,8 @@ fn collect_splines(pages: &[PlanPage], header: &PlanHeader) -> Result<Vec<(u8, V
         let id = piece.id as usize;
         if id == splines.len() && piece.offset == 0 {
             splines.push((piece.kind, piece.values.clone()));
-        } else if id + 1 == splines.len() && piece.offset as usize == splines[id].1.len() && piece.kind == splines[id].0 {
+        } else if id + 1 == splines.len() && piece.offset as usize == splines[id].1.len() && piece.kind == splines[id].0
+        {
             splines[id].1.extend_from_slice(&piece.values);
         } else {
             return Err(format!("spline {id}: piece at {} is out of order", piece.offset));
@@ -344,7 +349,11 @@ pub fn phase_name(phase: Phase) -> &'static str {
     }
 }
 
-fn kind_from(message: &PlanSegment, place: &[SplinePlace], machine: &MachineDescription) -> Result<SegmentKind, String> {
+fn kind_from(
+    message: &PlanSegment,
+    place: &[SplinePlace],
+    machine: &MachineDescription,
+) -> Result<SegmentKind, String> {
     let axis = |index: usize| -> Result<Axis, String> {
         let joint = message.joints.get(index).ok_or("joints are missing")?;
         Axis::from_joint(joint).ok_or_else(|| format!("there is no joint {joint:?}"))

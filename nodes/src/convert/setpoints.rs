@@ -1,0 +1,189 @@
+//! Setpoint chunks as joint trajectories, and back.
+//!
+//! A chunk is a `trajectory_msgs/JointTrajectory` whose stamp is the tick of its first point. Its dense part has one
+//! point per tick; then come the points of a stop within limits, several ticks apart, that is used only if no further
+//! chunk arrives. A chunk without such a stop, at rest at its last point, is the end of the motion.
+
+use super::time::{TickClock, duration_from_ns, ns_from_duration};
+use super::{core_from_si, counts_from_si, si_from_core, si_from_counts};
+use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
+use camwright::setpoint::Setpoint;
+use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
+use thiserror::Error;
+
+/// A point of the stop that ends a chunk.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct StopPoint {
+    /// Ticks after the chunk's last dense point.
+    pub ticks: u32,
+    /// Positions (mm or rad).
+    pub position: [f64; AXIS_COUNT],
+    /// Velocities (mm/s or rad/s).
+    pub velocity: [f64; AXIS_COUNT],
+    /// Accelerations (mm/s² or rad/s²).
+    pub acceleration: [f64; AXIS_COUNT],
+}
+
+/// A chunk of setpoints.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Chunk {
+    /// Tick of the first setpoint.
+    pub first_tick: u64,
+    /// One setpoint per tick.
+    pub setpoints: Vec<Setpoint>,
+    /// The stop that follows if no further chunk arrives; empty at the end of a motion.
+    pub stop: Vec<StopPoint>,
+}
+
+/// Why a trajectory is no chunk.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ChunkError {
+    /// Joints are not those of the machine.
+    #[error("joints are {found:?}, the machine takes {wanted:?}")]
+    Joints {
+        /// Joints of the trajectory.
+        found: Vec<String>,
+        /// Joints of the machine.
+        wanted: Vec<String>,
+    },
+    /// The stamp is not that of a tick.
+    #[error("stamp {sec}.{nanosec:09} is not the time of a tick")]
+    Stamp {
+        /// Seconds.
+        sec: i32,
+        /// Nanoseconds.
+        nanosec: u32,
+    },
+    /// A point is not what it should be.
+    #[error("point {index}: {what}")]
+    Point {
+        /// Index of the point.
+        index: usize,
+        /// What is wrong.
+        what: String,
+    },
+}
+
+/// Joint names in the order of the setpoint's values.
+#[must_use]
+pub fn joint_names() -> Vec<String> {
+    Axis::ALL.iter().map(|axis| axis.joint().to_owned()).collect()
+}
+
+fn per_axis(values: impl Fn(usize, Axis) -> f64) -> Vec<f64> {
+    Axis::ALL.iter().map(|axis| values(axis.index(), *axis)).collect()
+}
+
+/// A chunk as a joint trajectory.
+#[must_use]
+pub fn trajectory_from_chunk(chunk: &Chunk, machine: &MachineDescription, clock: TickClock) -> JointTrajectory {
+    let cycle = i64::from(clock.cycle_time_ns);
+    let since = |ticks: usize| duration_from_ns(i64::try_from(ticks).unwrap_or(i64::MAX).saturating_mul(cycle));
+    let dense = chunk.setpoints.iter().enumerate().map(|(index, setpoint)| JointTrajectoryPoint {
+        positions: per_axis(|i, axis| si_from_counts(machine.axis(axis).scale, setpoint.counts[i])),
+        velocities: per_axis(|i, axis| si_from_core(axis, setpoint.velocity[i])),
+        accelerations: per_axis(|i, axis| si_from_core(axis, setpoint.acceleration[i])),
+        effort: Vec::new(),
+        time_from_start: since(index),
+    });
+    let last = chunk.setpoints.len().saturating_sub(1);
+    let stop = chunk.stop.iter().map(|point| JointTrajectoryPoint {
+        positions: per_axis(|i, axis| si_from_core(axis, point.position[i])),
+        velocities: per_axis(|i, axis| si_from_core(axis, point.velocity[i])),
+        accelerations: per_axis(|i, axis| si_from_core(axis, point.acceleration[i])),
+        effort: Vec::new(),
+        time_from_start: since(last + point.ticks as usize),
+    });
+    let mut trajectory = JointTrajectory {
+        joint_names: joint_names(),
+        points: dense.chain(stop).collect(),
+        ..JointTrajectory::default()
+    };
+    trajectory.header.stamp = clock.stamp(chunk.first_tick);
+    trajectory
+}
+
+/// The chunk that a joint trajectory carries.
+///
+/// # Errors
+/// Foreign joints, a stamp between ticks, points whose sizes, times or numbers make no chunk.
+pub fn chunk_from_trajectory(
+    trajectory: &JointTrajectory,
+    machine: &MachineDescription,
+    clock: TickClock,
+) -> Result<Chunk, ChunkError> {
+    if trajectory.joint_names != joint_names() {
+        return Err(ChunkError::Joints { found: trajectory.joint_names.clone(), wanted: joint_names() });
+    }
+    let stamp = &trajectory.header.stamp;
+    let first_tick = clock.tick(stamp).ok_or(ChunkError::Stamp { sec: stamp.sec, nanosec: stamp.nanosec })?;
+    let mut chunk = Chunk { first_tick, ..Chunk::default() };
+    let mut previous_tick: Option<u64> = None;
+    for (index, point) in trajectory.points.iter().enumerate() {
+        let refuse = |what: String| ChunkError::Point { index, what };
+        let tick = point_tick(point, clock, previous_tick).map_err(&refuse)?;
+        let position = values("positions", &point.positions).map_err(&refuse)?;
+        let velocity = core_values(values("velocities", &point.velocities).map_err(&refuse)?);
+        let acceleration = core_values(values("accelerations", &point.accelerations).map_err(&refuse)?);
+        let is_dense = chunk.stop.is_empty() && previous_tick.is_none_or(|previous| tick == previous + 1);
+        if is_dense {
+            let mut counts = [0; AXIS_COUNT];
+            for axis in Axis::ALL {
+                counts[axis.index()] = counts_from_si(machine.axis(axis).scale, position[axis.index()]);
+            }
+            chunk.setpoints.push(Setpoint { counts, velocity, acceleration });
+        } else {
+            let ticks = tick - (chunk.setpoints.len() as u64 - 1);
+            let ticks = u32::try_from(ticks).map_err(|_| refuse("its time is too far away".into()))?;
+            chunk.stop.push(StopPoint { ticks, position: core_values(position), velocity, acceleration });
+        }
+        previous_tick = Some(tick);
+    }
+    if chunk.setpoints.is_empty() {
+        return Err(ChunkError::Point { index: 0, what: "there are no points".into() });
+    }
+    let (index, velocity) = match (chunk.stop.last(), chunk.setpoints.last()) {
+        (Some(point), _) => (trajectory.points.len() - 1, point.velocity),
+        (None, Some(setpoint)) => (trajectory.points.len() - 1, setpoint.velocity),
+        (None, None) => (0, [0.0; AXIS_COUNT]),
+    };
+    if velocity.iter().any(|v| *v != 0.0) {
+        return Err(ChunkError::Point {
+            index,
+            what: format!("the last point moves at {velocity:?}, it must be at rest"),
+        });
+    }
+    Ok(chunk)
+}
+
+/// Ticks of a point after the first.
+fn point_tick(point: &JointTrajectoryPoint, clock: TickClock, previous: Option<u64>) -> Result<u64, String> {
+    let ns = ns_from_duration(&point.time_from_start);
+    let cycle = i64::from(clock.cycle_time_ns);
+    if cycle == 0 || ns < 0 || ns % cycle != 0 {
+        return Err(format!("time_from_start is {ns} ns, not a multiple of the cycle time {cycle} ns"));
+    }
+    let tick = u64::try_from(ns / cycle).map_err(|error| error.to_string())?;
+    match previous {
+        None if tick != 0 => Err("time_from_start of the first point is not 0".into()),
+        Some(previous) if tick <= previous => Err("time_from_start does not increase".into()),
+        _ => Ok(tick),
+    }
+}
+
+fn values(name: &str, values: &[f64]) -> Result<[f64; AXIS_COUNT], String> {
+    let array: [f64; AXIS_COUNT] =
+        values.try_into().map_err(|_| format!("{} {name}, the machine takes {AXIS_COUNT}", values.len()))?;
+    match array.iter().find(|value| !value.is_finite()) {
+        Some(value) => Err(format!("{name} hold {value}")),
+        None => Ok(array),
+    }
+}
+
+fn core_values(si: [f64; AXIS_COUNT]) -> [f64; AXIS_COUNT] {
+    let mut core = si;
+    for axis in Axis::ALL {
+        core[axis.index()] = core_from_si(axis, si[axis.index()]);
+    }
+    core
+}
