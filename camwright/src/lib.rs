@@ -8,5 +8,6 @@ pub mod job;
 pub mod machine;
 pub mod numeric;
 pub mod plan;
+pub mod point_to_point;
 pub mod setpoint;
 pub mod units;
