@@ -4,10 +4,13 @@
 #![no_std]
 extern crate alloc;
 
+pub mod cut_motion;
+pub mod infeed;
 pub mod job;
 pub mod machine;
 pub mod numeric;
 pub mod plan;
 pub mod point_to_point;
 pub mod setpoint;
+pub mod speed_plan;
 pub mod units;

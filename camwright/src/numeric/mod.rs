@@ -1,4 +1,5 @@
 //! Splines and solvers that the rest is built on.
 
+pub mod differences;
 pub mod hermite;
 pub mod periodic_spline;

@@ -1,0 +1,308 @@
+//! Infeed: how the wheel goes from first contact to size while the part turns.
+//!
+//! As JPS6156064B2 has it, the wheel comes closer by ΔR in every block, through n whole turns: RT = N·ΔR·n, compared in
+//! counts of X, so that cutting ends on the phase it began at. The patent stops there and leaves the step of a spiral;
+//! turns without infeed follow here. The slope ends in a short blend, for a corner would ask for infinite jerk of X:
+//!
+//! ```text
+//! offset   RT ─╲
+//!               ╲  −ΔR per block, exact up to half a blend before the end of turn n
+//!                ╲
+//!              0  ╲_______  exactly 0 from half a blend after the end of turn n
+//! ```
+
+use crate::machine::description::{MotionLimits, Scale};
+use crate::numeric::hermite::{HermiteSpline, Knot};
+use crate::units::TURN_RAD;
+use thiserror::Error;
+
+/// Share of X's acceleration and jerk limit that the blend at the end of the infeed may take. Smaller makes the blend
+/// longer, and with it what a single spark-out turn leaves (see [`InfeedLaw::left_on_part_mm`]); larger takes from what
+/// the path of the lobe may use. At 5 % and ordinary settings the blend is some degrees long and leaves under 0.1 µm.
+const BLEND_SHARE: f64 = 0.05;
+
+/// Longest blend (rad): half of it lies in the first spark-out turn, of which three quarters must stay.
+const LONGEST_BLEND_RAD: f64 = TURN_RAD / 2.0;
+
+/// Most turns with infeed: beyond it a mistyped ΔR is likelier than a wish.
+const MOST_TURNS: u32 = 1000;
+
+/// Why settings of the infeed fit no whole number of turns.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum InfeedError {
+    /// RT is not N·ΔR·n.
+    #[error(
+        "total infeed {total_mm} mm is {turns:.4} turns of {blocks} blocks of {per_block_mm} mm; whole turns are needed: \
+         {nearest}"
+    )]
+    NotWholeTurns {
+        /// RT.
+        total_mm: f64,
+        /// ΔR.
+        per_block_mm: f64,
+        /// N.
+        blocks: u32,
+        /// RT / (N·ΔR).
+        turns: f64,
+        /// The nearest values that fit.
+        nearest: NearestInfeed,
+    },
+    /// More turns than [`MOST_TURNS`].
+    #[error(
+        "total infeed {total_mm} mm at {per_block_mm} mm per block takes {turns:.0} turns; at most {most} are allowed"
+    )]
+    TooManyTurns {
+        /// RT.
+        total_mm: f64,
+        /// ΔR.
+        per_block_mm: f64,
+        /// Turns it would take.
+        turns: f64,
+        /// Most allowed.
+        most: u32,
+    },
+    /// RT is less than one count of X.
+    #[error("total infeed {total_mm} mm is less than one count of x_axis")]
+    BelowOneCount {
+        /// RT.
+        total_mm: f64,
+    },
+}
+
+/// The nearest settings that fit whole turns; no value where there would be no turn at all.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NearestInfeed {
+    /// RT below and above, at the given ΔR (mm).
+    pub total_mm: (Option<f64>, f64),
+    /// ΔR below and above, at the given RT (mm).
+    pub per_block_mm: (f64, Option<f64>),
+}
+
+impl core::fmt::Display for NearestInfeed {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("the nearest total infeed is ")?;
+        if let Some(below) = self.total_mm.0 {
+            write!(f, "{} or ", significant(below))?;
+        }
+        write!(
+            f,
+            "{} mm, the nearest infeed per block {}",
+            significant(self.total_mm.1),
+            significant(self.per_block_mm.0)
+        )?;
+        if let Some(above) = self.per_block_mm.1 {
+            write!(f, " or {}", significant(above))?;
+        }
+        f.write_str(" mm")
+    }
+}
+
+/// A number at twelve decimals of a mm without its trailing zeros: finer than any count, and readable.
+fn significant(value: f64) -> f64 {
+    libm::round(value * 1e12) / 1e12
+}
+
+/// Total infeed, turns and slope: settings of a pass that are known to fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InfeedSchedule {
+    total_counts: i64,
+    total_mm: f64,
+    turns: u32,
+}
+
+impl InfeedSchedule {
+    /// Checks RT = N·ΔR·n in counts of X.
+    ///
+    /// # Errors
+    /// No whole number of turns n fits, or too many would be needed.
+    pub fn new(total_mm: f64, per_block_mm: f64, blocks: u32, x_scale: Scale) -> Result<Self, InfeedError> {
+        let per_turn_mm = f64::from(blocks) * per_block_mm;
+        let turns = total_mm / per_turn_mm;
+        if turns.is_nan() || turns > f64::from(MOST_TURNS) + 0.5 {
+            return Err(InfeedError::TooManyTurns { total_mm, per_block_mm, turns, most: MOST_TURNS });
+        }
+        let total_counts = x_scale.counts(total_mm);
+        if total_counts < 1 {
+            return Err(InfeedError::BelowOneCount { total_mm });
+        }
+        let whole = libm::round(turns);
+        if whole < 1.0 || x_scale.counts(per_turn_mm * whole) != total_counts {
+            let (low, high) = (libm::floor(turns), libm::floor(turns) + 1.0);
+
+            let on_count = |turns: f64| x_scale.position(x_scale.counts(per_turn_mm * turns));
+            let nearest = NearestInfeed {
+                total_mm: ((low >= 1.0).then(|| on_count(low)), on_count(high)),
+                per_block_mm: (
+                    total_mm / (f64::from(blocks) * high),
+                    (low >= 1.0).then(|| total_mm / (f64::from(blocks) * low)),
+                ),
+            };
+            return Err(InfeedError::NotWholeTurns { total_mm, per_block_mm, blocks, turns, nearest });
+        }
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and MOST_TURNS")]
+        let turns = whole as u32;
+        Ok(Self { total_counts, total_mm: x_scale.position(total_counts), turns })
+    }
+
+    /// Total infeed (counts of X).
+    #[must_use]
+    pub const fn total_counts(&self) -> i64 {
+        self.total_counts
+    }
+
+    /// Total infeed, on counts of X (mm).
+    #[must_use]
+    pub const fn total_mm(&self) -> f64 {
+        self.total_mm
+    }
+
+    /// n, whole turns with infeed.
+    #[must_use]
+    pub const fn turns(&self) -> u32 {
+        self.turns
+    }
+
+    /// Infeed per angle (mm/rad).
+    #[must_use]
+    pub fn slope_mm_rad(&self) -> f64 {
+        self.total_mm / (f64::from(self.turns) * TURN_RAD)
+    }
+
+    /// The law for a work speed: the blend is as short as a small share of X's limits allows.
+    #[must_use]
+    pub fn law_for(&self, work_speed_rad_s: f64, x: MotionLimits) -> InfeedLaw {
+        let (slope, w) = (self.slope_mm_rad(), work_speed_rad_s);
+        // The slope falls by smoothstep: its first and second derivative peak at 1.5/β and 6/β².
+        let for_acceleration = 1.5 * slope * w * w / (BLEND_SHARE * x.acceleration);
+        let for_jerk = libm::sqrt(6.0 * slope * w * w * w / (BLEND_SHARE * x.jerk));
+        InfeedLaw::new(*self, for_acceleration.max(for_jerk).clamp(TURN_RAD / 3600.0, LONGEST_BLEND_RAD))
+    }
+}
+
+/// Offset of X above the finished path over the angle turned since the start (mm over rad).
+#[derive(Debug, Clone, PartialEq)]
+pub struct InfeedLaw {
+    schedule: InfeedSchedule,
+    blend_rad: f64,
+    law: HermiteSpline,
+}
+
+impl InfeedLaw {
+    fn new(schedule: InfeedSchedule, blend_rad: f64) -> Self {
+        let slope = schedule.slope_mm_rad();
+        let end = f64::from(schedule.turns) * TURN_RAD;
+        let half = 0.5 * blend_rad;
+        let law = HermiteSpline::new(alloc::vec![
+            Knot { at: 0.0, value: schedule.total_mm, first: -slope, second: 0.0 },
+            Knot { at: end - half, value: slope * half, first: -slope, second: 0.0 },
+            Knot { at: end + half, value: 0.0, first: 0.0, second: 0.0 },
+        ])
+        .expect("the blend is longer than nothing and ends within the turns around it; all numbers are finite");
+        Self { schedule, blend_rad, law }
+    }
+
+    /// What it was made from.
+    #[must_use]
+    pub const fn schedule(&self) -> &InfeedSchedule {
+        &self.schedule
+    }
+
+    /// The law.
+    #[must_use]
+    pub const fn law(&self) -> &HermiteSpline {
+        &self.law
+    }
+
+    /// Length of the blend at its end, centred on the end of the last turn with infeed (rad).
+    #[must_use]
+    pub const fn blend_rad(&self) -> f64 {
+        self.blend_rad
+    }
+
+    /// Most that stays on the contour at the start phase after the spark-out (mm): the second half of the blend lies in
+    /// the first spark-out turn, so with one such turn that stretch is cut by the blend and not again.
+    #[must_use]
+    pub fn left_on_part_mm(&self, spark_out_turns: u32) -> f64 {
+        if spark_out_turns >= 2 {
+            return 0.0;
+        }
+        // Half-way through the blend ∫(1 − 3u² + 2u³) du over ½..1 = 3/32 of slope times blend is still to go.
+        self.schedule.slope_mm_rad() * self.blend_rad * (3.0 / 32.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::string::ToString;
+
+    const X: Scale = Scale::Linear { counts_per_mm: 100_000 };
+    const LIMITS: MotionLimits = MotionLimits { velocity: 500.0, acceleration: 10_000.0, jerk: 1e6 };
+
+    /// Four turns of 3600 blocks of 25 nm are 0.36 mm; block k begins at RT − k·ΔR to the count.
+    #[test]
+    fn every_block_takes_its_infeed() {
+        let schedule = InfeedSchedule::new(0.36, 0.000_025, 3600, X).expect("0.36 mm is 4 turns");
+        assert_eq!((schedule.turns(), schedule.total_counts()), (4, 36_000));
+        let law = schedule.law_for(6.0, LIMITS);
+        let blocks_in_half_blend = law.blend_rad() / TURN_RAD * 1800.0;
+        for block in 0..4 * 3600 {
+            if f64::from(block) < 4.0 * 3600.0 - blocks_in_half_blend {
+                let offset = law.law().sample(f64::from(block) * TURN_RAD / 3600.0).value;
+                assert!((offset - (0.36 - f64::from(block) * 0.000_025)).abs() < 1e-14);
+            }
+        }
+    }
+
+    #[test]
+    fn after_the_blend_the_offset_is_exactly_zero() {
+        let law = InfeedSchedule::new(0.36, 0.000_025, 3600, X).expect("4 turns").law_for(6.0, LIMITS);
+        for i in 0..1000 {
+            let at = 4.0 * TURN_RAD + 0.5 * law.blend_rad() + f64::from(i) * 0.01;
+            assert_eq!(law.law().sample(at).value.to_bits(), 0.0_f64.to_bits());
+        }
+    }
+
+    /// The offset never rises, and its blend takes its share of X's limits at most.
+    #[test]
+    fn the_blend_keeps_its_share() {
+        for speed in [0.5, 6.0, 30.0] {
+            let law = InfeedSchedule::new(0.36, 0.000_05, 3600, X).expect("2 turns").law_for(speed, LIMITS);
+            let end = 2.0 * TURN_RAD + law.blend_rad();
+            for i in 0..=10_000 {
+                let s = law.law().sample(end * f64::from(i) / 10_000.0);
+                assert!(s.first <= 1e-12);
+                assert!(s.second.abs() * speed * speed <= BLEND_SHARE * LIMITS.acceleration * (1.0 + 1e-9));
+                assert!(s.third.abs() * speed * speed * speed <= BLEND_SHARE * LIMITS.jerk * (1.0 + 1e-9));
+            }
+            let half_way = law.law().sample(2.0 * TURN_RAD).value;
+            assert!((half_way - law.left_on_part_mm(1)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn what_fits_no_whole_turns_is_refused_with_its_neighbours() {
+        let error = InfeedSchedule::new(0.35, 0.000_025, 3600, X).expect_err("3.89 turns");
+        assert_eq!(
+            error.to_string(),
+            "total infeed 0.35 mm is 3.8889 turns of 3600 blocks of 0.000025 mm; whole turns are needed: the nearest \
+             total infeed is 0.27 or 0.36 mm, the nearest infeed per block 0.000024305556 or 0.000032407407 mm"
+        );
+        // The neighbours named do fit.
+        for (total, per_block) in
+            [(0.27, 0.000_025), (0.36, 0.000_025), (0.35, 0.000_024_305_556), (0.35, 0.000_032_407_407)]
+        {
+            InfeedSchedule::new(total, per_block, 3600, X).expect("a value the refusal named");
+        }
+    }
+
+    /// One count off is refused, half a count is not seen.
+    #[test]
+    fn infeed_is_compared_in_counts() {
+        assert!(InfeedSchedule::new(0.360_01, 0.000_025, 3600, X).is_err());
+        assert!(InfeedSchedule::new(0.360_004, 0.000_025, 3600, X).is_ok());
+        let under_a_turn = InfeedSchedule::new(0.04, 0.000_025, 3600, X).expect_err("0.44 turns");
+        assert!(under_a_turn.to_string().contains("the nearest total infeed is 0.09 mm"), "{under_a_turn}");
+        assert!(matches!(InfeedSchedule::new(0.36, 1e-12, 3600, X), Err(InfeedError::TooManyTurns { .. })));
+    }
+}

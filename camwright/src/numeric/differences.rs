@@ -1,0 +1,68 @@
+//! Derivatives by differencing values: the other arithmetic with which motion is checked after it was planned.
+
+/// A largest magnitude and where it was met.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Extreme {
+    /// Largest magnitude.
+    pub value: f64,
+    /// Abscissa at which it was met.
+    pub at: f64,
+}
+
+impl Extreme {
+    /// Keeps the larger of this and another magnitude. Not a number counts as infinitely large, so that it cannot hide.
+    pub fn take(&mut self, value: f64, at: f64) {
+        let magnitude = if value.is_nan() { f64::INFINITY } else { value.abs() };
+        if magnitude > self.value {
+            *self = Self { value: magnitude, at };
+        }
+    }
+}
+
+/// Largest magnitudes of the first three derivatives of `f` between two abscissae, by differences over a fixed step.
+///
+/// Differences are means of the derivative over one to three steps, so they never exceed its largest value but for the
+/// rounding of `f`: 8 ε |f| / step³ in the third.
+pub fn largest_derivatives(f: impl Fn(f64) -> f64, from: f64, to: f64, step: f64) -> [Extreme; 3] {
+    let mut found = [Extreme::default(); 3];
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "counts of steps are small and positive"
+    )]
+    let count = libm::ceil((to - from) / step).max(0.0) as u64;
+    let (mut a, mut b, mut c) = (f(from), f(from + step), f(from + 2.0 * step));
+    found[0].take((b - a) / step, from);
+    found[0].take((c - b) / step, from);
+    found[1].take((c - 2.0 * b + a) / (step * step), from + step);
+    for k in 3..=count.max(3) {
+        #[allow(clippy::cast_precision_loss, reason = "counts of steps are far below 2^53")]
+        let at = from + k as f64 * step;
+        let d = f(at);
+        found[0].take((d - c) / step, at - 0.5 * step);
+        found[1].take((d - 2.0 * c + b) / (step * step), at - step);
+        found[2].take((d - 3.0 * c + 3.0 * b - a) / (step * step * step), at - 1.5 * step);
+        (a, b, c) = (b, c, d);
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// sin(3t) has derivatives of magnitude 3, 9 and 27.
+    #[test]
+    fn a_sine_has_the_derivatives_of_a_sine() {
+        let found = largest_derivatives(|t| libm::sin(3.0 * t), 0.0, 4.0, 1e-4);
+        for (extreme, wanted) in found.iter().zip([3.0, 9.0, 27.0]) {
+            assert!((extreme.value - wanted).abs() < 1e-3 * wanted, "{extreme:?} {wanted}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_a_number_does_not_hide() {
+        let found = largest_derivatives(|t| if t > 0.5 { f64::NAN } else { t }, 0.0, 1.0, 0.01);
+        assert!(found.iter().all(|extreme| extreme.value.is_infinite()));
+    }
+}
