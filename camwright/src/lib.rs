@@ -4,13 +4,20 @@
 #![no_std]
 extern crate alloc;
 
+pub mod contour;
 pub mod cut_motion;
+pub mod follower;
+pub mod form;
 pub mod infeed;
 pub mod job;
+pub mod lift;
 pub mod machine;
+pub mod motion_law;
 pub mod numeric;
 pub mod plan;
 pub mod point_to_point;
 pub mod setpoint;
 pub mod speed_plan;
+pub mod tool_path;
 pub mod units;
+pub mod wheel;

@@ -1,5 +1,8 @@
 //! Splines and solvers that the rest is built on.
 
+pub mod banded;
 pub mod differences;
+pub mod extremum;
 pub mod hermite;
 pub mod periodic_spline;
+pub mod tube;

@@ -1,0 +1,211 @@
+//! What can be wrong with a lift table, each with the line of the file it came from.
+
+use thiserror::Error;
+
+/// One finding in a lift table. Angles are those of the file (cam or crank degrees), lengths mm.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum LiftError {
+    /// Too few rows to be a lift table.
+    #[error("{count} rows are too few, at least {least} are needed for one turn")]
+    TooFewRows {
+        /// Number of rows.
+        count: usize,
+        /// Smallest number.
+        least: usize,
+    },
+    /// More rows than the arithmetic is made for.
+    #[error("{count} rows are too many, at most {most} are allowed for one turn")]
+    TooManyRows {
+        /// Number of rows.
+        count: usize,
+        /// Largest number.
+        most: usize,
+    },
+    /// The declared resolution is not usable.
+    #[error("resolution {resolution_mm} mm is not within {least_mm} mm to {most_mm} mm")]
+    BadResolution {
+        /// What was declared (mm).
+        resolution_mm: f64,
+        /// Smallest (mm).
+        least_mm: f64,
+        /// Largest (mm).
+        most_mm: f64,
+    },
+    /// A number that is not finite.
+    #[error("line {line}: {what} is {value}, not a finite number")]
+    NotFinite {
+        /// Line of the file.
+        line: usize,
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A value too large to be a lift.
+    #[error("line {line}: {value_mm} mm is beyond the largest lift of {most_mm} mm")]
+    TooLarge {
+        /// Line of the file.
+        line: usize,
+        /// Value (mm).
+        value_mm: f64,
+        /// Largest (mm).
+        most_mm: f64,
+    },
+    /// A value that is no multiple of the table's last digit.
+    #[error("line {line}: {value_mm} mm is no multiple of the last digit {digit_mm} mm")]
+    OffDigit {
+        /// Line of the file.
+        line: usize,
+        /// Value (mm).
+        value_mm: f64,
+        /// The finest digit looked for (mm).
+        digit_mm: f64,
+    },
+    /// A row without its angle, while others have one.
+    #[error("line {line}: the angle is missing")]
+    AngleMissing {
+        /// Line of the file.
+        line: usize,
+    },
+    /// The same angle twice.
+    #[error("line {line}: angle {angle_deg:.4} deg stands already in line {previous_line}")]
+    DuplicateAngle {
+        /// Line of the file.
+        line: usize,
+        /// The angle (deg).
+        angle_deg: f64,
+        /// Where it stands first.
+        previous_line: usize,
+    },
+    /// An angle that goes backwards.
+    #[error("line {line}: angle {angle_deg:.4} deg does not increase (previous {previous_deg:.4} deg)")]
+    AngleNotIncreasing {
+        /// Line of the file.
+        line: usize,
+        /// The angle (deg).
+        angle_deg: f64,
+        /// The one before (deg).
+        previous_deg: f64,
+    },
+    /// Blocks are missing before a row, or after the last.
+    #[error(
+        "line {line}: {count} block(s) missing, the next should be at {expected_deg:.4} deg, not {angle_deg:.4} deg"
+    )]
+    MissingBlock {
+        /// Line of the file: the row after the gap, or the last row.
+        line: usize,
+        /// Number of blocks missing.
+        count: usize,
+        /// Angle of the first missing one (deg).
+        expected_deg: f64,
+        /// Angle found instead, or the end of the turn (deg).
+        angle_deg: f64,
+    },
+    /// The number of rows is not the declared number of blocks.
+    #[error("line {line}: the table has {count} blocks, declared are {declared}")]
+    BlockCount {
+        /// Last line of the table.
+        line: usize,
+        /// Blocks found.
+        count: usize,
+        /// Blocks declared.
+        declared: usize,
+    },
+    /// An angle off the even division of the turn.
+    #[error(
+        "line {line}: angle {angle_deg:.4} deg is {off_deg:.4} deg off the even division, allowed are {bound_deg:.4} deg"
+    )]
+    UnevenAngle {
+        /// Line of the file.
+        line: usize,
+        /// The angle (deg).
+        angle_deg: f64,
+        /// Distance from where it should be (deg).
+        off_deg: f64,
+        /// Allowed (deg).
+        bound_deg: f64,
+    },
+    /// The table covers two turns where it declares cam degrees.
+    #[error(
+        "line {line}: the table covers {covered_deg:.2} deg where one turn of the cam is 360 deg: \
+         these are crank degrees, declared are cam degrees"
+    )]
+    CrankDegrees {
+        /// First line beyond one turn.
+        line: usize,
+        /// Angle covered (deg).
+        covered_deg: f64,
+    },
+    /// The table covers something else than one turn.
+    #[error("line {line}: the table covers {covered_deg:.4} deg, one turn is {turn_deg} deg")]
+    AngleSpan {
+        /// First line beyond one turn, or the last.
+        line: usize,
+        /// Angle covered (deg).
+        covered_deg: f64,
+        /// One turn of the cam in the declared unit (deg).
+        turn_deg: f64,
+    },
+    /// The lift after one turn is not the lift before.
+    #[error(
+        "line {line}: after one turn {misclosure_mm} mm of lift remain ({units} units of {digit_mm} mm), allowed is less than {bound_mm} mm"
+    )]
+    Misclosure {
+        /// Last line of the table.
+        line: usize,
+        /// Remaining lift (mm).
+        misclosure_mm: f64,
+        /// The same in units of the last digit.
+        units: i64,
+        /// The last digit (mm).
+        digit_mm: f64,
+        /// Half the resolution (mm).
+        bound_mm: f64,
+    },
+    /// Lift below the base circle.
+    #[error("line {line}: lift {lift_mm} mm is below the base circle by more than half a digit ({bound_mm} mm)")]
+    BelowBase {
+        /// Line of the file.
+        line: usize,
+        /// Lift (mm).
+        lift_mm: f64,
+        /// Half the resolution (mm).
+        bound_mm: f64,
+    },
+    /// A jump that the lift around it does not announce.
+    #[error(
+        "line {line}: the lift jumps {jump_mm:.6} mm away from its neighbours' trend, allowed are {bound_mm:.6} mm"
+    )]
+    Step {
+        /// Line of the row after the jump.
+        line: usize,
+        /// Deviation of the difference from the mean of its neighbours (mm).
+        jump_mm: f64,
+        /// Allowed (mm).
+        bound_mm: f64,
+    },
+}
+
+impl LiftError {
+    /// Line of the file at fault, where one row is.
+    #[must_use]
+    pub fn line(&self) -> Option<usize> {
+        match *self {
+            Self::TooFewRows { .. } | Self::TooManyRows { .. } | Self::BadResolution { .. } => None,
+            Self::NotFinite { line, .. }
+            | Self::TooLarge { line, .. }
+            | Self::OffDigit { line, .. }
+            | Self::AngleMissing { line }
+            | Self::DuplicateAngle { line, .. }
+            | Self::AngleNotIncreasing { line, .. }
+            | Self::MissingBlock { line, .. }
+            | Self::BlockCount { line, .. }
+            | Self::UnevenAngle { line, .. }
+            | Self::CrankDegrees { line, .. }
+            | Self::AngleSpan { line, .. }
+            | Self::Misclosure { line, .. }
+            | Self::BelowBase { line, .. }
+            | Self::Step { line, .. } => Some(line),
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! A printed lift table over one turn of the cam, in whole units of its last digit.
+
+use super::check;
+use super::error::LiftError;
+use crate::units::TURN_RAD;
+use alloc::vec::Vec;
+
+/// One row of a table as it was read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LiftRow {
+    /// Line of the file, for whoever has to correct it.
+    pub line: usize,
+    /// Angle (cam or crank degrees, as declared); `None` where the file has one value per block and no angles.
+    pub angle_deg: Option<f64>,
+    /// Lift, or its increment over the block that begins here (mm).
+    pub value_mm: f64,
+}
+
+/// What the values of a table are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LiftForm {
+    /// Increment per block, as on the tape of seed 000: block k takes the lift from k·Δθ to (k + 1)·Δθ; block 0 begins at
+    /// the base centre, where the lift is 0.
+    Increments,
+    /// Lift at each angle.
+    Absolute,
+}
+
+/// What the angles of a table are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AngleUnit {
+    /// One turn of the cam is 360 degrees.
+    CamDegrees,
+    /// One turn of the cam is 720 degrees.
+    CrankDegrees,
+}
+
+impl AngleUnit {
+    /// One turn of the cam in this unit (deg).
+    #[must_use]
+    pub const fn turn_deg(self) -> f64 {
+        match self {
+            AngleUnit::CamDegrees => 360.0,
+            AngleUnit::CrankDegrees => 720.0,
+        }
+    }
+}
+
+/// What a table says about itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LiftDeclaration {
+    /// What the values are.
+    pub form: LiftForm,
+    /// What the angles are.
+    pub angle_unit: AngleUnit,
+    /// Resolution of the lift (mm): the last digit printed, or coarser where the file declares so. The lift law lies
+    /// within half of it of every point.
+    pub resolution_mm: f64,
+    /// Blocks over one turn, where the file declares them.
+    pub blocks: Option<usize>,
+}
+
+/// Lift over one turn in N equal blocks. Lifts are whole units of the last digit, so that increments and absolute lifts
+/// give the same table exactly.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LiftTable {
+    pub(super) lifts: Vec<i64>,
+    pub(super) digit_mm: f64,
+    pub(super) resolution_mm: f64,
+}
+
+impl LiftTable {
+    /// Fewest blocks: what the lift law's solver needs, and coarser than any table in use.
+    pub const MIN_BLOCKS: usize = 12;
+    /// Most blocks: 0.001° each.
+    pub const MAX_BLOCKS: usize = 360_000;
+
+    /// A table from the rows of a file. Rows stand in the order of the turn from any angle that is a multiple of the
+    /// block; a last absolute row that repeats the first after a whole turn is accepted if its lift is the same.
+    ///
+    /// # Errors
+    /// The first of [`Self::findings`].
+    pub fn from_rows(rows: &[LiftRow], declaration: &LiftDeclaration) -> Result<Self, LiftError> {
+        check::inspect(rows, declaration).map_err(|mut findings| findings.swap_remove(0))
+    }
+
+    /// Everything that is wrong with the rows of a file, in the order of the checks; empty when [`Self::from_rows`]
+    /// succeeds. A check that needs the result of a failed one is left out.
+    #[must_use]
+    pub fn findings(rows: &[LiftRow], declaration: &LiftDeclaration) -> Vec<LiftError> {
+        check::inspect(rows, declaration).err().unwrap_or_default()
+    }
+
+    /// Number of blocks N over one turn.
+    #[must_use]
+    pub fn blocks(&self) -> usize {
+        self.lifts.len()
+    }
+
+    /// Angle of one block (rad).
+    #[must_use]
+    pub fn block_rad(&self) -> f64 {
+        #[allow(clippy::cast_precision_loss, reason = "at most MAX_BLOCKS")]
+        let blocks = self.lifts.len() as f64;
+        TURN_RAD / blocks
+    }
+
+    /// Lift at the beginning of a block, taken modulo one turn (units of the last digit).
+    #[must_use]
+    pub fn lift_units(&self, block: usize) -> i64 {
+        self.lifts[block % self.lifts.len()]
+    }
+
+    /// Increment over a block, Xn of seed 000 (units of the last digit).
+    #[must_use]
+    pub fn increment_units(&self, block: usize) -> i64 {
+        self.lift_units(block + 1) - self.lift_units(block)
+    }
+
+    /// Lift at the beginning of a block, taken modulo one turn (mm).
+    #[must_use]
+    pub fn lift_mm(&self, block: usize) -> f64 {
+        #[allow(clippy::cast_precision_loss, reason = "units are checked to be below 2^53")]
+        let units = self.lift_units(block) as f64;
+        // A decimal digit is not a binary number, but its inverse is a whole one: dividing rounds once and gives the
+        // number that the printed figure parses to.
+        let per_mm = libm::round(1.0 / self.digit_mm);
+        if (per_mm * self.digit_mm - 1.0).abs() < 1e-12 { units / per_mm } else { units * self.digit_mm }
+    }
+
+    /// Lift at the beginning of every block (mm).
+    #[must_use]
+    pub fn lifts_mm(&self) -> Vec<f64> {
+        (0..self.blocks()).map(|block| self.lift_mm(block)).collect()
+    }
+
+    /// Resolution (mm): the lift law lies within half of it.
+    #[must_use]
+    pub fn resolution_mm(&self) -> f64 {
+        self.resolution_mm
+    }
+
+    /// The finest digit printed (mm); the resolution unless that was declared coarser.
+    #[must_use]
+    pub fn digit_mm(&self) -> f64 {
+        self.digit_mm
+    }
+
+    /// Largest lift (mm).
+    #[must_use]
+    pub fn max_lift_mm(&self) -> f64 {
+        (0..self.blocks()).map(|block| self.lift_mm(block)).fold(0.0, f64::max)
+    }
+}
