@@ -209,13 +209,7 @@ fn message(out: &mut String, library: &Library, ty: &Type) {
         put!(out, "}}");
     }
     put!(out, "impl crate::Message for {rust} {{");
-    put!(out, "const PACKAGE: &'static str = {:?};", ty.name.package);
-    put!(out, "const NAME: &'static str = {:?};", ty.name.name);
-    put!(out, "const TYPE_NAME: &'static str = {:?};", ty.name.to_string());
-    put!(out, "const DDS_TYPE_NAME: &'static str = {:?};", ty.name.dds());
-    put!(out, "const TYPE_HASH: &'static str = {:?};", describe::hash(library, &ty.name));
-    put!(out, "const SCHEMA: &'static str = {:?};", schema::text(library, &ty.name));
-    put!(out, "const INFO: &'static crate::InterfaceInfo = &crate::generated_registry::{};", info_name(&ty.name));
+    names(out, ty);
     if has_bounds(library, ty) {
         check_bounds(out, library, ty);
     }
@@ -267,8 +261,6 @@ fn names(out: &mut String, ty: &Type) {
     put!(out, "const PACKAGE: &'static str = {:?};", ty.name.package);
     put!(out, "const NAME: &'static str = {:?};", ty.name.name);
     put!(out, "const INFO: &'static crate::InterfaceInfo = &crate::generated_registry::{};", info_name(&ty.name));
-    put!(out, "const TYPE_NAME: &'static str = {:?};", ty.name.to_string());
-    put!(out, "const TYPE_HASH: &'static str = Self::INFO.type_hash;");
 }
 
 fn service(out: &mut String, ty: &Type) {

@@ -21,8 +21,8 @@
 //! ([`camwright_msgs::action::RunJob`]), with the messages that travel for it. [`ALL`] lists everything, with hashes,
 //! descriptions and schema texts, for those who learn a type's name at run time.
 //!
-//! Feature `ros2-client`: every message implements that crate's marker trait, and so does `impl Message` in generic
-//! code. Nothing else here knows of it.
+//! With the feature `ros2-client` every [`Message`] implements that crate's marker trait too. Nothing else here knows
+//! of it.
 
 mod bounds;
 mod registry;

@@ -30,16 +30,16 @@ pub trait Message:
     const PACKAGE: &'static str;
     /// Name in the package, for example `JointState` or `Trigger_Request`.
     const NAME: &'static str;
-    /// Full name, for example `sensor_msgs/msg/JointState`.
-    const TYPE_NAME: &'static str;
-    /// Name on the wire, for example `sensor_msgs::msg::dds_::JointState_`.
-    const DDS_TYPE_NAME: &'static str;
-    /// Hash of the type's description: `RIHS01_` and 64 hexadecimal digits.
-    const TYPE_HASH: &'static str;
-    /// Definition with all dependencies, as a bag carries it (encoding `ros2msg`).
-    const SCHEMA: &'static str;
     /// All that is known of the type.
     const INFO: &'static InterfaceInfo;
+    /// Full name, for example `sensor_msgs/msg/JointState`.
+    const TYPE_NAME: &'static str = Self::INFO.type_name;
+    /// Name on the wire, for example `sensor_msgs::msg::dds_::JointState_`.
+    const DDS_TYPE_NAME: &'static str = Self::INFO.dds_type_name;
+    /// Hash of the type's description: `RIHS01_` and 64 hexadecimal digits.
+    const TYPE_HASH: &'static str = Self::INFO.type_hash;
+    /// Definition with all dependencies, as a bag carries it (encoding `ros2msg`).
+    const SCHEMA: &'static str = Self::INFO.schema;
 
     /// Checks the bounds of texts and sequences, here and in everything nested.
     ///
@@ -60,12 +60,12 @@ pub trait Service: Send + Sync + 'static {
     const PACKAGE: &'static str;
     /// Name in the package, for example `Trigger`.
     const NAME: &'static str;
-    /// Full name, for example `std_srvs/srv/Trigger`.
-    const TYPE_NAME: &'static str;
-    /// Hash of the service's description.
-    const TYPE_HASH: &'static str;
     /// All that is known of the service.
     const INFO: &'static InterfaceInfo;
+    /// Full name, for example `std_srvs/srv/Trigger`.
+    const TYPE_NAME: &'static str = Self::INFO.type_name;
+    /// Hash of the service's description.
+    const TYPE_HASH: &'static str = Self::INFO.type_hash;
     /// Name of the request on the wire, for example `std_srvs::srv::dds_::Trigger_Request_`.
     const DDS_REQUEST_TYPE_NAME: &'static str = <Self::Request as Message>::DDS_TYPE_NAME;
     /// Name of the response on the wire, for example `std_srvs::srv::dds_::Trigger_Response_`.
@@ -90,12 +90,12 @@ pub trait Action: Send + Sync + 'static {
     const PACKAGE: &'static str;
     /// Name in the package, for example `FollowJointTrajectory`.
     const NAME: &'static str;
-    /// Full name, for example `control_msgs/action/FollowJointTrajectory`.
-    const TYPE_NAME: &'static str;
-    /// Hash of the action's description.
-    const TYPE_HASH: &'static str;
     /// All that is known of the action.
     const INFO: &'static InterfaceInfo;
+    /// Full name, for example `control_msgs/action/FollowJointTrajectory`.
+    const TYPE_NAME: &'static str = Self::INFO.type_name;
+    /// Hash of the action's description.
+    const TYPE_HASH: &'static str = Self::INFO.type_hash;
 
     /// Puts together a request to accept a goal.
     fn send_goal_request(goal_id: UUID, goal: Self::Goal) -> <Self::SendGoal as Service>::Request;
