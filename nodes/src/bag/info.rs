@@ -1,0 +1,172 @@
+//! What is in a bag, for people and for scripts.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::time::Duration;
+
+use super::json::quoted;
+use super::{Bag, BagError};
+
+/// The figures of one topic.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TopicInfo {
+    /// Fully qualified name.
+    pub name: String,
+    /// ROS type.
+    pub type_name: String,
+    /// Messages.
+    pub message_count: u64,
+}
+
+/// The figures of a bag.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BagInfo {
+    /// Where it is.
+    pub path: String,
+    /// Size of its storage files (B).
+    pub bytes: u64,
+    /// Every storage file was closed properly.
+    pub is_closed: bool,
+    /// Storage files.
+    pub files: Vec<String>,
+    /// Smallest and largest log time (ns since 1970).
+    pub log_times_ns: Option<(u64, u64)>,
+    /// Messages over all topics.
+    pub message_count: u64,
+    /// Each topic, by name.
+    pub topics: Vec<TopicInfo>,
+    /// What the recorder wrote about the run.
+    pub custom_data: Vec<(String, String)>,
+}
+
+impl BagInfo {
+    /// Reads the figures of the bag at `path`.
+    ///
+    /// # Errors
+    /// As [`Bag::open`].
+    pub fn read(path: &Path) -> Result<Self, BagError> {
+        let bag = Bag::open(path)?;
+        let mut topics: Vec<TopicInfo> = bag
+            .topics()
+            .iter()
+            .zip(bag.message_counts())
+            .map(|(t, &message_count)| TopicInfo {
+                name: t.name.clone(),
+                type_name: t.type_name.clone(),
+                message_count,
+            })
+            .collect();
+        topics.sort_by(|a, b| a.name.cmp(&b.name));
+        Ok(Self {
+            path: path.display().to_string(),
+            bytes: bag.files().iter().map(|f| f.bytes).sum(),
+            is_closed: bag.files().iter().all(|f| f.is_closed),
+            files: bag.files().iter().map(|f| f.path.display().to_string()).collect(),
+            log_times_ns: bag.log_times_ns(),
+            message_count: bag.files().iter().map(|f| f.message_count).sum(),
+            topics,
+            custom_data: bag.custom_data().iter().map(|(k, v)| (k.clone(), v.clone())).collect(),
+        })
+    }
+
+    /// Time between the first and the last message.
+    #[must_use]
+    pub fn duration(&self) -> Duration {
+        self.log_times_ns.map_or(Duration::ZERO, |(first, last)| Duration::from_nanos(last - first))
+    }
+
+    /// For people.
+    #[must_use]
+    pub fn to_text(&self) -> String {
+        let mut t = String::new();
+        let duration_s = self.duration().as_secs_f64();
+        // Writing to a String cannot fail.
+        let _ = writeln!(t, "bag       {}", self.path);
+        let _ = writeln!(t, "files     {}", self.files.join(", "));
+        let _ = writeln!(t, "size      {:.1} MB", self.bytes as f64 / 1e6);
+        if let Some((first, last)) = self.log_times_ns {
+            let _ = writeln!(t, "from      {}", utc(first));
+            let _ = writeln!(t, "to        {}", utc(last));
+        }
+        let _ = writeln!(t, "duration  {duration_s:.3} s");
+        let _ = writeln!(t, "messages  {}", self.message_count);
+        if !self.is_closed {
+            let _ = writeln!(t, "closed    no: the recording was killed; what is listed is what is whole");
+        }
+        for (key, value) in &self.custom_data {
+            let _ = writeln!(t, "{key}  {value}");
+        }
+        let width = self.topics.iter().map(|i| i.name.len()).max().unwrap_or(0);
+        let _ = writeln!(t, "{:<width$}  {:>9}  {:>9}  type", "topic", "messages", "per s");
+        for topic in &self.topics {
+            let rate = if duration_s > 0.0 { topic.message_count as f64 / duration_s } else { 0.0 };
+            let (name, count, kind) = (&topic.name, topic.message_count, &topic.type_name);
+            let _ = writeln!(t, "{name:<width$}  {count:>9}  {rate:>9.1}  {kind}");
+        }
+        t
+    }
+
+    /// For scripts: one JSON object.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        let list = |items: Vec<String>| items.join(",");
+        let (first, last) =
+            self.log_times_ns.map_or(("null".into(), "null".into()), |(a, b)| (a.to_string(), b.to_string()));
+        format!(
+            "{{\"path\":{},\"files\":[{}],\"bytes\":{},\"closed\":{},\"starting_time_ns\":{first},\"end_time_ns\":{last},\
+             \"duration_ns\":{},\"message_count\":{},\"custom_data\":{{{}}},\"topics\":[{}]}}",
+            quoted(&self.path),
+            list(self.files.iter().map(|f| quoted(f)).collect()),
+            self.bytes,
+            self.is_closed,
+            self.duration().as_nanos(),
+            self.message_count,
+            list(self.custom_data.iter().map(|(k, v)| format!("{}:{}", quoted(k), quoted(v))).collect()),
+            list(
+                self.topics
+                    .iter()
+                    .map(|t| format!(
+                        "{{\"name\":{},\"type\":{},\"message_count\":{}}}",
+                        quoted(&t.name),
+                        quoted(&t.type_name),
+                        t.message_count
+                    ))
+                    .collect()
+            ),
+        )
+    }
+}
+
+/// A time as `2026-11-21T03:15:00.123Z`.
+///
+/// The calendar is the civil-from-days algorithm: the year begins in March, so that the leap day is its last.
+#[must_use]
+pub fn utc(ns_since_1970: u64) -> String {
+    let (seconds, millis) = (ns_since_1970 / 1_000_000_000, ns_since_1970 / 1_000_000 % 1000);
+    let (days, of_day) = (seconds / 86_400, seconds % 86_400);
+    // Days since 0000-03-01; an era is 400 years.
+    let z = days + 719_468;
+    let (era, day_of_era) = (z / 146_097, z % 146_097);
+    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month_from_march = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
+    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
+    let year = era * 400 + year_of_era + u64::from(month <= 2);
+    let (hour, minute, second) = (of_day / 3600, of_day / 60 % 60, of_day % 60);
+    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}.{millis:03}Z")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::utc;
+
+    #[test]
+    fn known_instants_have_their_known_dates() {
+        assert_eq!(utc(0), "1970-01-01T00:00:00.000Z");
+        assert_eq!(utc(951_782_399_999_000_000), "2000-02-28T23:59:59.999Z");
+        assert_eq!(utc(951_782_400_000_000_000), "2000-02-29T00:00:00.000Z");
+        assert_eq!(utc(1_760_000_000_000_000_000), "2025-10-09T08:53:20.000Z");
+        assert_eq!(utc(4_107_542_400_000_000_000), "2100-03-01T00:00:00.000Z");
+    }
+}

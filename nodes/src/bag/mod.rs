@@ -1,0 +1,179 @@
+//! Bags: rosbag2 directories with MCAP storage, as ROS 2 Jazzy writes and reads them.
+//!
+//! ```text
+//!   topics, messages ──► Recording ──queue──► BagWriter ──► <bag>/metadata.yaml
+//!   (the node's thread)   (counts)  (thread)               <bag>/<bag>_0.mcap
+//!                                                                │
+//!                        info, check, replay ◄── Bag ◄───────────┘
+//! ```
+//!
+//! Nothing here knows ROS: a message is the bytes that travelled, a type is its name, hash and definition text.
+
+pub mod check;
+pub mod cli;
+pub mod info;
+mod json;
+pub mod metadata;
+pub mod qos;
+pub mod reader;
+pub mod recording;
+pub mod spare;
+pub mod writer;
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+#[cfg(test)]
+mod tests;
+
+pub use metadata::{BagMetadata, FileEntry, TopicEntry};
+pub use qos::QosProfile;
+pub use reader::{Bag, Message, Messages};
+pub use recording::{Counts, Recording, TopicCounts};
+pub use writer::{BagWriter, Outcome, Preset, TopicId, WriterOptions};
+
+/// One topic as a bag knows it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Topic {
+    /// Fully qualified name, for example `/joint_states`.
+    pub name: String,
+    /// ROS type, for example `sensor_msgs/msg/JointState`.
+    pub type_name: String,
+    /// Type hash `RIHS01_` and 64 hexadecimal digits; empty when unknown.
+    pub type_hash: String,
+    /// The type's definition and those of all types it uses, in the bag's `ros2msg` form.
+    pub definition: String,
+    /// What each publisher offered, one entry per publisher.
+    pub offered_qos: Vec<QosProfile>,
+}
+
+/// Why a bag could not be written or read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BagError {
+    /// The directory is there already.
+    #[error("bag {} already exists, and a recording never overwrites one", path.display())]
+    Exists {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// The path cannot name a bag.
+    #[error("{} cannot name a bag: it has no last component in UTF-8", path.display())]
+    Name {
+        /// The path as given.
+        path: PathBuf,
+    },
+    /// The file system refused.
+    #[error("cannot {action} {}: {source}", path.display())]
+    Io {
+        /// What was tried, as a verb.
+        action: &'static str,
+        /// The file or directory.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// No room for the bytes a recording keeps back to close its bag with.
+    #[error("cannot record into {}: fewer than {needed} bytes are free there", path.display())]
+    NoRoom {
+        /// The bag.
+        path: PathBuf,
+        /// How much a recording needs before it begins (B).
+        needed: usize,
+    },
+    /// The MCAP file is damaged or of a form not supported.
+    #[error("{}: {}", path.display(), mcap_reason(source))]
+    Mcap {
+        /// The file.
+        path: PathBuf,
+        /// What the MCAP library said.
+        source: mcap::McapError,
+    },
+    /// `metadata.yaml` is missing.
+    #[error("{} has no metadata.yaml", path.display())]
+    NoMetadata {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// `metadata.yaml` cannot be understood.
+    #[error("{}: {reason}", path.display())]
+    Metadata {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A topic is added a second time as another type.
+    #[error("topic {topic} is in the bag as {was} and cannot also be {now}")]
+    TypeChanged {
+        /// The topic.
+        topic: String,
+        /// Its type in the bag.
+        was: String,
+        /// The type asked for.
+        now: String,
+    },
+    /// The bag was closed before, by a fault.
+    #[error("the bag is closed: {reason}")]
+    Closed {
+        /// Why it was closed.
+        reason: String,
+    },
+}
+
+impl BagError {
+    fn io(action: &'static str, path: &Path, source: io::Error) -> Self {
+        Self::Io { action, path: path.to_owned(), source }
+    }
+
+    fn mcap(path: &Path, source: mcap::McapError) -> Self {
+        Self::Mcap { path: path.to_owned(), source }
+    }
+}
+
+/// What went wrong in the MCAP library, with the cause that its own text leaves out.
+fn mcap_reason(error: &mcap::McapError) -> String {
+    match error {
+        mcap::McapError::Io(source) => source.to_string(),
+        mcap::McapError::Parse(source) => format!("a record cannot be parsed: {source}"),
+        other => {
+            let text = other.to_string();
+            let mut letters = text.chars();
+            match letters.next() {
+                Some(first) => first.to_lowercase().chain(letters).collect(),
+                None => text,
+            }
+        }
+    }
+}
+
+/// A directory of a test's own, removed when the test ends.
+#[cfg(test)]
+pub(crate) mod test_dir {
+    use std::path::{Path, PathBuf};
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    #[derive(Debug)]
+    pub(crate) struct TestDir(PathBuf);
+
+    impl TestDir {
+        pub(crate) fn new() -> Self {
+            static NEXT: AtomicU32 = AtomicU32::new(0);
+            let number = NEXT.fetch_add(1, Ordering::Relaxed);
+            let path = std::env::temp_dir().join(format!("camwright-bag-{}-{number}", std::process::id()));
+            std::fs::create_dir_all(&path).expect("the temporary directory is writable");
+            Self(path)
+        }
+
+        pub(crate) fn path(&self) -> &Path {
+            &self.0
+        }
+    }
+
+    impl Drop for TestDir {
+        fn drop(&mut self) {
+            // A directory left over is untidy, not a failure of the test.
+            drop(std::fs::remove_dir_all(&self.0));
+        }
+    }
+}

@@ -1,0 +1,518 @@
+//! Reading a bag: a directory, or one MCAP file; ours, and those of other ROS 2 recorders.
+
+use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::fs::{self, File};
+use std::io::{Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use mcap::records::{MessageHeader, Record};
+use mcap::sans_io::indexed_reader::{IndexedReadEvent, IndexedReader, IndexedReaderOptions};
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
+use mcap::{McapError, Summary};
+
+use super::metadata::{self, BagMetadata};
+use super::{BagError, Topic, qos};
+
+/// No record or chunk of a bag is larger than this (B); a damaged length is, and must not take all memory.
+const RECORD_LIMIT: usize = 1 << 30;
+/// How much is read at a time (B).
+const READ_BYTES: usize = 1 << 20;
+
+/// One message of a bag.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Message {
+    /// Which of [`Bag::topics`].
+    pub topic: usize,
+    /// Number within the topic, 0 where the recorder did not count.
+    pub sequence: u32,
+    /// When it was received (ns since 1970).
+    pub log_time_ns: u64,
+    /// When it was sent (ns since 1970).
+    pub publish_time_ns: u64,
+    /// CDR with its four leading bytes.
+    pub data: Vec<u8>,
+}
+
+/// What one storage file holds.
+#[derive(Debug, Clone)]
+pub struct FileContent {
+    /// The file.
+    pub path: PathBuf,
+    /// Its size (B).
+    pub bytes: u64,
+    /// It was closed: summary and index are there.
+    pub is_closed: bool,
+    /// Messages in it.
+    pub message_count: u64,
+    /// Smallest and largest log time (ns since 1970).
+    pub log_times_ns: Option<(u64, u64)>,
+    summary: Option<Summary>,
+}
+
+/// A bag that can be read.
+#[derive(Debug, Clone)]
+pub struct Bag {
+    path: PathBuf,
+    files: Vec<FileContent>,
+    topics: Vec<Topic>,
+    counts: Vec<u64>,
+    custom_data: BTreeMap<String, String>,
+}
+
+impl Bag {
+    /// Opens a bag's directory or one MCAP file of it. A killed recording opens too: what is whole in it is there.
+    ///
+    /// # Errors
+    /// When there is no bag, or its files cannot be understood.
+    pub fn open(path: &Path) -> Result<Self, BagError> {
+        let paths = storage_files(path)?;
+        let mut bag = Self {
+            path: path.to_owned(),
+            files: Vec::new(),
+            topics: Vec::new(),
+            counts: Vec::new(),
+            custom_data: BTreeMap::new(),
+        };
+        let mut record = None;
+        for path in paths {
+            record = bag.add_file(path)?.or(record);
+        }
+        // What the storage says of itself wins over the file beside it, which a kill leaves as it was at the beginning.
+        if let Some(Ok(metadata)) = record.as_deref().map(BagMetadata::parse_record) {
+            bag.custom_data = metadata.custom_data;
+        }
+        Ok(bag)
+    }
+
+    /// The path it was opened by.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Its storage files, in order.
+    #[must_use]
+    pub fn files(&self) -> &[FileContent] {
+        &self.files
+    }
+
+    /// Its topics, by first appearance.
+    #[must_use]
+    pub fn topics(&self) -> &[Topic] {
+        &self.topics
+    }
+
+    /// Messages of each topic.
+    #[must_use]
+    pub fn message_counts(&self) -> &[u64] {
+        &self.counts
+    }
+
+    /// What the recorder wrote about the run.
+    #[must_use]
+    pub fn custom_data(&self) -> &BTreeMap<String, String> {
+        &self.custom_data
+    }
+
+    /// Smallest and largest log time (ns since 1970); none without messages.
+    #[must_use]
+    pub fn log_times_ns(&self) -> Option<(u64, u64)> {
+        self.files.iter().filter_map(|f| f.log_times_ns).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    }
+
+    /// All messages, in order of log time within each file.
+    #[must_use]
+    pub fn messages(&self) -> Messages<'_> {
+        Messages { bag: self, waiting: self.files.iter().collect(), source: None, from_ns: 0 }
+    }
+
+    /// The messages from a log time on (ns since 1970).
+    #[must_use]
+    pub fn messages_from(&self, log_time_ns: u64) -> Messages<'_> {
+        Messages { from_ns: log_time_ns, ..self.messages() }
+    }
+
+    fn topic_index(&mut self, topic: Topic) -> usize {
+        if let Some(index) = self.topics.iter().position(|t| t.name == topic.name) {
+            return index;
+        }
+        self.topics.push(topic);
+        self.counts.push(0);
+        self.topics.len() - 1
+    }
+
+    /// Takes up one file; returns the text of its last metadata record.
+    fn add_file(&mut self, path: PathBuf) -> Result<Option<String>, BagError> {
+        let bytes = fs::metadata(&path).map_err(|e| BagError::io("read", &path, e))?.len();
+        let summary = match read_summary(&path) {
+            Ok(summary) => summary,
+            // A file without its end has no summary either.
+            Err(BagError::Mcap {
+                source: McapError::BadMagic | McapError::BadFooter | McapError::UnexpectedEof,
+                ..
+            }) => None,
+            Err(error) => return Err(error),
+        };
+        if let Some(summary) = summary
+            && let Some(stats) = summary.stats.clone()
+        {
+            let mut channels: Vec<_> = summary.channels.values().collect();
+            channels.sort_by_key(|c| c.id);
+            for channel in channels {
+                let (type_name, definition) = channel.schema.as_ref().map_or((String::new(), String::new()), |s| {
+                    (s.name.clone(), String::from_utf8_lossy(&s.data).into())
+                });
+                let index =
+                    self.topic_index(topic_of(&path, &channel.topic, type_name, definition, &channel.metadata)?);
+                self.counts[index] += stats.channel_message_counts.get(&channel.id).copied().unwrap_or(0);
+            }
+            let record = last_metadata_record(&path, &summary)?;
+            self.files.push(FileContent {
+                path,
+                bytes,
+                is_closed: true,
+                message_count: stats.message_count,
+                log_times_ns: (stats.message_count > 0).then_some((stats.message_start_time, stats.message_end_time)),
+                summary: Some(summary),
+            });
+            return Ok(record);
+        }
+        self.scan_file(path, bytes)
+    }
+
+    /// Takes up a file without a summary by walking through it.
+    fn scan_file(&mut self, path: PathBuf, bytes: u64) -> Result<Option<String>, BagError> {
+        let mut records = Records::open(&path, tolerant())?;
+        let mut channels = Channels::default();
+        let mut file = FileContent {
+            path: path.clone(),
+            bytes,
+            is_closed: false,
+            message_count: 0,
+            log_times_ns: None,
+            summary: None,
+        };
+        let mut text = None;
+        while let Some(record) = records.next()? {
+            match record {
+                Record::Message { header, .. } => {
+                    let index = channels.index(&path, &header)?;
+                    self.counts[index] += 1;
+                    file.message_count += 1;
+                    let t = header.log_time;
+                    file.log_times_ns = Some(file.log_times_ns.map_or((t, t), |(a, b)| (a.min(t), b.max(t))));
+                }
+                Record::Metadata(mut m) if m.name == metadata::RECORD_NAME => {
+                    text = m.metadata.remove(metadata::RECORD_KEY).or(text);
+                }
+                other => {
+                    if let Some((id, topic)) = channels.note(&path, other)? {
+                        let index = self.topic_index(topic);
+                        channels.indexes.insert(id, index);
+                    }
+                }
+            }
+        }
+        file.is_closed = !records.is_torn();
+        self.files.push(file);
+        Ok(text)
+    }
+}
+
+/// The storage files of a bag in order.
+fn storage_files(path: &Path) -> Result<Vec<PathBuf>, BagError> {
+    let kind = fs::metadata(path).map_err(|e| BagError::io("open", path, e))?;
+    if kind.is_file() {
+        return Ok(vec![path.to_owned()]);
+    }
+    match BagMetadata::read_from(path) {
+        Ok(metadata) => {
+            if metadata.storage_identifier != "mcap" {
+                let reason = format!("storage '{}' is not supported, only mcap is", metadata.storage_identifier);
+                return Err(BagError::Metadata { path: path.join(metadata::FILE_NAME), reason });
+            }
+            Ok(metadata.relative_file_paths.iter().map(|p| path.join(p)).collect())
+        }
+        Err(BagError::NoMetadata { .. }) => {
+            let entries = fs::read_dir(path).map_err(|e| BagError::io("read", path, e))?;
+            let mut files: Vec<PathBuf> = entries
+                .filter_map(|entry| entry.ok().map(|e| e.path()))
+                .filter(|p| p.extension().is_some_and(|e| e == "mcap"))
+                .collect();
+            // `run_10.mcap` comes after `run_9.mcap`.
+            files.sort_by_key(|p| (p.as_os_str().len(), p.clone()));
+            if files.is_empty() { Err(BagError::NoMetadata { path: path.to_owned() }) } else { Ok(files) }
+        }
+        Err(error) => Err(error),
+    }
+}
+
+fn topic_of(
+    path: &Path,
+    name: &str,
+    type_name: String,
+    definition: String,
+    channel: &BTreeMap<String, String>,
+) -> Result<Topic, BagError> {
+    let text = channel.get("offered_qos_profiles").map_or("", String::as_str);
+    let offered_qos = qos::from_yaml(text)
+        .map_err(|reason| BagError::Metadata { path: path.to_owned(), reason: format!("topic {name}: {reason}") })?;
+    let type_hash = channel.get("topic_type_hash").cloned().unwrap_or_default();
+    Ok(Topic { name: name.to_owned(), type_name, type_hash, definition, offered_qos })
+}
+
+pub(super) fn read_summary(path: &Path) -> Result<Option<Summary>, BagError> {
+    let mut file = File::open(path).map_err(|e| BagError::io("open", path, e))?;
+    let mut reader =
+        SummaryReader::new_with_options(SummaryReaderOptions::default().with_record_length_limit(RECORD_LIMIT));
+    while let Some(event) = reader.next_event() {
+        match event.map_err(|e| BagError::mcap(path, e))? {
+            SummaryReadEvent::ReadRequest(need) => {
+                let read = file.read(reader.insert(need.min(READ_BYTES))).map_err(|e| BagError::io("read", path, e))?;
+                reader.notify_read(read);
+            }
+            SummaryReadEvent::SeekRequest(to) => {
+                // A file shorter than a footer cannot be sought backwards in: it has none.
+                let Ok(position) = file.seek(to) else { return Ok(None) };
+                reader.notify_seeked(position);
+            }
+        }
+    }
+    Ok(reader.finish())
+}
+
+/// The text of the last `rosbag2` record that the summary points at.
+fn last_metadata_record(path: &Path, summary: &Summary) -> Result<Option<String>, BagError> {
+    let Some(index) = summary.metadata_indexes.iter().rev().find(|i| i.name == metadata::RECORD_NAME) else {
+        return Ok(None);
+    };
+    let file = File::open(path).map_err(|e| BagError::io("open", path, e))?;
+    let length = index.length.min(RECORD_LIMIT as u64);
+    let mut bytes = Vec::new();
+    let mut at = &file;
+    at.seek(SeekFrom::Start(index.offset)).map_err(|e| BagError::io("read", path, e))?;
+    at.take(length).read_to_end(&mut bytes).map_err(|e| BagError::io("read", path, e))?;
+    // Behind the operation code and the length.
+    let body = bytes.get(9..).ok_or_else(|| BagError::mcap(path, McapError::BadIndex))?;
+    match mcap::parse_record(mcap::records::op::METADATA, body).map_err(|e| BagError::mcap(path, e))? {
+        Record::Metadata(mut m) => Ok(m.metadata.remove(metadata::RECORD_KEY)),
+        _ => Ok(None),
+    }
+}
+
+/// Schemas and channels as they come by in a file.
+#[derive(Debug, Default)]
+struct Channels {
+    schemas: HashMap<u16, (String, String)>,
+    indexes: HashMap<u16, usize>,
+}
+
+impl Channels {
+    /// Takes a schema or channel record in; returns the topic of a channel.
+    fn note(&mut self, path: &Path, record: Record<'_>) -> Result<Option<(u16, Topic)>, BagError> {
+        match record {
+            Record::Schema { header, data } => {
+                self.schemas.insert(header.id, (header.name, String::from_utf8_lossy(&data).into()));
+                Ok(None)
+            }
+            Record::Channel(channel) => {
+                let (type_name, definition) = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
+                Ok(Some((channel.id, topic_of(path, &channel.topic, type_name, definition, &channel.metadata)?)))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    fn index(&self, path: &Path, header: &MessageHeader) -> Result<usize, BagError> {
+        self.indexes
+            .get(&header.channel_id)
+            .copied()
+            .ok_or_else(|| BagError::mcap(path, McapError::UnknownChannel(header.sequence, header.channel_id)))
+    }
+}
+
+/// Reads on through a torn tail's end, checking each chunk before anything of it is used.
+pub(super) fn tolerant() -> LinearReaderOptions {
+    LinearReaderOptions::default().with_prevalidate_chunk_crcs(true).with_record_length_limit(RECORD_LIMIT)
+}
+
+/// Every check sum that the file has, and nothing behind its end.
+pub(super) fn strict() -> LinearReaderOptions {
+    tolerant()
+        .with_validate_data_section_crc(true)
+        .with_validate_summary_section_crc(true)
+        .with_check_finishes_after_end_magic(true)
+}
+
+/// The records of one file in file order, those in chunks too.
+pub(super) struct Records {
+    path: PathBuf,
+    file: File,
+    reader: LinearReader,
+    is_torn: bool,
+}
+
+impl Records {
+    pub(super) fn open(path: &Path, options: LinearReaderOptions) -> Result<Self, BagError> {
+        let file = File::open(path).map_err(|e| BagError::io("open", path, e))?;
+        Ok(Self { path: path.to_owned(), file, reader: LinearReader::new_with_options(options), is_torn: false })
+    }
+
+    /// The file ended before its end: it was never closed.
+    pub(super) fn is_torn(&self) -> bool {
+        self.is_torn
+    }
+
+    pub(super) fn next(&mut self) -> Result<Option<Record<'static>>, BagError> {
+        if self.is_torn {
+            return Ok(None);
+        }
+        loop {
+            let Some(event) = self.reader.next_event() else { return Ok(None) };
+            match event {
+                Ok(LinearReadEvent::ReadRequest(need)) => {
+                    let space = self.reader.insert(need.clamp(1, READ_BYTES));
+                    let read = self.file.read(space).map_err(|e| BagError::io("read", &self.path, e))?;
+                    self.reader.notify_read(read);
+                }
+                Ok(LinearReadEvent::Record { data, opcode }) => {
+                    let record = mcap::parse_record(opcode, data).map_err(|e| BagError::mcap(&self.path, e))?;
+                    return Ok(Some(record.into_owned()));
+                }
+                Err(McapError::UnexpectedEof) => {
+                    self.is_torn = true;
+                    return Ok(None);
+                }
+                Err(error) => return Err(BagError::mcap(&self.path, error)),
+            }
+        }
+    }
+}
+
+/// The messages of a bag, one after the other.
+pub struct Messages<'a> {
+    bag: &'a Bag,
+    waiting: VecDeque<&'a FileContent>,
+    source: Option<Source>,
+    from_ns: u64,
+}
+
+impl std::fmt::Debug for Messages<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Messages").field("bag", &self.bag.path).finish_non_exhaustive()
+    }
+}
+
+enum Source {
+    Indexed { path: PathBuf, file: File, reader: Box<IndexedReader>, indexes: HashMap<u16, usize>, buffer: Vec<u8> },
+    Linear { records: Box<Records>, channels: Channels },
+}
+
+impl Messages<'_> {
+    /// The next message, or none after the last.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is damaged there.
+    pub fn next_message(&mut self) -> Result<Option<Message>, BagError> {
+        loop {
+            if self.source.is_none() {
+                let Some(file) = self.waiting.pop_front() else { return Ok(None) };
+                self.source = Some(self.open(file)?);
+            }
+            let message = match &mut self.source {
+                Some(source) => source.next(&self.bag.topics)?,
+                None => None,
+            };
+            match message {
+                Some(message) if message.log_time_ns >= self.from_ns => return Ok(Some(message)),
+                Some(_) => {}
+                None => self.source = None,
+            }
+        }
+    }
+
+    fn open(&self, content: &FileContent) -> Result<Source, BagError> {
+        let path = &content.path;
+        // An index that leaves out messages (rosbag2's fastwrite, a salvaged file) is worse than none.
+        let indexed = content.summary.as_ref().filter(|s| {
+            !s.chunk_indexes.is_empty()
+                && s.chunk_indexes.iter().all(|c| c.message_index_length > 0 || c.message_end_time == 0)
+        });
+        let Some(summary) = indexed else {
+            return Ok(Source::Linear {
+                records: Box::new(Records::open(path, tolerant())?),
+                channels: Channels::default(),
+            });
+        };
+        let options = IndexedReaderOptions::new().starting_at(self.from_ns).with_record_length_limit(RECORD_LIMIT);
+        let reader = IndexedReader::new_with_options(summary, options).map_err(|e| BagError::mcap(path, e))?;
+        let indexes = summary
+            .channels
+            .values()
+            .filter_map(|c| self.bag.topics.iter().position(|t| t.name == c.topic).map(|i| (c.id, i)))
+            .collect();
+        let file = File::open(path).map_err(|e| BagError::io("open", path, e))?;
+        Ok(Source::Indexed { path: path.clone(), file, reader: Box::new(reader), indexes, buffer: Vec::new() })
+    }
+}
+
+impl Source {
+    fn next(&mut self, topics: &[Topic]) -> Result<Option<Message>, BagError> {
+        match self {
+            Self::Indexed { path, file, reader, indexes, buffer } => {
+                while let Some(event) = reader.next_event() {
+                    match event.map_err(|e| BagError::mcap(path, e))? {
+                        IndexedReadEvent::ReadChunkRequest { offset, length } => {
+                            let size = file.metadata().map_err(|e| BagError::io("read", path, e))?.len();
+                            if offset.checked_add(length as u64).is_none_or(|end| end > size) {
+                                return Err(BagError::mcap(path, McapError::BadIndex));
+                            }
+                            buffer.resize(length, 0);
+                            file.seek(SeekFrom::Start(offset))
+                                .and_then(|_| file.read_exact(buffer))
+                                .map_err(|e| BagError::io("read", path, e))?;
+                            reader.insert_chunk_record_data(offset, buffer).map_err(|e| BagError::mcap(path, e))?;
+                        }
+                        IndexedReadEvent::Message { header, data } => {
+                            let topic = *indexes.get(&header.channel_id).ok_or_else(|| {
+                                BagError::mcap(path, McapError::UnknownChannel(header.sequence, header.channel_id))
+                            })?;
+                            return Ok(Some(message(topic, &header, data.to_vec())));
+                        }
+                    }
+                }
+                Ok(None)
+            }
+            Self::Linear { records, channels } => {
+                while let Some(record) = records.next()? {
+                    match record {
+                        Record::Message { header, data } => {
+                            let topic = channels.index(&records.path, &header)?;
+                            return Ok(Some(message(topic, &header, data.into_owned())));
+                        }
+                        other => {
+                            let path = records.path.clone();
+                            if let Some((id, topic)) = channels.note(&path, other)?
+                                && let Some(index) = topics.iter().position(|t| t.name == topic.name)
+                            {
+                                channels.indexes.insert(id, index);
+                            }
+                        }
+                    }
+                }
+                Ok(None)
+            }
+        }
+    }
+}
+
+fn message(topic: usize, header: &MessageHeader, data: Vec<u8>) -> Message {
+    Message {
+        topic,
+        sequence: header.sequence,
+        log_time_ns: header.log_time,
+        publish_time_ns: header.publish_time,
+        data,
+    }
+}

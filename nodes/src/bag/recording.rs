@@ -1,0 +1,348 @@
+//! A recording: a bag written by a thread of its own behind a bounded queue, with every loss counted.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, mpsc};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use super::metadata::BagMetadata;
+use super::writer::{BagWriter, Outcome, WriterOptions};
+use super::{BagError, Topic};
+
+/// What a recording is to be.
+#[derive(Debug, Clone)]
+pub struct RecordingOptions {
+    /// Layout and custom data.
+    pub writer: WriterOptions,
+    /// How long a message may wait before it is handed to the system: what a kill of the process can cost. Shorter makes
+    /// smaller chunks; 100 ms costs nothing measurable.
+    pub flush_interval: Duration,
+    /// How long until it is on the disk: what a power failure can cost. A sync takes milliseconds.
+    pub sync_interval: Duration,
+    /// Most bytes waiting in the queue. One topic may take half of them, so that a fast one cannot push out a rare one.
+    pub queue_bytes: u64,
+}
+
+impl Default for RecordingOptions {
+    fn default() -> Self {
+        Self {
+            writer: WriterOptions::default(),
+            flush_interval: Duration::from_millis(100),
+            sync_interval: Duration::from_secs(1),
+            queue_bytes: 256 << 20,
+        }
+    }
+}
+
+/// Messages of one topic. Once nothing is in the queue, received = written + dropped.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TopicCounts {
+    /// Fully qualified name.
+    pub topic: String,
+    /// ROS type.
+    pub type_name: String,
+    /// Messages handed to the recording.
+    pub received: u64,
+    /// Messages in the bag.
+    pub written: u64,
+    /// Messages lost between the two.
+    pub dropped: u64,
+}
+
+/// Messages over all topics.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// Messages handed to the recording.
+    pub received: u64,
+    /// Messages in the bag.
+    pub written: u64,
+    /// Messages lost between the two.
+    pub dropped: u64,
+    /// Size of the storage file on the disk (B).
+    pub bytes: u64,
+    /// Bytes waiting in the queue.
+    pub queued_bytes: u64,
+    /// Each topic, in the order they were added.
+    pub topics: Vec<TopicCounts>,
+}
+
+/// What the two threads both see of one topic.
+#[derive(Debug)]
+struct TopicState {
+    topic: String,
+    type_name: String,
+    received: AtomicU64,
+    written: AtomicU64,
+    dropped: AtomicU64,
+    queued_bytes: AtomicU64,
+}
+
+/// What the two threads both see.
+#[derive(Debug, Default)]
+struct Shared {
+    queued_bytes: AtomicU64,
+    bytes: AtomicU64,
+    fault: OnceLock<String>,
+    /// Guards the list only; it is locked to add a topic or to read the counts, never while writing.
+    topics: Mutex<Vec<Arc<TopicState>>>,
+}
+
+impl Shared {
+    fn topics(&self) -> Vec<Arc<TopicState>> {
+        self.topics.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn dropped(&self) -> u64 {
+        self.topics().iter().map(|t| t.dropped.load(Ordering::Acquire)).sum()
+    }
+}
+
+enum Command {
+    Topic(Topic),
+    Message { topic: usize, log_time_ns: u64, publish_time_ns: u64, data: Vec<u8> },
+    Stop(Outcome),
+}
+
+/// A topic of a recording.
+#[derive(Debug, Clone)]
+pub struct RecordedTopic {
+    index: usize,
+    state: Arc<TopicState>,
+}
+
+impl RecordedTopic {
+    /// Messages of this topic handed to the recording so far.
+    #[must_use]
+    pub fn received(&self) -> u64 {
+        self.state.received.load(Ordering::Relaxed)
+    }
+}
+
+/// A bag that is being written. Dropping it closes the bag.
+#[derive(Debug)]
+pub struct Recording {
+    directory: PathBuf,
+    commands: mpsc::Sender<Command>,
+    shared: Arc<Shared>,
+    queue_bytes: u64,
+    thread: Option<JoinHandle<Result<BagMetadata, BagError>>>,
+}
+
+impl Recording {
+    /// Makes the bag in `directory` and begins to write what comes.
+    ///
+    /// # Errors
+    /// As [`BagWriter::create`], or when the system gives no thread.
+    pub fn start(directory: &Path, options: &RecordingOptions) -> Result<Self, BagError> {
+        let writer = BagWriter::create(directory, &options.writer)?;
+        let shared = Arc::new(Shared::default());
+        shared.bytes.store(writer.bytes(), Ordering::Relaxed);
+        let (commands, queue) = mpsc::channel();
+        let task = WriterTask {
+            writer: Some(writer),
+            closed: None,
+            shared: shared.clone(),
+            topics: Vec::new(),
+            flush_interval: options.flush_interval,
+            sync_interval: options.sync_interval,
+        };
+        let thread = std::thread::Builder::new()
+            .name("bag writer".into())
+            .spawn(move || task.run(&queue))
+            .map_err(|e| BagError::io("start the writer of", directory, e))?;
+        Ok(Self {
+            directory: directory.to_owned(),
+            commands,
+            shared,
+            queue_bytes: options.queue_bytes,
+            thread: Some(thread),
+        })
+    }
+
+    /// The bag's directory.
+    #[must_use]
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// Adds a topic. The same name twice gives the same topic.
+    pub fn add_topic(&self, topic: Topic) -> RecordedTopic {
+        let mut topics = self.shared.topics.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(index) = topics.iter().position(|t| t.topic == topic.name) {
+            return RecordedTopic { index, state: topics[index].clone() };
+        }
+        let state = Arc::new(TopicState {
+            topic: topic.name.clone(),
+            type_name: topic.type_name.clone(),
+            received: AtomicU64::new(0),
+            written: AtomicU64::new(0),
+            dropped: AtomicU64::new(0),
+            queued_bytes: AtomicU64::new(0),
+        });
+        topics.push(state.clone());
+        let index = topics.len() - 1;
+        // Still under the lock, so that topics reach the writer in the order of their numbers. When the writer is gone, so is
+        // the recording, and the first message will be counted as dropped.
+        let _ = self.commands.send(Command::Topic(topic));
+        RecordedTopic { index, state }
+    }
+
+    /// Hands over one message: the CDR bytes as they travelled, the log time and the publication time (ns since 1970).
+    /// Never waits. Returns whether the message is in the writer's queue; otherwise it is counted as dropped.
+    pub fn record(&self, topic: &RecordedTopic, log_time_ns: u64, publish_time_ns: u64, data: Vec<u8>) -> bool {
+        let state = &topic.state;
+        let size = data.len() as u64;
+        state.received.fetch_add(1, Ordering::Relaxed);
+        let mine = state.queued_bytes.fetch_add(size, Ordering::AcqRel) + size;
+        let all = self.shared.queued_bytes.fetch_add(size, Ordering::AcqRel) + size;
+        let has_room = all <= self.queue_bytes && mine <= self.queue_bytes / 2;
+        let message = Command::Message { topic: topic.index, log_time_ns, publish_time_ns, data };
+        if has_room && self.shared.fault.get().is_none() && self.commands.send(message).is_ok() {
+            return true;
+        }
+        self.shared.queued_bytes.fetch_sub(size, Ordering::AcqRel);
+        state.queued_bytes.fetch_sub(size, Ordering::AcqRel);
+        state.dropped.fetch_add(1, Ordering::AcqRel);
+        false
+    }
+
+    /// Why the recording cannot go on, when it cannot: its bag is closed then, and everything since is counted as dropped.
+    #[must_use]
+    pub fn fault(&self) -> Option<&str> {
+        self.shared.fault.get().map(String::as_str)
+    }
+
+    /// What has come and where it went.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        let mut counts = Counts {
+            bytes: self.shared.bytes.load(Ordering::Relaxed),
+            queued_bytes: self.shared.queued_bytes.load(Ordering::Relaxed),
+            ..Counts::default()
+        };
+        for state in self.shared.topics() {
+            // The two ends first, so that the sum never exceeds what was received.
+            let written = state.written.load(Ordering::Acquire);
+            let dropped = state.dropped.load(Ordering::Acquire);
+            let received = state.received.load(Ordering::Acquire);
+            counts.received += received;
+            counts.written += written;
+            counts.dropped += dropped;
+            let (topic, type_name) = (state.topic.clone(), state.type_name.clone());
+            counts.topics.push(TopicCounts { topic, type_name, received, written, dropped });
+        }
+        counts
+    }
+
+    /// Writes what is queued and closes the bag.
+    ///
+    /// # Errors
+    /// When the bag could not be closed properly. A full disk is no such error: the bag is whole, and
+    /// `camwright.outcome` in it says `fault`.
+    pub fn stop(mut self, outcome: Outcome) -> Result<(BagMetadata, Counts), BagError> {
+        let result = self.join(outcome);
+        result.map(|metadata| (metadata, self.counts()))
+    }
+
+    fn join(&mut self, outcome: Outcome) -> Result<BagMetadata, BagError> {
+        let lost = || BagError::Closed { reason: "its writer ended".into() };
+        let Some(thread) = self.thread.take() else { return Err(lost()) };
+        // When the writer is gone already, joining says why.
+        let _ = self.commands.send(Command::Stop(outcome));
+        thread.join().map_err(|_| lost())?
+    }
+}
+
+impl Drop for Recording {
+    fn drop(&mut self) {
+        if self.thread.is_some() {
+            // Nobody is left to hear of a failure; the bag's own metadata says how it ended.
+            drop(self.join(Outcome::Complete));
+        }
+    }
+}
+
+/// The thread that owns the bag.
+struct WriterTask {
+    writer: Option<BagWriter>,
+    /// How closing went, once a fault made it necessary.
+    closed: Option<Result<BagMetadata, BagError>>,
+    shared: Arc<Shared>,
+    topics: Vec<(Option<super::TopicId>, Arc<TopicState>)>,
+    flush_interval: Duration,
+    sync_interval: Duration,
+}
+
+impl WriterTask {
+    fn run(mut self, queue: &mpsc::Receiver<Command>) -> Result<BagMetadata, BagError> {
+        let mut next_flush = Instant::now() + self.flush_interval;
+        let mut next_sync = Instant::now() + self.sync_interval;
+        let outcome = loop {
+            match queue.recv_timeout(next_flush.saturating_duration_since(Instant::now())) {
+                Ok(Command::Topic(topic)) => self.add(&topic),
+                Ok(Command::Message { topic, log_time_ns, publish_time_ns, data }) => {
+                    self.write(topic, log_time_ns, publish_time_ns, &data);
+                }
+                Ok(Command::Stop(outcome)) => break outcome,
+                Err(mpsc::RecvTimeoutError::Timeout) => {}
+                Err(mpsc::RecvTimeoutError::Disconnected) => break Outcome::Complete,
+            }
+            let now = Instant::now();
+            if now >= next_flush {
+                let is_sync_due = now >= next_sync;
+                self.step(|writer| if is_sync_due { writer.sync() } else { writer.flush() });
+                next_flush = now + self.flush_interval;
+                if is_sync_due {
+                    next_sync = now + self.sync_interval;
+                }
+            }
+        };
+        self.close(outcome);
+        self.closed.unwrap_or_else(|| Err(BagError::Closed { reason: "it was never open".into() }))
+    }
+
+    fn add(&mut self, topic: &Topic) {
+        let state = self.shared.topics().get(self.topics.len()).cloned();
+        let id = self.step(|writer| writer.add_topic(topic));
+        // The list is longer than ours: the topic was put there before it was sent.
+        if let Some(state) = state {
+            self.topics.push((id, state));
+        }
+    }
+
+    fn write(&mut self, topic: usize, log_time_ns: u64, publish_time_ns: u64, data: &[u8]) {
+        let Some((id, state)) = self.topics.get(topic).cloned() else { return };
+        let is_written =
+            id.and_then(|id| self.step(|writer| writer.write(id, log_time_ns, publish_time_ns, data))).is_some();
+        let counter = if is_written { &state.written } else { &state.dropped };
+        counter.fetch_add(1, Ordering::AcqRel);
+        state.queued_bytes.fetch_sub(data.len() as u64, Ordering::AcqRel);
+        self.shared.queued_bytes.fetch_sub(data.len() as u64, Ordering::AcqRel);
+    }
+
+    /// Does one thing with the bag; closes it when that shows that it takes no more.
+    fn step<T>(&mut self, action: impl FnOnce(&mut BagWriter) -> Result<T, BagError>) -> Option<T> {
+        let writer = self.writer.as_mut()?;
+        let result = action(writer);
+        self.shared.bytes.store(writer.bytes(), Ordering::Relaxed);
+        let fault = writer.fault().map(str::to_owned);
+        let fault = match (&result, fault) {
+            (_, Some(reason)) => Some(reason),
+            // A topic that changed its type spoils that topic, not the bag.
+            (Err(BagError::TypeChanged { .. }) | Ok(_), None) => None,
+            (Err(error), None) => Some(error.to_string()),
+        };
+        if let Some(reason) = fault {
+            let _ = self.shared.fault.set(reason);
+            self.close(Outcome::Fault);
+        }
+        result.ok()
+    }
+
+    fn close(&mut self, outcome: Outcome) {
+        if let Some(writer) = self.writer.take() {
+            self.closed = Some(writer.close(outcome, self.shared.dropped()));
+        }
+    }
+}
