@@ -5,8 +5,14 @@ use super::{ConfigError, Place};
 use std::path::{Path, PathBuf};
 
 /// The files of `params/` as they were when the program was built.
-const BUILT_IN: &[(&str, &str)] =
-    &[("machines/cam_grinder.yaml", include_str!("../../../params/machines/cam_grinder.yaml"))];
+const BUILT_IN: &[(&str, &str)] = &[
+    ("machines/cam_grinder.yaml", include_str!("../../../params/machines/cam_grinder.yaml")),
+    ("jobs/four_lobe_camshaft.yaml", include_str!("../../../params/jobs/four_lobe_camshaft.yaml")),
+    ("jobs/eccentric.yaml", include_str!("../../../params/jobs/eccentric.yaml")),
+    ("lifts/intake.csv", include_str!("../../../params/lifts/intake.csv")),
+    ("lifts/exhaust.csv", include_str!("../../../params/lifts/exhaust.csv")),
+    ("lifts/make_lifts.py", include_str!("../../../params/lifts/make_lifts.py")),
+];
 
 /// A file that was found, with its text.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,0 +1,80 @@
+//! What outlives a run of the machine, in one small file: wheel radius, dress count, part counter.
+
+use crate::config::{ConfigError, Place};
+use camwright::machine::description::MachineDescription;
+use camwright::machine::state::LastingState;
+use serde::{Deserialize, Serialize};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Newest version of the state file's schema that this program reads.
+const SCHEMA: &str = "camwright/machine_state/1";
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StateFile {
+    schema: String,
+    wheel_radius_mm: f64,
+    dress_count: u32,
+    part_count: u64,
+}
+
+/// Where a machine keeps its state unless a parameter says otherwise: `$XDG_STATE_HOME/camwright/<machine>.yaml`, or
+/// `~/.local/state/…`; `None` where there is no home.
+#[must_use]
+pub fn default_path(machine: &str) -> Option<PathBuf> {
+    let base = std::env::var_os("XDG_STATE_HOME")
+        .map(PathBuf::from)
+        .filter(|path| path.is_absolute())
+        .or_else(|| std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".local/state")))?;
+    Some(base.join("camwright").join(format!("{machine}.yaml")))
+}
+
+/// Reads the state; a machine that has never run has a new wheel.
+///
+/// # Errors
+/// A file that exists but cannot be read, is of another schema, or holds values the machine cannot have.
+pub fn load(path: &Path, description: &MachineDescription) -> Result<LastingState, ConfigError> {
+    let refuse = |message: String| ConfigError::at(Place::file(path), message);
+    let text = match std::fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(LastingState::new(description)),
+        Err(error) => return Err(refuse(format!("cannot be read: {error}"))),
+    };
+    let file: StateFile = serde_saphyr::from_str(&text).map_err(|error| refuse(error.without_snippet().to_string()))?;
+    if file.schema != SCHEMA {
+        return Err(refuse(format!("schema is {:?}, this program reads {SCHEMA:?}", file.schema)));
+    }
+    let (low, high) = (description.wheel.min_radius_mm, description.wheel.new_radius_mm);
+    if !(low..=high).contains(&file.wheel_radius_mm) {
+        return Err(refuse(format!("wheel_radius_mm is {}, the machine's wheel has {low} to {high}", file.wheel_radius_mm)));
+    }
+    Ok(LastingState {
+        wheel_radius_mm: file.wheel_radius_mm,
+        dress_count: file.dress_count,
+        part_count: file.part_count,
+    })
+}
+
+/// Writes the state whole or not at all.
+///
+/// # Errors
+/// A directory or file that cannot be written.
+pub fn store(path: &Path, state: &LastingState) -> Result<(), ConfigError> {
+    let refuse = |error: std::io::Error| ConfigError::at(Place::file(path), format!("cannot be written: {error}"));
+    let file = StateFile {
+        schema: SCHEMA.to_owned(),
+        wheel_radius_mm: state.wheel_radius_mm,
+        dress_count: state.dress_count,
+        part_count: state.part_count,
+    };
+    let text = serde_saphyr::to_string(&file)
+        .map_err(|error| ConfigError::at(Place::file(path), format!("cannot be written: {error}")))?;
+    if let Some(directory) = path.parent() {
+        std::fs::create_dir_all(directory).map_err(refuse)?;
+    }
+    let temporary = path.with_extension("yaml.tmp");
+    let mut out = std::fs::File::create(&temporary).map_err(refuse)?;
+    out.write_all(text.as_bytes()).and_then(|()| out.sync_all()).map_err(refuse)?;
+    std::fs::rename(&temporary, path).map_err(refuse)
+}
