@@ -1,0 +1,54 @@
+//! The command line of `camwright`, see the README's table.
+
+mod check;
+mod plan;
+mod run;
+
+use crate::ros::RosArgs;
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Grinds parts that are not round: plans, runs, records and replays jobs of a simulated cam grinding cell over ROS 2.
+///
+/// Without a command it runs the default job. `--ros-args …` is understood everywhere: remaps, __ns, -p, --params-file.
+#[derive(Debug, Parser)]
+#[command(name = "camwright", version, max_term_width = 110)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<CommandLine>,
+}
+
+#[derive(Debug, Subcommand)]
+enum CommandLine {
+    /// Run a job on the whole cell, in this process, and leave a bag.
+    Run(run::RunArgs),
+    /// Plan a job without ROS and write contour, tool path and speed plan of every lobe.
+    Plan(plan::PlanArgs),
+    /// Check a job or a lift table: every finding with file, line, value and bound.
+    Check(check::CheckArgs),
+    /// Look into a bag.
+    #[command(subcommand)]
+    Bag(crate::bag::cli::BagCommand),
+    /// Play a bag to the ROS graph.
+    Replay(crate::replay::ReplayArgs),
+}
+
+/// Entry point of the binary.
+#[must_use]
+pub fn main() -> ExitCode {
+    let (ros_args, rest) = match RosArgs::from_env() {
+        Ok(parsed) => parsed,
+        Err(error) => {
+            eprintln!("camwright: {error}");
+            return ExitCode::from(2);
+        }
+    };
+    let cli = Cli::parse_from(std::iter::once("camwright".to_owned()).chain(rest));
+    match cli.command.unwrap_or(CommandLine::Run(run::RunArgs::default())) {
+        CommandLine::Run(args) => run::main(&args, &ros_args),
+        CommandLine::Plan(args) => plan::main(&args),
+        CommandLine::Check(args) => check::main(&args),
+        CommandLine::Bag(command) => crate::bag::cli::main(&command),
+        CommandLine::Replay(args) => crate::replay::main(&args, &ros_args),
+    }
+}
