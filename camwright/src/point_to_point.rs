@@ -158,6 +158,16 @@ impl JerkLaw {
         self.duration
     }
 
+    /// The same law from another place.
+    #[must_use]
+    pub fn shifted(mut self, by: f64) -> Self {
+        for phase in &mut self.phases[..self.count] {
+            phase.x += by;
+        }
+        self.end.value += by;
+        self
+    }
+
     /// Value and derivatives at time `t` (s); constant before the start, uniform motion at the end velocity after it.
     #[must_use]
     pub fn sample(&self, t: f64) -> Sample {

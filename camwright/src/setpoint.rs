@@ -36,3 +36,16 @@ pub struct Latch {
     /// Its position (counts).
     pub counts: i64,
 }
+
+/// A point of the stop that ends a chunk of setpoints: what the axes do if no further chunk comes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct StopPoint {
+    /// Ticks after the chunk's last setpoint.
+    pub ticks: u32,
+    /// Positions (mm or rad), not rounded to counts.
+    pub position: [f64; AXIS_COUNT],
+    /// Velocities (mm/s or rad/s).
+    pub velocity: [f64; AXIS_COUNT],
+    /// Accelerations (mm/s² or rad/s²).
+    pub acceleration: [f64; AXIS_COUNT],
+}

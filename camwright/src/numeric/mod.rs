@@ -3,6 +3,7 @@
 pub mod banded;
 pub mod differences;
 pub mod extremum;
+pub mod fixed_list;
 pub mod hermite;
 pub mod periodic_spline;
 pub mod tube;

@@ -1,0 +1,362 @@
+//! Generation in execution: C by its law, X by the path and the infeed, and the hold that takes the wheel off the part.
+//!
+//! ```text
+//!  X offset                 .-------------------.            C keeps turning on the plateau of its law, which
+//!   (infeed + law)         /   held, C turning   \           repeats every turn; path time is folded back by whole
+//!                         /                       \          turns there, and the turns are inserted into C.
+//!  ------ infeed --------'u_h                  u_s '-- u_r --- infeed goes on        u_r = u_h + whole turns
+//! ```
+//! The wheel leaves with the velocity it has and returns to the same phase of the same turn of the infeed with the
+//! same velocity and acceleration: afterwards the path is the one that was left.
+
+use super::path_time::{ONE, PathClock, from_ticks, to_ticks, whole};
+use super::pose::{Pose, in_counts};
+use crate::machine::description::{Axis, MachineDescription, MotionLimits};
+use crate::numeric::hermite::{HermiteSpline, Sample};
+use crate::numeric::periodic_spline::PeriodicSpline;
+use crate::plan::{CutSegment, Plan};
+use crate::point_to_point::{JerkLaw, solve};
+use crate::units::TURN_RAD;
+
+/// The curves of one cut, looked up in its plan.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Curves<'a> {
+    pub(crate) cut: &'a CutSegment,
+    path: &'a PeriodicSpline,
+    law: &'a HermiteSpline,
+    infeed: &'a HermiteSpline,
+}
+
+impl<'a> Curves<'a> {
+    /// The curves of a cut; `None` if the plan has not got them.
+    pub(crate) fn of(plan: &'a Plan, cut: &'a CutSegment) -> Option<Self> {
+        Some(Self {
+            cut,
+            path: plan.paths.get(cut.path)?,
+            law: plan.time_laws.get(cut.speed)?,
+            infeed: plan.angle_laws.get(cut.infeed)?,
+        })
+    }
+
+    /// Length (s).
+    pub(crate) fn duration_s(&self) -> f64 {
+        self.law.end()
+    }
+
+    /// Angle since the start (rad over s).
+    pub(crate) fn angle(&self, time_s: f64) -> Sample {
+        self.law.sample(time_s)
+    }
+
+    /// X on the path, without infeed, while C is as given.
+    pub(crate) fn path(&self, c: Sample) -> Sample {
+        // Whole turns are taken out first: the path then closes to the last bit.
+        let within = c.value - TURN_RAD * libm::floor(c.value / TURN_RAD);
+        over_time(self.path.sample(self.cut.path_start_rad + within), c)
+    }
+
+    /// Infeed while C is as given.
+    pub(crate) fn infeed(&self, c: Sample) -> Sample {
+        over_time(self.infeed.sample(c.value), c)
+    }
+
+    /// X without any hold at a time since the start (mm over s).
+    pub(crate) fn x(&self, time_s: f64) -> Sample {
+        let c = self.angle(time_s);
+        add(self.path(c), self.infeed(c))
+    }
+
+    /// Material taken off since the start, where the infeed is the only thing that takes it (mm).
+    pub(crate) fn infed_mm(&self, angle_rad: f64) -> f64 {
+        self.infeed.sample(0.0).value - self.infeed.sample(angle_rad).value
+    }
+}
+
+/// Chain rule: a curve over an angle that moves in time.
+fn over_time(curve: Sample, c: Sample) -> Sample {
+    Sample {
+        value: curve.value,
+        first: curve.first * c.first,
+        second: curve.second * c.first * c.first + curve.first * c.second,
+        third: curve.third * c.first * c.first * c.first
+            + 3.0 * curve.second * c.first * c.second
+            + curve.first * c.third,
+    }
+}
+
+fn add(a: Sample, b: Sample) -> Sample {
+    Sample { value: a.value + b.value, first: a.first + b.first, second: a.second + b.second, third: a.third + b.third }
+}
+
+/// What X does besides the path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Offset {
+    /// Follows the infeed.
+    Infeed,
+    /// Leaves the part, or stands off it.
+    Off {
+        /// Where the infeed was left.
+        left: Left,
+        /// Offset relative to the infeed there (mm over s of path time), from `begin` on.
+        law: JerkLaw,
+        begin: i64,
+    },
+    /// Waits for its phase and returns to the part.
+    Back {
+        left: Left,
+        /// The way back, in reverse: relative offset over the time before `until`.
+        law: JerkLaw,
+        from: i64,
+        until: i64,
+        turns: i64,
+    },
+}
+
+/// Where the infeed was left.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Left {
+    at: i64,
+    infeed: Sample,
+}
+
+/// A cut in execution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Cut {
+    clock: PathClock,
+    start_counts: i64,
+    /// Turns of C inserted by holds that are over.
+    inserted: i64,
+    offset: Offset,
+    plateau: (i64, i64),
+    turn: i64,
+    end: i64,
+    retract_mm: f64,
+    retract_limits: MotionLimits,
+    stop_ticks: u64,
+    cycle_s: f64,
+}
+
+/// What a cut needs to know besides its segment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct CutStart {
+    pub(crate) tick: u64,
+    pub(crate) rate: i64,
+    pub(crate) c_counts: i64,
+    pub(crate) stop_ticks: u64,
+    pub(crate) end_ticks: u64,
+    /// Limits of X that the path leaves to a retract.
+    pub(crate) retract_limits: MotionLimits,
+    pub(crate) cycle_s: f64,
+}
+
+impl Cut {
+    pub(crate) fn new(cut: &CutSegment, start: &CutStart) -> Self {
+        let ticks = |seconds: f64| from_ticks(seconds / start.cycle_s);
+        Self {
+            clock: PathClock::starting(start.tick, start.rate),
+            start_counts: start.c_counts,
+            inserted: 0,
+            offset: Offset::Infeed,
+            plateau: (ticks(cut.plateau_s.0), ticks(cut.plateau_s.1)),
+            turn: ticks(cut.turn_s),
+            end: whole(start.end_ticks),
+            retract_mm: cut.retract_mm,
+            retract_limits: start.retract_limits,
+            stop_ticks: start.stop_ticks,
+            cycle_s: start.cycle_s,
+        }
+    }
+
+    fn seconds(&self, tau: i64) -> f64 {
+        to_ticks(tau) * self.cycle_s
+    }
+
+    /// The plateau is long enough for a turn to be inserted.
+    fn repeats(&self) -> bool {
+        self.turn > 0 && self.plateau.1 - self.plateau.0 >= self.turn
+    }
+
+    /// Path time folded back into the plateau, and the turns taken out.
+    fn fold(&self, tau: i64, left: &Left) -> (i64, i64) {
+        if !self.repeats() || left.at > self.plateau.1 || tau <= self.plateau.1 {
+            return (tau, 0);
+        }
+        let turns = (tau - self.plateau.1 + self.turn - 1) / self.turn;
+        (tau - turns * self.turn, turns)
+    }
+
+    /// C since the start at a path time, the turns inserted, and the offset of X.
+    fn curves_at(&self, tau: i64, curves: &Curves<'_>) -> (Sample, i64, Sample) {
+        let follow = |tau: i64, inserted: i64| {
+            let c = if tau >= self.end {
+                // Exactly: counts close after whole turns.
+                Sample { value: f64::from(curves.cut.turns) * TURN_RAD, ..Sample::default() }
+            } else {
+                curves.angle(self.seconds(tau))
+            };
+            (c, inserted, curves.infeed(c))
+        };
+        match &self.offset {
+            Offset::Infeed => follow(tau, self.inserted),
+            Offset::Back { until, turns, .. } if tau >= *until => {
+                follow(tau - turns * self.turn, self.inserted + turns)
+            }
+            Offset::Off { left, .. } | Offset::Back { left, .. } => {
+                let (folded, turns) = self.fold(tau, left);
+                let c = curves.angle(self.seconds(folded));
+                let off = self.off_part(tau);
+                let value = left.infeed.value + off.value;
+                (c, self.inserted + turns, Sample { value, ..off })
+            }
+        }
+    }
+
+    /// Distance from where the infeed was left.
+    fn off_part(&self, tau: i64) -> Sample {
+        match &self.offset {
+            Offset::Infeed => Sample::default(),
+            Offset::Off { law, begin, .. } => law.sample(self.seconds(tau - begin)),
+            Offset::Back { law, from, until, .. } => {
+                // In reverse: the first derivative changes its sign, the second does not.
+                let back = law.sample(if tau <= *from { law.duration() } else { self.seconds(until - tau) });
+                Sample { first: -back.first, third: -back.third, ..back }
+            }
+        }
+    }
+
+    /// Axes at a tick.
+    pub(crate) fn pose(&self, tick: u64, curves: &Curves<'_>, machine: &MachineDescription, rest: &Pose) -> Pose {
+        let time = self.clock.at(tick);
+        let (c, inserted, offset) = self.curves_at(time.tau, curves);
+        let x = add(curves.path(c), offset);
+        let slope = time.slope / self.cycle_s;
+        let scaled =
+            |sample: Sample| (time.rate * sample.first, time.rate * time.rate * sample.second + slope * sample.first);
+        let mut pose = Pose { base: rest.base, ..Pose::default() };
+        let turn_counts = machine.axis(Axis::C).scale.counts(TURN_RAD);
+        let (ic, ix) = (Axis::C.index(), Axis::X.index());
+        pose.base[ic] = self.start_counts + inserted * turn_counts;
+        pose.offset[ic] = in_counts(machine.axis(Axis::C).scale, c.value);
+        (pose.velocity[ic], pose.acceleration[ic]) = scaled(c);
+        pose.base[ix] = 0;
+        pose.offset[ix] = in_counts(machine.axis(Axis::X).scale, x.value);
+        (pose.velocity[ix], pose.acceleration[ix]) = scaled(x);
+        pose
+    }
+
+    /// Turns done, inserted ones not counted, and the angle since the start (rad).
+    pub(crate) fn progress(&self, tick: u64, curves: &Curves<'_>) -> (f64, f64) {
+        let (c, _, _) = self.curves_at(self.clock.at(tick).tau, curves);
+        let angle = match &self.offset {
+            Offset::Off { left, .. } | Offset::Back { left, .. } => curves.angle(self.seconds(left.at)).value,
+            Offset::Infeed => c.value,
+        };
+        (angle / TURN_RAD, angle)
+    }
+
+    /// Path time done (ticks).
+    pub(crate) fn ticks_done(&self, tick: u64) -> f64 {
+        to_ticks(match &self.offset {
+            Offset::Off { left, .. } | Offset::Back { left, .. } => left.at,
+            Offset::Infeed => self.clock.at(tick).tau,
+        })
+    }
+
+    pub(crate) fn is_done(&self, tick: u64) -> bool {
+        self.offset == Offset::Infeed && self.clock.at(tick).tau >= self.end
+    }
+
+    /// On the infeed, where a hold can begin.
+    pub(crate) fn can_leave(&self, tick: u64) -> bool {
+        let tau = self.clock.at(tick).tau;
+        self.repeats() && tau >= self.plateau.0 && tau <= self.plateau.1
+    }
+
+    pub(crate) fn is_on_path(&self) -> bool {
+        self.offset == Offset::Infeed
+    }
+
+    pub(crate) fn is_returning(&self) -> bool {
+        matches!(self.offset, Offset::Back { .. })
+    }
+
+    /// The wheel stands off the part at a tick.
+    pub(crate) fn is_off(&self, tick: u64) -> bool {
+        match &self.offset {
+            Offset::Off { law, begin, .. } => self.seconds(self.clock.at(tick).tau - begin) >= law.duration(),
+            Offset::Back { from, .. } => self.clock.at(tick).tau <= *from,
+            Offset::Infeed => false,
+        }
+    }
+
+    /// Takes the wheel off the part, continuing the state of a tick.
+    pub(crate) fn leave(&mut self, tick: u64, curves: &Curves<'_>) {
+        let tau = self.clock.at(tick).tau;
+        let left = match self.offset {
+            Offset::Off { .. } => return,
+            Offset::Back { left, .. } => left,
+            Offset::Infeed => {
+                let c = curves.angle(self.seconds(tau.min(self.end)));
+                Left { at: tau, infeed: curves.infeed(c) }
+            }
+        };
+        let off = match self.offset {
+            Offset::Infeed => Sample { value: 0.0, ..left.infeed },
+            _ => self.off_part(tau),
+        };
+        let law = solve(self.retract_mm - off.value, off.first, off.second, 0.0, &self.retract_limits);
+        self.offset = Offset::Off { left, law: law.shifted(off.value), begin: tau };
+    }
+
+    /// Sends the wheel back to the phase at which it left, as soon as C comes by.
+    pub(crate) fn come_back(&mut self, tick: u64) {
+        let Offset::Off { left, .. } = self.offset else { return };
+        if !self.is_off(tick) {
+            return;
+        }
+        let tau = self.clock.at(tick).tau;
+        let law = solve(self.retract_mm, -left.infeed.first, left.infeed.second, 0.0, &self.retract_limits);
+        let length = from_ticks(law.duration() / self.cycle_s) + 1;
+        let turns = ((tau + length - left.at).max(0) + self.turn - 1) / self.turn;
+        let until = left.at + turns * self.turn;
+        self.offset = Offset::Back { left, law, from: until - length, until, turns };
+    }
+
+    /// Goes on with the infeed once the wheel is back.
+    pub(crate) fn settle(&mut self, tick: u64) {
+        if let Offset::Back { until, turns, .. } = self.offset
+            && self.clock.at(tick).tau >= until
+        {
+            self.inserted += turns;
+            self.clock.rewind(turns * self.turn);
+            self.offset = Offset::Infeed;
+        }
+    }
+
+    pub(crate) fn set_rate(&mut self, tick: u64, rate: i64) {
+        self.clock.retarget(tick, rate, self.stop_ticks);
+    }
+
+    pub(crate) fn is_still(&self, tick: u64) -> bool {
+        self.clock.is_stopped(tick) || (!self.is_on_path() && self.is_off(tick) && self.clock_past_end(tick))
+    }
+
+    /// Off the part, in the run-down, and C has come to the end of its law.
+    fn clock_past_end(&self, tick: u64) -> bool {
+        let tau = self.clock.at(tick).tau;
+        match &self.offset {
+            Offset::Off { left, .. } | Offset::Back { left, .. } => self.fold(tau, left).0 >= self.end,
+            Offset::Infeed => tau >= self.end,
+        }
+    }
+
+    /// The same cut, stopping as soon as it can, and the tick of its stop.
+    pub(crate) fn stopping(&self, tick: u64) -> (Self, u64) {
+        let (clock, end) = self.clock.stopping(tick, self.stop_ticks);
+        (Self { clock, ..*self }, end)
+    }
+}
+
+/// Slowest rate at which a wheel is taken off the part, whatever the override: at 0 it would burn its flat for ever,
+/// at 1 an operator who crept along would see C leap.
+pub(crate) const LEAVE_RATE: i64 = ONE / 4;

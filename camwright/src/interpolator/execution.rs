@@ -1,0 +1,421 @@
+//! One tick of whatever is being executed, and what follows when it ends.
+
+use super::cut::{Curves, Cut, CutStart, LEAVE_RATE};
+use super::line::{FULL, Line};
+use super::path_time::{PathClock, to_ticks, whole};
+use super::pose::{Pose, in_counts};
+use super::{Event, Interpolator, InterpolatorAlarm, Mode, Order, OrderKind, Outcome, Prepared, Purpose, StepOutput};
+use crate::machine::description::{Axis, MachineDescription};
+use crate::plan::{AxisTarget, Command, CutSegment, Segment, SegmentKind};
+use crate::point_to_point::{MoveLaw, whole_ticks};
+use crate::units::TURN_RAD;
+
+/// How long after the end of its travel a search still looks for its edge (s), besides the feedback delay: the axis
+/// comes after its setpoint by its following error, a few 1/Kv.
+const LAST_LOOK_S: f64 = 0.2;
+
+impl Interpolator {
+    pub(super) fn advance(&mut self, tick: u64, motion: &Prepared, out: &mut StepOutput) {
+        match self.mode {
+            Mode::Idle | Mode::Fault => {}
+            Mode::Starting => self.begin(0, tick, motion, out),
+            Mode::Ready => {
+                if !self.leaves_at_rest(tick, motion, out) && !self.hold {
+                    self.begin(self.segment, tick, motion, out);
+                }
+            }
+            Mode::Dwell { left } => {
+                if !self.leaves_at_rest(tick, motion, out) && !self.hold {
+                    self.mode = Mode::Dwell { left: left.saturating_sub(1) };
+                    if left <= 1 {
+                        self.begin(self.segment + 1, tick, motion, out);
+                    }
+                }
+            }
+            Mode::Wait => {
+                if !self.leaves_at_rest(tick, motion, out) && !self.hold && self.decisions > 0 {
+                    self.decisions -= 1;
+                    self.begin(self.segment + 1, tick, motion, out);
+                }
+            }
+            // An order that is under way takes effect, whatever is wanted meanwhile.
+            Mode::Command { until } => {
+                if tick >= until {
+                    self.take_effect(motion);
+                    self.begin(self.segment + 1, tick, motion, out);
+                }
+            }
+            Mode::LastLook { until } => self.look_last(until, tick, motion, out),
+            Mode::Line(line, purpose) => self.advance_line(line, purpose, tick, motion, out),
+            Mode::Cut(cut) => self.advance_cut(cut, tick, motion, out),
+            Mode::Trajectory(clock) => self.advance_trajectory(clock, tick, motion, out),
+        }
+        self.watch_soft_limits(out);
+    }
+
+    /// Begins a segment with its path time 0 at this tick; segments without length are passed over.
+    fn begin(&mut self, segment: usize, tick: u64, motion: &Prepared, out: &mut StepOutput) {
+        self.rest();
+        let mut next = segment;
+        loop {
+            self.segment = next;
+            self.segment_began = tick;
+            self.caught = None;
+            if self.leaves_at_rest(tick, motion, out) {
+                return;
+            }
+            if motion.trajectory.is_some() && next == 0 {
+                self.mode = Mode::Trajectory(PathClock::starting(tick, self.feed_override));
+                return;
+            }
+            let Some(planned) = motion.plan.segments.get(next) else {
+                self.finish(Outcome::Completed, out);
+                return;
+            };
+            self.mode = Mode::Ready;
+            if self.hold {
+                return;
+            }
+            out.events.push(Event::Segment(next));
+            match self.enter(planned, tick, motion, out) {
+                Ok(true) => return,
+                Ok(false) => next += 1,
+                Err(alarm) => {
+                    self.fail(alarm, out);
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Starts a segment; `false` if it is over already.
+    fn enter(
+        &mut self,
+        segment: &Segment,
+        tick: u64,
+        motion: &Prepared,
+        out: &mut StepOutput,
+    ) -> Result<bool, InterpolatorAlarm> {
+        match &segment.kind {
+            SegmentKind::Move(targets) => {
+                for target in targets {
+                    self.check_target(target)?;
+                }
+                self.enter_line(targets, Purpose::Move, tick)
+            }
+            SegmentKind::Search { axis, travel_counts, limits, .. } => {
+                let target_counts = self.setpoint.counts[axis.index()] + travel_counts;
+                self.enter_line(&[AxisTarget { axis: *axis, target_counts, limits: *limits }], Purpose::Seek, tick)
+            }
+            SegmentKind::Cut(cut) => self.enter_cut(cut, segment, tick, motion).map(|()| true),
+            SegmentKind::Dwell => {
+                self.mode = Mode::Dwell { left: segment.ticks };
+                Ok(segment.ticks > 0)
+            }
+            SegmentKind::Wait => {
+                self.mode = Mode::Wait;
+                Ok(true)
+            }
+            SegmentKind::Command(command) => {
+                // Long enough for the order to reach the machine while setpoints run D ahead, and to be acknowledged.
+                let until = tick + 2 * u64::from(self.machine.feedback_delay_ticks).max(1);
+                let kind = match command {
+                    Command::SetHome(axis) => OrderKind::SetHome { axis: *axis, counts: self.references[axis.index()] },
+                    Command::WheelStart => OrderKind::WheelStart,
+                    Command::WheelStop => OrderKind::WheelStop,
+                };
+                out.orders.push(Order { tick: until, kind });
+                self.mode = Mode::Command { until };
+                Ok(true)
+            }
+        }
+    }
+
+    fn check_target(&self, target: &AxisTarget) -> Result<(), InterpolatorAlarm> {
+        let axis = self.machine.axis(target.axis);
+        if !self.homed[target.axis.index()] {
+            return Err(InterpolatorAlarm::NotHomed { axis: target.axis });
+        }
+        if let Some((low, high)) = axis.soft_limits {
+            let (low, high) = (axis.scale.counts(low), axis.scale.counts(high));
+            if target.target_counts < low || target.target_counts > high {
+                let bound = if target.target_counts < low { low } else { high };
+                return Err(InterpolatorAlarm::SoftLimit { axis: target.axis, counts: target.target_counts, bound });
+            }
+        }
+        Ok(())
+    }
+
+    fn enter_line(&mut self, targets: &[AxisTarget], purpose: Purpose, tick: u64) -> Result<bool, InterpolatorAlarm> {
+        let rate = if purpose == Purpose::Retract { FULL } else { self.feed_override };
+        let law = MoveLaw::new(self.setpoint.counts, targets, &self.machine)
+            .map_err(|_| InterpolatorAlarm::BadSegment { segment: self.segment })?;
+        let cycle_s = self.machine.cycle_time_s();
+        let moves = law.ticks(cycle_s) > 0;
+        self.mode = Mode::Line(Line::new(law, tick, rate, cycle_s), purpose);
+        // A search without travel looks all the same.
+        Ok(moves || purpose == Purpose::Seek)
+    }
+
+    fn enter_cut(
+        &mut self,
+        cut: &CutSegment,
+        segment: &Segment,
+        tick: u64,
+        motion: &Prepared,
+    ) -> Result<(), InterpolatorAlarm> {
+        let bad = InterpolatorAlarm::BadSegment { segment: self.segment };
+        let (Some(curves), Some(facts)) = (Curves::of(&motion.plan, cut), motion.facts.get(self.segment)) else {
+            return Err(bad);
+        };
+        for axis in [Axis::C, Axis::X] {
+            if !self.homed[axis.index()] {
+                return Err(InterpolatorAlarm::NotHomed { axis });
+            }
+        }
+        let (c_counts, x_counts) = (self.setpoint.counts[Axis::C.index()], self.setpoint.counts[Axis::X.index()]);
+        let turn_counts = self.machine.axis(Axis::C).scale.counts(TURN_RAD).max(1);
+        let c_off = (c_counts - cut.start_counts).rem_euclid(turn_counts);
+        // One count: planner and interpolator round the same place by different sums.
+        if c_off.min(turn_counts - c_off) > 1 {
+            return Err(InterpolatorAlarm::NotAtStart { axis: Axis::C, wanted: cut.start_counts, actual: c_counts });
+        }
+        let wanted = self.machine.axis(Axis::X).scale.counts(curves.x(0.0).value);
+        if (x_counts - wanted).abs() > 1 {
+            return Err(InterpolatorAlarm::NotAtStart { axis: Axis::X, wanted, actual: x_counts });
+        }
+        self.mode = Mode::Cut(Cut::new(
+            cut,
+            &CutStart {
+                tick,
+                rate: self.feed_override,
+                c_counts,
+                stop_ticks: segment.stop_ticks,
+                end_ticks: facts.end_ticks,
+                retract_limits: facts.retract_limits,
+                cycle_s: self.machine.cycle_time_s(),
+            },
+        ));
+        Ok(())
+    }
+
+    /// The order of the present segment is in force.
+    fn take_effect(&mut self, motion: &Prepared) {
+        if let Some(SegmentKind::Command(Command::SetHome(axis))) =
+            motion.plan.segments.get(self.segment).map(|segment| &segment.kind)
+        {
+            self.setpoint.counts[axis.index()] -= self.references[axis.index()];
+            self.references[axis.index()] = 0;
+            self.homed[axis.index()] = true;
+        }
+    }
+
+    fn advance_line(&mut self, mut line: Line, purpose: Purpose, tick: u64, motion: &Prepared, out: &mut StepOutput) {
+        let before = tick.saturating_sub(1);
+        let retracting = purpose == Purpose::Retract;
+        let found = purpose == Purpose::Seek && self.caught.is_some();
+        let rate = if retracting { FULL } else { self.feed_override };
+        if self.alarm.is_some() || found || (!retracting && (self.cancel || self.hold)) {
+            line.stop_from(before);
+        } else if line.is_stopped(before) {
+            line.resume(before, rate);
+        }
+        line.set_rate(before, rate);
+        self.setpoint = line.pose(tick, &self.machine).setpoint();
+        self.mode = Mode::Line(line, purpose);
+        if line.is_stopped(tick) {
+            self.rest();
+            if self.alarm.is_some() || (self.cancel && !retracting) {
+                self.leaves_at_rest(tick, motion, out);
+            } else if found && !self.hold {
+                self.return_to_edge(tick, motion, out);
+            }
+        } else if line.is_done(tick) {
+            match purpose {
+                Purpose::Move | Purpose::Return => self.begin(self.segment + 1, tick, motion, out),
+                Purpose::Retract => {
+                    self.rest();
+                    self.finish(Outcome::Cancelled, out);
+                }
+                Purpose::Seek => {
+                    self.rest();
+                    let look = whole_ticks(LAST_LOOK_S, self.machine.cycle_time_s());
+                    let until = tick + look + u64::from(self.machine.feedback_delay_ticks);
+                    self.mode = Mode::LastLook { until };
+                }
+            }
+        }
+    }
+
+    fn look_last(&mut self, until: u64, tick: u64, motion: &Prepared, out: &mut StepOutput) {
+        if self.leaves_at_rest(tick, motion, out) || self.hold {
+            return;
+        }
+        if self.caught.is_some() {
+            self.return_to_edge(tick, motion, out);
+        } else if tick >= until
+            && let Some((axis, input)) = self.sought_in(motion)
+        {
+            self.fail(InterpolatorAlarm::NoEdge { axis, input }, out);
+        }
+    }
+
+    fn sought_in(&self, motion: &Prepared) -> Option<(Axis, crate::setpoint::Input)> {
+        let input = motion.facts.get(self.segment)?.input?;
+        match motion.plan.segments.get(self.segment)?.kind {
+            SegmentKind::Search { axis, .. } => Some((axis, input)),
+            _ => None,
+        }
+    }
+
+    /// From where the search came to rest to the place relative to the edge.
+    fn return_to_edge(&mut self, tick: u64, motion: &Prepared, out: &mut StepOutput) {
+        let (Some(latch), Some(segment)) = (self.caught, motion.plan.segments.get(self.segment)) else { return };
+        let SegmentKind::Search { axis, offset_counts, limits, .. } = &segment.kind else { return };
+        self.references[axis.index()] = latch.counts;
+        let target = AxisTarget { axis: *axis, target_counts: latch.counts + offset_counts, limits: *limits };
+        match self.enter_line(&[target], Purpose::Return, tick) {
+            Ok(true) => {}
+            Ok(false) => self.begin(self.segment + 1, tick, motion, out),
+            Err(alarm) => self.fail(alarm, out),
+        }
+    }
+
+    fn advance_cut(&mut self, mut cut: Cut, tick: u64, motion: &Prepared, out: &mut StepOutput) {
+        let Some(curves) = self.curves(motion) else {
+            self.fail(InterpolatorAlarm::BadSegment { segment: self.segment }, out);
+            return;
+        };
+        let before = tick.saturating_sub(1);
+        let wanted = self.feed_override;
+        cut.settle(before);
+        let rate = if self.alarm.is_some() {
+            0
+        } else if self.cancel {
+            // At rest on the path there is nothing to leave: the retract that follows takes the wheel off.
+            if !(cut.is_on_path() && cut.is_still(before)) {
+                cut.leave(before, &curves);
+            }
+            if cut.is_on_path() || cut.is_off(before) { 0 } else { wanted.max(LEAVE_RATE) }
+        } else if self.hold {
+            if cut.is_returning() || (cut.is_on_path() && cut.can_leave(before)) {
+                cut.leave(before, &curves);
+            }
+            if cut.is_on_path() || cut.is_off(before) { wanted } else { wanted.max(LEAVE_RATE) }
+        } else {
+            cut.come_back(before);
+            if cut.is_on_path() || cut.is_returning() { wanted } else { wanted.max(LEAVE_RATE) }
+        };
+        cut.set_rate(before, rate);
+        let pose = cut.pose(tick, &curves, &self.machine, &Pose::at_rest(self.setpoint.counts));
+        self.setpoint = pose.setpoint();
+        self.mode = Mode::Cut(cut);
+        if cut.is_done(tick) {
+            self.begin(self.segment + 1, tick, motion, out);
+        } else if cut.is_still(tick) && (self.alarm.is_some() || (self.cancel && rate == 0)) {
+            self.rest();
+            self.leaves_at_rest(tick, motion, out);
+        }
+    }
+
+    fn advance_trajectory(&mut self, mut clock: PathClock, tick: u64, motion: &Prepared, out: &mut StepOutput) {
+        let stopping = self.hold || self.cancel || self.alarm.is_some();
+        let rate = if stopping { 0 } else { self.feed_override };
+        clock.retarget(tick.saturating_sub(1), rate, motion.stop_ticks);
+        let rest = Pose::at_rest(self.setpoint.counts);
+        self.setpoint = trajectory_pose(&clock, tick, motion, &self.machine, &rest).setpoint();
+        self.mode = Mode::Trajectory(clock);
+        if clock.at(tick).tau >= whole(motion.ticks) {
+            self.begin(1, tick, motion, out);
+        } else if clock.is_stopped(tick) {
+            self.rest();
+            self.leaves_at_rest(tick, motion, out);
+        }
+    }
+
+    pub(super) fn curves<'a>(&self, motion: &'a Prepared) -> Option<Curves<'a>> {
+        match &motion.plan.segments.get(self.segment)?.kind {
+            SegmentKind::Cut(cut) => Curves::of(&motion.plan, cut),
+            _ => None,
+        }
+    }
+
+    /// At rest: an alarm ends the motion, a cancel takes the wheel to safety and ends it.
+    fn leaves_at_rest(&mut self, tick: u64, motion: &Prepared, out: &mut StepOutput) -> bool {
+        if let Some(number) = self.alarm {
+            out.events.push(Event::Finished(Outcome::Failed(number)));
+            self.mode = Mode::Fault;
+            return true;
+        }
+        if !self.cancel {
+            return false;
+        }
+        let x = Axis::X.index();
+        let away = motion.safe_x_counts.filter(|safe| *safe > self.setpoint.counts[x] && self.homed[x]);
+        if let Some(target_counts) = away {
+            let target = AxisTarget { axis: Axis::X, target_counts, limits: self.machine.axis(Axis::X).limits };
+            if self.enter_line(&[target], Purpose::Retract, tick) == Ok(true) {
+                return true;
+            }
+        }
+        self.finish(Outcome::Cancelled, out);
+        true
+    }
+
+    fn finish(&mut self, outcome: Outcome, out: &mut StepOutput) {
+        self.mode = Mode::Idle;
+        out.events.push(Event::Finished(outcome));
+    }
+
+    /// An alarm of the interpolator's own, at rest.
+    fn fail(&mut self, alarm: InterpolatorAlarm, out: &mut StepOutput) {
+        self.rest();
+        out.events.push(Event::Alarm(alarm));
+        out.events.push(Event::Finished(Outcome::Failed(alarm.number())));
+        self.mode = Mode::Fault;
+    }
+
+    /// The last guard: no setpoint beyond a soft limit goes unnoticed, wherever it comes from.
+    fn watch_soft_limits(&mut self, out: &mut StepOutput) {
+        if self.alarm.is_some() || matches!(self.mode, Mode::Idle | Mode::Fault) {
+            return;
+        }
+        for axis in Axis::ALL {
+            let description = self.machine.axis(axis);
+            let (counts, velocity) = (self.setpoint.counts[axis.index()], self.setpoint.velocity[axis.index()]);
+            let Some((low, high)) = description.soft_limits else { continue };
+            let (low, high) = (description.scale.counts(low), description.scale.counts(high));
+            let outward = (counts < low && velocity < 0.0) || (counts > high && velocity > 0.0);
+            if outward && self.homed[axis.index()] {
+                let alarm = InterpolatorAlarm::SoftLimit { axis, counts, bound: if counts < low { low } else { high } };
+                out.events.push(Event::Alarm(alarm));
+                self.alarm = Some(alarm.number());
+            }
+        }
+    }
+}
+
+/// Axes of a trajectory at a tick.
+pub(super) fn trajectory_pose(
+    clock: &PathClock,
+    tick: u64,
+    motion: &Prepared,
+    machine: &MachineDescription,
+    rest: &Pose,
+) -> Pose {
+    let mut pose = *rest;
+    let Some(trajectory) = &motion.trajectory else { return pose };
+    let (time, cycle_s) = (clock.at(tick), machine.cycle_time_s());
+    // At the end exactly there, though the last tick lies up to a cycle after the last point.
+    let over = time.tau >= whole(motion.ticks);
+    let at = if over { trajectory.duration_s() + cycle_s } else { to_ticks(time.tau) * cycle_s };
+    for axis in Axis::ALL {
+        let Some(law) = trajectory.law(axis) else { continue };
+        let (sample, index) = (law.sample(at), axis.index());
+        pose.base[index] = 0;
+        pose.offset[index] = in_counts(machine.axis(axis).scale, sample.value);
+        pose.velocity[index] = time.rate * sample.first;
+        pose.acceleration[index] = time.rate * time.rate * sample.second + time.slope / cycle_s * sample.first;
+    }
+    pose
+}

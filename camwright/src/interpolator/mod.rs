@@ -1,0 +1,475 @@
+//! The interpolator: from a plan, tick by tick, to setpoints on encoder counts.
+//!
+//! [`Interpolator::step`] does not allocate, lock, log or fail; what is worth telling is in its result. Everything that
+//! takes time is done before, in [`Prepared::new`]. What happens depends on nothing but the motion, the requests with
+//! their ticks, and the feedback whose own tick lies at least D ticks back: so the same inputs give the same setpoints,
+//! bit for bit, whenever and wherever they are computed.
+
+mod cut;
+mod execution;
+mod line;
+mod path_time;
+mod pose;
+mod prepared;
+mod status;
+mod tail;
+pub mod tolerance;
+pub mod trajectory;
+
+pub use prepared::{Motion, PrepareError, Prepared};
+pub use status::{InterpolatorAlarm, SearchStep, State, Status};
+
+use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
+use crate::numeric::fixed_list::FixedList;
+use crate::setpoint::{Input, Latch, Setpoint};
+use alloc::boxed::Box;
+use cut::Cut;
+use line::Line;
+use path_time::{ONE, PathClock};
+use pose::Pose;
+use thiserror::Error;
+
+/// What an operator or a client asks for while a motion is executed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Request {
+    /// Hold on the path; in a cut, take the wheel off the part and keep C turning.
+    Hold,
+    /// Go on.
+    Unhold,
+    /// Come to rest, retract, and drop the motion.
+    Cancel,
+    /// Factor on path time, 0..=1; what lies outside is taken to the nearer bound, what is not a number is ignored.
+    SetOverride(f64),
+    /// What a wait waits for.
+    Decision,
+}
+
+/// Requests of one tick.
+#[derive(Debug, Clone, Copy)]
+pub struct TickInputs<'a> {
+    /// The tick to compute. Consecutive while a motion is executed.
+    pub tick: u64,
+    /// In the order in which they were made.
+    pub requests: &'a [Request],
+}
+
+/// An input that took effect: what must be recorded, besides the motion, to compute the same setpoints again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum AppliedInput {
+    /// A request.
+    Request(Request),
+    /// An edge caught by the machine came into sight.
+    Feedback(Latch),
+    /// An alarm of the machine came into sight, by its number.
+    Alarm(u16),
+}
+
+impl Default for AppliedInput {
+    fn default() -> Self {
+        AppliedInput::Alarm(0)
+    }
+}
+
+/// An order to the machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum OrderKind {
+    /// The position `counts` of the axis is zero from the order's tick on: setpoints from that tick on, and latches of
+    /// ticks from that tick on, are counted from there.
+    SetHome {
+        /// Which axis.
+        axis: Axis,
+        /// The position that becomes zero (counts).
+        counts: i64,
+    },
+    /// Bring the wheel to its surface speed.
+    #[default]
+    WheelStart,
+    /// Let the wheel come to rest.
+    WheelStop,
+}
+
+/// An order to the machine, and the tick at which it takes effect. No setpoint of that tick or later may be sent before
+/// the machine has acknowledged it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Order {
+    /// First tick at which it is in force.
+    pub tick: u64,
+    /// What.
+    pub kind: OrderKind,
+}
+
+/// How a motion ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// At its end.
+    Completed,
+    /// By a cancel; the axes rest, the wheel is retracted.
+    Cancelled,
+    /// By an alarm, with its number.
+    Failed(u16),
+}
+
+/// Something that happened in a tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Event {
+    /// A segment begins, by its index.
+    Segment(usize),
+    /// The interpolator raises an alarm.
+    Alarm(InterpolatorAlarm),
+    /// The motion ended with this tick, and the axes rest.
+    Finished(Outcome),
+}
+
+impl Default for Event {
+    fn default() -> Self {
+        Event::Segment(0)
+    }
+}
+
+/// Most inputs that one tick applies; the rest waits for the next.
+pub const MAX_APPLIED: usize = 32;
+
+/// What one tick gives.
+#[derive(Debug, Clone, Copy)]
+pub struct StepOutput {
+    /// The tick.
+    pub tick: u64,
+    /// Its setpoint.
+    pub setpoint: Setpoint,
+    /// Number of requests applied; the caller offers the others again with the next tick.
+    pub requests_taken: usize,
+    /// Inputs that took effect with this tick, in order.
+    pub applied: FixedList<AppliedInput, MAX_APPLIED>,
+    /// Orders to send to the machine.
+    pub orders: FixedList<Order, 4>,
+    /// What happened.
+    pub events: FixedList<Event, 16>,
+    /// What the interpolator is doing.
+    pub status: Status,
+}
+
+/// Why a motion does not start.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum StartError {
+    /// Another motion is executed.
+    #[error("another motion is being executed")]
+    Busy,
+    /// Stopped by an alarm.
+    #[error("stopped by an alarm; reset it first")]
+    Fault,
+    /// A trajectory begins elsewhere.
+    #[error("the trajectory begins at {wanted} counts of {}, the axis rests at {actual}", axis.joint())]
+    StartsElsewhere {
+        /// Which axis.
+        axis: Axis,
+        /// Where the trajectory begins (counts).
+        wanted: i64,
+        /// Where the axis rests (counts).
+        actual: i64,
+    },
+}
+
+/// Feedback waiting for its tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Feedback {
+    Latch(Latch),
+    Alarm(u64, u16),
+}
+
+impl Feedback {
+    fn tick(&self) -> u64 {
+        match self {
+            Feedback::Latch(latch) => latch.tick,
+            Feedback::Alarm(tick, _) => *tick,
+        }
+    }
+}
+
+impl Default for Feedback {
+    fn default() -> Self {
+        Feedback::Alarm(0, 0)
+    }
+}
+
+/// What a line is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Purpose {
+    Move,
+    Seek,
+    Return,
+    Retract,
+}
+
+/// What is being executed.
+#[allow(clippy::large_enum_variant, reason = "a box would allocate in the cyclic path")]
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Mode {
+    Idle,
+    Fault,
+    /// Loaded; begins with the next tick.
+    Starting,
+    /// At rest between two segments.
+    Ready,
+    Dwell {
+        left: u64,
+    },
+    Wait,
+    Command {
+        until: u64,
+    },
+    Line(Line, Purpose),
+    /// At the end of a search's travel, for an edge that is not in sight yet.
+    LastLook {
+        until: u64,
+    },
+    Cut(Cut),
+    Trajectory(PathClock),
+}
+
+/// The interpolator of one machine.
+#[derive(Debug)]
+pub struct Interpolator {
+    machine: MachineDescription,
+    motion: Option<Box<Prepared>>,
+    finished: Option<Box<Prepared>>,
+    feedback: FixedList<Feedback, 256>,
+    mode: Mode,
+    tick: u64,
+    setpoint: Setpoint,
+    segment: usize,
+    segment_began: u64,
+    /// The edge that ends the search in execution.
+    caught: Option<Latch>,
+    /// Position caught by the last search of an axis (counts).
+    references: [i64; AXIS_COUNT],
+    homed: [bool; AXIS_COUNT],
+    feed_override: i64,
+    hold: bool,
+    cancel: bool,
+    alarm: Option<u16>,
+    decisions: u32,
+}
+
+impl Interpolator {
+    /// The interpolator of a machine whose axes rest at its power-up positions, which are zero counts.
+    #[must_use]
+    pub fn new(machine: &MachineDescription) -> Self {
+        Self {
+            machine: machine.clone(),
+            motion: None,
+            finished: None,
+            feedback: FixedList::new(),
+            mode: Mode::Idle,
+            tick: 0,
+            setpoint: Setpoint::default(),
+            segment: 0,
+            segment_began: 0,
+            caught: None,
+            references: [0; AXIS_COUNT],
+            homed: core::array::from_fn(|axis| !machine.axes[axis].needs_homing),
+            feed_override: ONE,
+            hold: false,
+            cancel: false,
+            alarm: None,
+            decisions: 0,
+        }
+    }
+
+    /// Takes the machine's word for where the axes rest (counts): at the start, after an underrun, after a reset. A
+    /// motion in execution is dropped.
+    pub fn resync(&mut self, counts: [i64; AXIS_COUNT]) {
+        self.setpoint = Setpoint { counts, ..Setpoint::default() };
+        self.mode = Mode::Idle;
+        self.alarm = None;
+        self.hold = false;
+        self.cancel = false;
+        self.feedback = FixedList::new();
+        self.drop_motion();
+    }
+
+    /// Takes the machine's word for whether the zero of an axis is known.
+    pub fn set_homed(&mut self, axis: Axis, homed: bool) {
+        self.homed[axis.index()] = homed;
+    }
+
+    /// The zero of an axis is known.
+    #[must_use]
+    pub fn is_homed(&self, axis: Axis) -> bool {
+        self.homed[axis.index()]
+    }
+
+    /// The last setpoint.
+    #[must_use]
+    pub fn setpoint(&self) -> &Setpoint {
+        &self.setpoint
+    }
+
+    /// Nothing is executed and nothing stands in the way of a start.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.mode == Mode::Idle
+    }
+
+    /// Loads a motion; it begins with the next tick, whose setpoint is still the present position.
+    ///
+    /// # Errors
+    /// A motion in execution, an alarm, a trajectory that begins elsewhere; the motion is given back.
+    pub fn start(&mut self, motion: Box<Prepared>) -> Result<(), (StartError, Box<Prepared>)> {
+        match self.mode {
+            Mode::Idle => {}
+            Mode::Fault => return Err((StartError::Fault, motion)),
+            _ => return Err((StartError::Busy, motion)),
+        }
+        if let Some(trajectory) = &motion.trajectory {
+            for axis in Axis::ALL {
+                let Some(law) = trajectory.law(axis) else { continue };
+                let wanted = self.machine.axis(axis).scale.counts(law.sample(0.0).value);
+                let actual = self.setpoint.counts[axis.index()];
+                if wanted != actual {
+                    return Err((StartError::StartsElsewhere { axis, wanted, actual }, motion));
+                }
+            }
+        }
+        self.motion = Some(motion);
+        self.mode = Mode::Starting;
+        self.segment = 0;
+        self.hold = false;
+        self.cancel = false;
+        self.alarm = None;
+        self.decisions = 0;
+        Ok(())
+    }
+
+    /// The motion that ended, so that it can be freed outside the cyclic path. To be taken before the next start.
+    pub fn take_finished(&mut self) -> Option<Box<Prepared>> {
+        self.finished.take()
+    }
+
+    /// Takes an edge caught by the machine. It comes into sight D ticks after its own; `false` if there is no room.
+    /// Every edge of tick k − D must have been given before the step of tick k.
+    pub fn feedback(&mut self, latch: &Latch) -> bool {
+        self.remember(Feedback::Latch(*latch))
+    }
+
+    /// Takes an alarm of the machine that stops the axes, by its number and the tick at which it was raised. It comes
+    /// into sight D ticks after its own; `false` if there is no room.
+    pub fn alarm(&mut self, tick: u64, number: u16) -> bool {
+        self.remember(Feedback::Alarm(tick, number))
+    }
+
+    fn remember(&mut self, feedback: Feedback) -> bool {
+        let index = self.feedback.partition_point(|other| other.tick() <= feedback.tick());
+        self.feedback.insert(index, feedback)
+    }
+
+    /// Computes one tick.
+    pub fn step(&mut self, inputs: &TickInputs<'_>) -> StepOutput {
+        let mut out = StepOutput {
+            tick: inputs.tick,
+            setpoint: self.setpoint,
+            requests_taken: 0,
+            applied: FixedList::new(),
+            orders: FixedList::new(),
+            events: FixedList::new(),
+            status: Status::default(),
+        };
+        self.look(inputs.tick, &mut out);
+        for request in inputs.requests {
+            if out.applied.is_full() {
+                break;
+            }
+            self.apply(*request);
+            out.applied.push(AppliedInput::Request(*request));
+            out.requests_taken += 1;
+        }
+        // Out of its place, so that the motion can be read while everything else changes.
+        let motion = self.motion.take();
+        if let Some(motion) = &motion {
+            self.advance(inputs.tick, motion, &mut out);
+        }
+        self.tick = inputs.tick;
+        out.status = self.status(motion.as_deref());
+        out.setpoint = self.setpoint;
+        self.motion = motion;
+        if matches!(self.mode, Mode::Idle | Mode::Fault) {
+            self.drop_motion();
+        }
+        out
+    }
+
+    fn drop_motion(&mut self) {
+        if self.motion.is_some() {
+            self.finished = self.motion.take();
+        }
+    }
+
+    /// Feedback that comes into sight.
+    fn look(&mut self, tick: u64, out: &mut StepOutput) {
+        let Some(horizon) = tick.checked_sub(u64::from(self.machine.feedback_delay_ticks)) else { return };
+        let mut seen = 0;
+        while let Some(feedback) = self.feedback.get(seen).copied()
+            && feedback.tick() <= horizon
+            && !out.applied.is_full()
+        {
+            seen += 1;
+            match feedback {
+                Feedback::Latch(latch) => {
+                    out.applied.push(AppliedInput::Feedback(latch));
+                    self.catch(latch);
+                }
+                Feedback::Alarm(_, number) => {
+                    out.applied.push(AppliedInput::Alarm(number));
+                    if self.mode == Mode::Idle {
+                        self.mode = Mode::Fault;
+                    }
+                    self.alarm = self.alarm.or(Some(number));
+                }
+            }
+        }
+        self.feedback.remove_first(seen);
+    }
+
+    /// An edge ends the search in execution if it is the first of its input since the search began.
+    fn catch(&mut self, latch: Latch) {
+        let searching = matches!(self.mode, Mode::Line(_, Purpose::Seek) | Mode::LastLook { .. });
+        let wanted = self.sought();
+        if searching
+            && self.caught.is_none()
+            && latch.rising
+            && latch.tick >= self.segment_began
+            && wanted == Some((latch.axis, latch.input))
+        {
+            self.caught = Some(latch);
+        }
+    }
+
+    fn sought(&self) -> Option<(Axis, Input)> {
+        let motion = self.motion.as_deref()?;
+        let input = motion.facts.get(self.segment)?.input?;
+        match motion.plan.segments.get(self.segment)?.kind {
+            crate::plan::SegmentKind::Search { axis, .. } => Some((axis, input)),
+            _ => None,
+        }
+    }
+
+    fn apply(&mut self, request: Request) {
+        let busy = self.motion.is_some();
+        match request {
+            Request::Hold => self.hold = busy && !self.cancel,
+            Request::Unhold => self.hold = false,
+            Request::Cancel => {
+                self.cancel = busy;
+                self.hold = false;
+            }
+            Request::SetOverride(factor) if factor.is_finite() => {
+                self.feed_override = path_time::from_ticks(factor.clamp(0.0, 1.0));
+            }
+            Request::SetOverride(_) => {}
+            Request::Decision => self.decisions = self.decisions.saturating_add(u32::from(busy)),
+        }
+    }
+
+    fn rest(&mut self) {
+        self.setpoint = Pose::at_rest(self.setpoint.counts).setpoint();
+    }
+}

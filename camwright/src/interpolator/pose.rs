@@ -1,0 +1,57 @@
+//! Where the axes are, between counts: what the motions compute and the setpoint rounds.
+
+use crate::machine::description::{AXIS_COUNT, MachineDescription, Scale};
+use crate::setpoint::{Setpoint, StopPoint};
+use crate::units::TURN_RAD;
+
+/// Positions as whole counts plus an offset in counts, velocities and accelerations in mm or rad.
+///
+/// The whole counts keep a long journey of C exact, where a float alone would lose digits turn by turn.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Pose {
+    pub(crate) base: [i64; AXIS_COUNT],
+    pub(crate) offset: [f64; AXIS_COUNT],
+    pub(crate) velocity: [f64; AXIS_COUNT],
+    pub(crate) acceleration: [f64; AXIS_COUNT],
+}
+
+impl Pose {
+    /// At rest on counts.
+    pub(crate) fn at_rest(counts: [i64; AXIS_COUNT]) -> Self {
+        Self { base: counts, ..Self::default() }
+    }
+
+    /// Rounded to counts. Each position is rounded by itself, from the absolute path: so the error never adds up, which
+    /// is what a pulse distribution that carries its remainder along achieves.
+    #[allow(clippy::cast_possible_truncation, reason = "travel in counts is below 2^53")]
+    pub(crate) fn setpoint(&self) -> Setpoint {
+        Setpoint {
+            counts: core::array::from_fn(|axis| self.base[axis] + libm::round(self.offset[axis]) as i64),
+            velocity: self.velocity,
+            acceleration: self.acceleration,
+        }
+    }
+
+    /// As a point of a stop, not rounded.
+    pub(crate) fn stop_point(&self, ticks: u32, machine: &MachineDescription) -> StopPoint {
+        let position = |axis: usize| {
+            let scale = machine.axes[axis].scale;
+            scale.position(self.base[axis]) + self.offset[axis] / scale.counts_per_unit()
+        };
+        StopPoint {
+            ticks,
+            position: core::array::from_fn(position),
+            velocity: self.velocity,
+            acceleration: self.acceleration,
+        }
+    }
+}
+
+/// A position (mm or rad) in counts, not rounded; whole turns are whole counts.
+#[allow(clippy::cast_precision_loss, reason = "scales are below 2^53")]
+pub(crate) fn in_counts(scale: Scale, position: f64) -> f64 {
+    match scale {
+        Scale::Linear { counts_per_mm } => position * counts_per_mm as f64,
+        Scale::Rotary { counts_per_turn } => position / TURN_RAD * counts_per_turn as f64,
+    }
+}

@@ -1,0 +1,313 @@
+//! A motion made ready outside the cyclic path: checked, inputs resolved, limits of retracts computed.
+
+use super::cut::Curves;
+use super::trajectory::Trajectory;
+use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits, Scale};
+use crate::path_stop::path_stop_s;
+use crate::plan::{Command, CutSegment, Phase, Plan, Segment, SegmentKind};
+use crate::point_to_point::{MOVE_SHARE, MoveLaw, PointToPointError, whole_ticks};
+use crate::setpoint::Input;
+use alloc::string::{String, ToString};
+use alloc::sync::Arc;
+use alloc::vec::Vec;
+use thiserror::Error;
+
+/// Something for the axes to do.
+#[derive(Debug, Clone)]
+pub enum Motion {
+    /// A whole plan.
+    Plan(Arc<Plan>),
+    /// A trajectory of a ROS client.
+    Trajectory(Trajectory),
+    /// Find the zero of these axes; those that know theirs are passed over.
+    Home(Vec<Axis>),
+}
+
+/// Why a motion cannot be executed on this machine.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum PrepareError {
+    /// A search names an input that the machine has not got.
+    #[error("segment {segment}: the machine has no input \"{input}\" to search for")]
+    UnknownInput {
+        /// Index of the segment.
+        segment: usize,
+        /// The input named.
+        input: String,
+    },
+    /// The limits of a move or of a search.
+    #[error("segment {segment}: {error}")]
+    Move {
+        /// Index of the segment.
+        segment: usize,
+        /// What is wrong.
+        error: PointToPointError,
+    },
+    /// A cut names splines that the plan has not got.
+    #[error("segment {segment}: a cut names a path, a speed law or an infeed law that the plan has not got")]
+    MissingSpline {
+        /// Index of the segment.
+        segment: usize,
+    },
+    /// Times of a cut that cannot be.
+    #[error(
+        "segment {segment}: a plateau from {} s to {} s with turns of {turn_s} s does not lie in a cut of {duration_s} s",
+        plateau_s.0, plateau_s.1
+    )]
+    Plateau {
+        /// Index of the segment.
+        segment: usize,
+        /// Plateau given.
+        plateau_s: (f64, f64),
+        /// Time of a turn given.
+        turn_s: f64,
+        /// Length of the speed law.
+        duration_s: f64,
+    },
+    /// A cut without a length of its stop.
+    #[error("segment {segment}: a cut needs a stop of at least 1 tick")]
+    NoStop {
+        /// Index of the segment.
+        segment: usize,
+    },
+    /// A cut would leave the soft limits of X.
+    #[error("segment {segment}: x_axis would go to {x_mm:.4} mm, the soft limit is {bound_mm} mm")]
+    SoftLimit {
+        /// Index of the segment.
+        segment: usize,
+        /// Farthest position (mm).
+        x_mm: f64,
+        /// The bound (mm).
+        bound_mm: f64,
+    },
+    /// A zero is to be set without a search before.
+    #[error("segment {segment}: the zero of {} is set, but no search of that axis comes before it", axis.joint())]
+    NothingCaught {
+        /// Index of the segment.
+        segment: usize,
+        /// Which axis.
+        axis: Axis,
+    },
+    /// An axis that must be homed has nothing to be homed on.
+    #[error("{} has no reference to be homed on", axis.joint())]
+    NoReference {
+        /// Which axis.
+        axis: Axis,
+    },
+}
+
+/// What the interpolator needs to know about a segment besides the plan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Facts {
+    /// Input of a search.
+    pub(crate) input: Option<Input>,
+    /// Limits of X that the path of a cut leaves to a retract.
+    pub(crate) retract_limits: MotionLimits,
+    /// Length of a cut (ticks).
+    pub(crate) end_ticks: u64,
+    /// Predicted ticks of all segments before this one.
+    pub(crate) ticks_before: u64,
+}
+
+/// A motion ready for [`super::Interpolator::start`].
+#[derive(Debug)]
+pub struct Prepared {
+    pub(crate) plan: Arc<Plan>,
+    pub(crate) trajectory: Option<Trajectory>,
+    pub(crate) facts: Vec<Facts>,
+    /// Predicted ticks of everything.
+    pub(crate) ticks: u64,
+    /// Stop of a trajectory on its path (ticks).
+    pub(crate) stop_ticks: u64,
+    /// Where the wheel is safe: the farthest that any move of the plan takes it (counts).
+    pub(crate) safe_x_counts: Option<i64>,
+}
+
+impl Prepared {
+    /// Makes a motion ready. Allocates; not for the cyclic path.
+    ///
+    /// # Errors
+    /// A motion that this machine cannot execute.
+    pub fn new(motion: Motion, machine: &MachineDescription) -> Result<Self, PrepareError> {
+        match motion {
+            Motion::Plan(plan) => Self::of_plan(plan, machine),
+            Motion::Trajectory(trajectory) => Ok(Self::of_trajectory(trajectory, machine)),
+            Motion::Home(axes) => Self::of_plan(Arc::new(homing_plan(&axes, machine)?), machine),
+        }
+    }
+
+    /// Predicted length without holds and at full override (ticks).
+    #[must_use]
+    pub fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    fn of_trajectory(trajectory: Trajectory, machine: &MachineDescription) -> Self {
+        let cycle_s = machine.cycle_time_s();
+        let stop_s = Axis::ALL.into_iter().map(|axis| {
+            let (peaks, own) = (trajectory.peaks(axis), machine.axis(axis).limits);
+            // A trajectory may use its limits to the full; then a stop on the path can only exceed them. It gets 5 %
+            // above whichever is larger, which lengthens it to some tenths of a second.
+            let limits = MotionLimits {
+                velocity: own.velocity.max(1.01 * peaks.velocity),
+                acceleration: own.acceleration.max(1.05 * peaks.acceleration),
+                jerk: own.jerk.max(1.05 * peaks.jerk),
+            };
+            path_stop_s(peaks, &limits).unwrap_or(1.0)
+        });
+        let stop_ticks = whole_ticks(stop_s.fold(0.0, f64::max), cycle_s).max(1);
+        let ticks = whole_ticks(trajectory.duration_s(), cycle_s);
+        Self {
+            plan: Arc::default(),
+            trajectory: Some(trajectory),
+            facts: Vec::new(),
+            ticks,
+            stop_ticks,
+            safe_x_counts: None,
+        }
+    }
+
+    fn of_plan(plan: Arc<Plan>, machine: &MachineDescription) -> Result<Self, PrepareError> {
+        let mut facts = Vec::with_capacity(plan.segments.len());
+        let mut ticks_before = 0;
+        let mut searched = [false; AXIS_COUNT];
+        let mut safe_x_counts: Option<i64> = None;
+        for (index, segment) in plan.segments.iter().enumerate() {
+            let mut fact =
+                Facts { input: None, retract_limits: machine.axis(Axis::X).limits, end_ticks: 0, ticks_before };
+            let checked = |targets: &[_]| {
+                let law = MoveLaw::new([0; AXIS_COUNT], targets, machine);
+                law.map(|_| ()).map_err(|error| PrepareError::Move { segment: index, error })
+            };
+            match &segment.kind {
+                SegmentKind::Move(targets) => {
+                    checked(targets)?;
+                    for target in targets.iter().filter(|target| target.axis == Axis::X) {
+                        safe_x_counts = safe_x_counts.max(Some(target.target_counts));
+                    }
+                }
+                SegmentKind::Search { axis, input, limits, travel_counts, .. } => {
+                    let target =
+                        crate::plan::AxisTarget { axis: *axis, target_counts: *travel_counts, limits: *limits };
+                    checked(&[target])?;
+                    fact.input = Some(
+                        input_named(input, machine)
+                            .ok_or_else(|| PrepareError::UnknownInput { segment: index, input: input.clone() })?,
+                    );
+                    searched[axis.index()] = true;
+                }
+                SegmentKind::Cut(cut) => {
+                    let curves = Curves::of(&plan, cut).ok_or(PrepareError::MissingSpline { segment: index })?;
+                    check_cut(index, cut, segment, &curves)?;
+                    fact.retract_limits = spare_limits(index, &curves, machine)?;
+                    fact.end_ticks = whole_ticks(curves.duration_s(), machine.cycle_time_s());
+                }
+                SegmentKind::Command(Command::SetHome(axis)) if !searched[axis.index()] => {
+                    return Err(PrepareError::NothingCaught { segment: index, axis: *axis });
+                }
+                SegmentKind::Dwell | SegmentKind::Wait | SegmentKind::Command(_) => {}
+            }
+            ticks_before += segment.ticks;
+            facts.push(fact);
+        }
+        Ok(Self { plan, trajectory: None, facts, ticks: ticks_before, stop_ticks: 0, safe_x_counts })
+    }
+}
+
+fn input_named(name: &str, machine: &MachineDescription) -> Option<Input> {
+    if name == "origin" {
+        return Some(Input::Origin);
+    }
+    machine.stations.iter().position(|station| station.switch == name).map(Input::Station)
+}
+
+fn check_cut(index: usize, cut: &CutSegment, segment: &Segment, curves: &Curves<'_>) -> Result<(), PrepareError> {
+    let duration_s = curves.duration_s();
+    let (begin, end) = cut.plateau_s;
+    if !(begin >= 0.0
+        && begin <= end
+        && end <= duration_s * (1.0 + 1e-12)
+        && cut.turn_s > 0.0
+        && cut.turn_s.is_finite())
+    {
+        let (plateau_s, turn_s) = (cut.plateau_s, cut.turn_s);
+        return Err(PrepareError::Plateau { segment: index, plateau_s, turn_s, duration_s });
+    }
+    if segment.stop_ticks == 0 {
+        return Err(PrepareError::NoStop { segment: index });
+    }
+    Ok(())
+}
+
+/// Limits of X that remain for a retract on top of the path; and whether both stay inside the soft limits.
+fn spare_limits(index: usize, curves: &Curves<'_>, machine: &MachineDescription) -> Result<MotionLimits, PrepareError> {
+    let axis = machine.axis(Axis::X);
+    // Every tick, up to a fifth of a million of them: the path is sampled no more finely when it is executed.
+    let ticks = whole_ticks(curves.duration_s(), machine.cycle_time_s());
+    let stride = ticks / 200_000 + 1;
+    let mut peaks = [0.0_f64; 3];
+    let mut range = (f64::INFINITY, f64::NEG_INFINITY);
+    for tick in (0..=ticks).step_by(usize::try_from(stride).unwrap_or(1)) {
+        #[allow(clippy::cast_precision_loss, reason = "ticks of a cut")]
+        let time_s = tick as f64 * machine.cycle_time_s();
+        let x = curves.x(time_s);
+        for (peak, value) in peaks.iter_mut().zip([x.first, x.second, x.third]) {
+            *peak = peak.max(libm::fabs(value));
+        }
+        range = (range.0.min(x.value), range.1.max(x.value));
+    }
+    if let Some((low, high)) = axis.soft_limits {
+        let farthest = range.1 + curves.cut.retract_mm;
+        // Half a count: a limit is met by its own rounding.
+        let half = 0.5 / axis.scale.counts_per_unit();
+        if range.0 < low - half {
+            return Err(PrepareError::SoftLimit { segment: index, x_mm: range.0, bound_mm: low });
+        }
+        if farthest > high + half {
+            return Err(PrepareError::SoftLimit { segment: index, x_mm: farthest, bound_mm: high });
+        }
+    }
+    // A path at its limits leaves nothing, and still the wheel must come off: a twentieth is then used above them.
+    let spare = |limit: f64, peak: f64| (limit - peak).max(0.05 * limit);
+    Ok(MotionLimits {
+        velocity: spare(axis.limits.velocity, peaks[0]),
+        acceleration: spare(axis.limits.acceleration * MOVE_SHARE, peaks[1]),
+        jerk: spare(axis.limits.jerk * MOVE_SHARE, peaks[2]),
+    })
+}
+
+/// Search and zero for every axis that needs it.
+fn homing_plan(axes: &[Axis], machine: &MachineDescription) -> Result<Plan, PrepareError> {
+    let mut plan = Plan { job: "home".to_string(), ..Plan::default() };
+    for axis in axes.iter().filter(|axis| machine.axis(**axis).needs_homing) {
+        let description = machine.axis(*axis);
+        let (Axis::C, Scale::Rotary { counts_per_turn }) = (*axis, description.scale) else {
+            return Err(PrepareError::NoReference { axis: *axis });
+        };
+        let segment = |kind, label: &str, ticks| Segment {
+            kind,
+            phase: Phase::Home,
+            lobe: None,
+            label: label.to_string(),
+            ticks,
+            stop_ticks: 1,
+            stock_mm: 0.0,
+        };
+        let limits = description.limits.at_most(description.search_velocity);
+        // On average half a turn; at the longest, a start just inside the window, a whole one.
+        let half_turn_s = 0.5 * crate::units::TURN_RAD / limits.velocity;
+        plan.segments.push(segment(
+            SegmentKind::Search {
+                axis: *axis,
+                input: "origin".to_string(),
+                travel_counts: counts_per_turn + counts_per_turn / 4,
+                offset_counts: 0,
+                limits,
+            },
+            "search the origin",
+            whole_ticks(half_turn_s, machine.cycle_time_s()),
+        ));
+        let set = SegmentKind::Command(Command::SetHome(*axis));
+        plan.segments.push(segment(set, "set the zero", u64::from(2 * machine.feedback_delay_ticks)));
+    }
+    Ok(plan)
+}

@@ -1,0 +1,147 @@
+//! Tolerances of following a trajectory, by the rules of `control_msgs/JointTolerance`.
+
+use super::trajectory::Quantity;
+use crate::machine::description::{AXIS_COUNT, Axis};
+use core::fmt;
+use thiserror::Error;
+
+/// A negative tolerance other than −1.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error("joint {}: {quantity} tolerance {value} is negative; 0 takes the default, -1 means none", axis.joint())]
+pub struct IllegalTolerance {
+    /// Which joint.
+    pub axis: Axis,
+    /// Of what.
+    pub quantity: Quantity,
+    /// The value given.
+    pub value: f64,
+}
+
+/// Tolerances of one axis; `None` means any error is allowed.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Tolerance {
+    /// mm or rad.
+    pub position: Option<f64>,
+    /// mm/s or rad/s.
+    pub velocity: Option<f64>,
+    /// mm/s² or rad/s².
+    pub acceleration: Option<f64>,
+}
+
+impl Tolerance {
+    /// The tolerance a client asks for over these defaults: above 0 its value, 0 the default, −1 none.
+    ///
+    /// # Errors
+    /// Any other negative value, or one that is not a number.
+    pub fn requested(self, axis: Axis, asked: [f64; 3]) -> Result<Self, IllegalTolerance> {
+        let resolve = |quantity, default: Option<f64>, value: f64| {
+            if value > 0.0 {
+                Ok(Some(value))
+            } else if libm::fabs(value) <= f64::EPSILON {
+                Ok(default)
+            } else if libm::fabs(value + 1.0) <= f64::EPSILON {
+                Ok(None)
+            } else {
+                Err(IllegalTolerance { axis, quantity, value })
+            }
+        };
+        Ok(Self {
+            position: resolve(Quantity::Position, self.position, asked[0])?,
+            velocity: resolve(Quantity::Velocity, self.velocity, asked[1])?,
+            acceleration: resolve(Quantity::Acceleration, self.acceleration, asked[2])?,
+        })
+    }
+}
+
+/// Desired minus actual of one axis.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FollowingState {
+    /// mm or rad.
+    pub position: f64,
+    /// mm/s or rad/s.
+    pub velocity: f64,
+    /// mm/s² or rad/s².
+    pub acceleration: f64,
+}
+
+/// Which joint broke which tolerance, and by how much.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToleranceViolation {
+    /// Which joint.
+    pub axis: Axis,
+    /// Of what.
+    pub quantity: Quantity,
+    /// Desired minus actual.
+    pub error: f64,
+    /// How much is allowed.
+    pub allowed: f64,
+}
+
+impl fmt::Display for ToleranceViolation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let unit = self.quantity.unit(self.axis);
+        write!(
+            f,
+            "{}: {} error {:.6} {unit} exceeds {:.6} {unit} by {:.6} {unit}",
+            self.axis.joint(),
+            self.quantity,
+            self.error,
+            self.allowed,
+            libm::fabs(self.error) - self.allowed
+        )
+    }
+}
+
+/// The first tolerance broken, in the order of the axes, or `None`.
+#[must_use]
+pub fn violation(
+    tolerances: &[Tolerance; AXIS_COUNT],
+    errors: &[FollowingState; AXIS_COUNT],
+) -> Option<ToleranceViolation> {
+    for axis in Axis::ALL {
+        let (tolerance, error) = (&tolerances[axis.index()], &errors[axis.index()]);
+        for (quantity, allowed, error) in [
+            (Quantity::Position, tolerance.position, error.position),
+            (Quantity::Velocity, tolerance.velocity, error.velocity),
+            (Quantity::Acceleration, tolerance.acceleration, error.acceleration),
+        ] {
+            if let Some(allowed) = allowed
+                && libm::fabs(error) > allowed
+            {
+                return Some(ToleranceViolation { axis, quantity, error, allowed });
+            }
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::string::ToString;
+
+    #[test]
+    fn zero_takes_the_default_minus_one_none_and_other_negatives_are_refused() {
+        let default = Tolerance { position: Some(0.1), velocity: None, acceleration: None };
+        let asked = default.requested(Axis::X, [0.0, -1.0, 5.0]).expect("legal");
+        assert_eq!(asked, Tolerance { position: Some(0.1), velocity: None, acceleration: Some(5.0) });
+        assert_eq!(default.requested(Axis::X, [-1.0, 0.0, 0.0]).expect("legal").position, None);
+        assert_eq!(
+            default.requested(Axis::X, [-2.0, 0.0, 0.0]),
+            Err(IllegalTolerance { axis: Axis::X, quantity: Quantity::Position, value: -2.0 })
+        );
+        assert!(default.requested(Axis::X, [f64::NAN, 0.0, 0.0]).is_err());
+    }
+
+    #[test]
+    fn a_violation_names_joint_tolerance_and_amount() {
+        let mut tolerances = [Tolerance::default(); AXIS_COUNT];
+        tolerances[1].position = Some(0.5);
+        let mut errors = [FollowingState { position: 9.0, velocity: 9.0, acceleration: 9.0 }; AXIS_COUNT];
+        errors[1].position = -0.75;
+        let violation = violation(&tolerances, &errors).expect("broken");
+        assert_eq!(violation.to_string(), "x_axis: position error -0.750000 mm exceeds 0.500000 mm by 0.250000 mm");
+        errors[1].position = 0.5;
+        assert_eq!(super::violation(&tolerances, &errors), None);
+    }
+}
