@@ -3,6 +3,7 @@
 use crate::units::TURN_RAD;
 use alloc::string::String;
 use alloc::vec::Vec;
+use thiserror::Error;
 
 /// Index of an axis in everything that has one value per axis. The order is that of the setpoint message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -145,7 +146,7 @@ pub struct AxisDescription {
     pub limits: MotionLimits,
     /// Soft limits: smallest and largest setpoint (mm or rad); `None` for an axis that turns without end.
     pub soft_limits: Option<(f64, f64)>,
-    /// Hard limit switches (mm); `None` for an axis without.
+    /// Hard limit switches (mm); `None` for an axis without. The headstock has none.
     pub overtravel: Option<(f64, f64)>,
     /// Following error at which the drive trips, at full velocity (mm or rad); `LinuxCNC`'s `FERROR`.
     pub max_following_error: f64,
@@ -159,7 +160,8 @@ pub struct AxisDescription {
     pub drive: DriveSettings,
     /// Moving mass (kg) or inertia (kg m²), for the effort in joint states.
     pub inertia: f64,
-    /// Encoder position at power-up relative to the machine's true zero (mm or rad); what homing must find.
+    /// Where the axis stands at power-up, relative to the machine's true zero (mm or rad). An incremental encoder reads 0
+    /// there, and homing must find the difference; an absolute one reads this position.
     pub power_up_position: f64,
 }
 
@@ -208,7 +210,8 @@ pub struct MachineDescription {
     pub dog_length_mm: f64,
     /// Hysteresis of a limit switch: it opens this much later than it closed (mm).
     pub switch_hysteresis_mm: f64,
-    /// Half the window in which the origin detector sees its mark (rad); its centre is the machine's C zero.
+    /// Half the window in which the origin detector sees its mark (rad). The index mark at its centre, which is what the
+    /// position latch catches, is the machine's C zero: the key-way's centre faces the wheel.
     pub origin_half_window_rad: f64,
     /// The wheel.
     pub wheel: WheelDescription,
@@ -234,4 +237,185 @@ impl MachineDescription {
     pub fn station(&self, switch: &str) -> Option<&Station> {
         self.stations.iter().find(|station| station.switch == switch)
     }
+
+    /// This machine with the same drive settings on every axis.
+    #[must_use]
+    pub fn with_drives(mut self, drive: DriveSettings) -> Self {
+        for axis in &mut self.axes {
+            axis.drive = drive;
+        }
+        self
+    }
+
+    /// Whether these figures make a machine.
+    ///
+    /// # Errors
+    /// The first figure that does not.
+    pub fn validate(&self) -> Result<(), DescriptionError> {
+        let positive = |what: &'static str, value: f64| match value > 0.0 && value.is_finite() {
+            true => Ok(()),
+            false => Err(DescriptionError::NotPositive { what, value }),
+        };
+        positive("cycle time (ns)", f64::from(self.cycle_time_ns))?;
+        positive("servo steps per tick", f64::from(self.servo_steps_per_tick))?;
+        for (axis, expected) in self.axes.iter().zip(Axis::ALL) {
+            if axis.axis != expected {
+                return Err(DescriptionError::AxisOrder { expected: expected.joint(), found: axis.axis.joint() });
+            }
+            axis.validate()?;
+        }
+        let wheel = &self.wheel;
+        positive("wheel width (mm)", wheel.width_mm)?;
+        positive("wheel surface speed (m/s)", wheel.surface_speed_m_s)?;
+        positive("smallest wheel radius (mm)", wheel.min_radius_mm)?;
+        positive("new wheel radius (mm)", wheel.new_radius_mm)?;
+        ordered("wheel radius", wheel.min_radius_mm, wheel.new_radius_mm)?;
+        if !(wheel.spin_up_s >= 0.0 && wheel.spin_up_s.is_finite()) {
+            return Err(DescriptionError::Negative { what: "wheel spin-up time (s)", value: wheel.spin_up_s });
+        }
+        positive("origin half window (rad)", self.origin_half_window_rad)?;
+        positive("dog length (mm)", self.dog_length_mm)?;
+        if !(self.switch_hysteresis_mm >= 0.0 && self.switch_hysteresis_mm.is_finite()) {
+            return Err(DescriptionError::Negative {
+                what: "switch hysteresis (mm)",
+                value: self.switch_hysteresis_mm,
+            });
+        }
+        if self.stations.len() > MAX_STATIONS {
+            return Err(DescriptionError::TooManyStations { count: self.stations.len() });
+        }
+        for pair in self.stations.windows(2) {
+            ordered("station position", pair[0].position_mm, pair[1].position_mm)?;
+        }
+        match self.rotation_sense {
+            1 | -1 => Ok(()),
+            sense => Err(DescriptionError::RotationSense { sense }),
+        }
+    }
+}
+
+impl AxisDescription {
+    /// Whether these figures make an axis.
+    fn validate(&self) -> Result<(), DescriptionError> {
+        let joint = self.axis.joint();
+        let (rotary, counts) = match self.scale {
+            Scale::Linear { counts_per_mm } => (false, counts_per_mm),
+            Scale::Rotary { counts_per_turn } => (true, counts_per_turn),
+        };
+        if rotary != (self.axis == Axis::C) || counts < 1 {
+            return Err(DescriptionError::AxisScale { joint, counts });
+        }
+        let positive = |what: &'static str, value: f64| match value > 0.0 && value.is_finite() {
+            true => Ok(()),
+            false => Err(DescriptionError::AxisNotPositive { joint, what, value }),
+        };
+        positive("velocity limit", self.limits.velocity)?;
+        positive("acceleration limit", self.limits.acceleration)?;
+        positive("jerk limit", self.limits.jerk)?;
+        positive("position loop gain", self.drive.kv_1_s)?;
+        positive("largest following error", self.max_following_error)?;
+        positive("smallest following error", self.min_following_error)?;
+        if let Some(bandwidth) = self.drive.velocity_loop_rad_s {
+            positive("velocity loop bandwidth", bandwidth)?;
+        }
+        for (what, value) in [
+            ("velocity feed-forward", self.drive.velocity_feed_forward),
+            ("acceleration feed-forward", self.drive.acceleration_feed_forward),
+            ("power-up position", self.power_up_position),
+            ("inertia", self.inertia),
+        ] {
+            if !value.is_finite() {
+                return Err(DescriptionError::AxisNotPositive { joint, what, value });
+            }
+        }
+        if let Some((min, max)) = self.soft_limits {
+            ordered("soft limits", min, max)?;
+        }
+        if let Some((min, max)) = self.overtravel {
+            ordered("overtravel switches", min, max)?;
+        }
+        Ok(())
+    }
+}
+
+/// Most stations a machine may have: their switches are one word of inputs.
+pub const MAX_STATIONS: usize = 64;
+
+fn ordered(what: &'static str, low: f64, high: f64) -> Result<(), DescriptionError> {
+    if low < high { Ok(()) } else { Err(DescriptionError::NotOrdered { what, low, high }) }
+}
+
+/// The count nearest to a position given in counts.
+#[allow(clippy::cast_possible_truncation, reason = "positions are bounded by travel, far inside i64")]
+pub(crate) fn nearest_count(counts: f64) -> i64 {
+    libm::round(counts) as i64
+}
+
+/// Why figures do not make a machine.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum DescriptionError {
+    /// A figure must be positive.
+    #[error("{what} must be positive and finite, not {value}")]
+    NotPositive {
+        /// Which.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A figure must not be negative.
+    #[error("{what} must be finite and not negative, not {value}")]
+    Negative {
+        /// Which.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A figure of an axis must be positive, or at least finite.
+    #[error("{joint}: {what} must be positive and finite, not {value}")]
+    AxisNotPositive {
+        /// The axis.
+        joint: &'static str,
+        /// Which.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// Two figures must increase.
+    #[error("{what}: {low} must be less than {high}")]
+    NotOrdered {
+        /// Which.
+        what: &'static str,
+        /// The one that must be smaller.
+        low: f64,
+        /// The other.
+        high: f64,
+    },
+    /// Axes are in another order than [`Axis::ALL`].
+    #[error("axis {found} stands where {expected} must")]
+    AxisOrder {
+        /// Joint expected at this place.
+        expected: &'static str,
+        /// Joint found.
+        found: &'static str,
+    },
+    /// The headstock counts per turn, slides per millimetre, at least 1.
+    #[error("{joint}: {counts} counts of this kind do not fit; c_axis counts per turn, slides per mm, at least 1")]
+    AxisScale {
+        /// The axis.
+        joint: &'static str,
+        /// Counts per unit.
+        counts: i64,
+    },
+    /// More stations than inputs.
+    #[error("{count} stations, at most {MAX_STATIONS}")]
+    TooManyStations {
+        /// How many.
+        count: usize,
+    },
+    /// The sense of rotation is +1 or −1.
+    #[error("rotation sense {sense}, allowed +1 and -1")]
+    RotationSense {
+        /// What was given.
+        sense: i8,
+    },
 }

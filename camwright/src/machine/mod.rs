@@ -1,3 +1,29 @@
 //! The machine: what it is, and a simulation of what it does.
+//!
+//! ```text
+//! setpoints → buffer ─┐
+//!           commands ─┤→ Machine::step → axis, servo → sensors → contact, workpiece → report
+//!             faults ─┘                                    alarm
+//! ```
+//! Positions inside are encoder counts as floating point, in the machine's true coordinates: C is 0 where the key-way's
+//! centre faces the wheel, X is the distance of the wheel's cutting point from the spindle axis, Z is the table.
 
+pub mod alarm;
+mod axis;
+pub mod buffer;
+pub mod contact;
+mod cyclic;
 pub mod description;
+pub mod fault;
+pub mod fixed;
+pub mod plausibility;
+pub mod reference;
+pub mod report;
+pub mod sensors;
+pub mod servo;
+pub mod simulate;
+pub mod state;
+pub mod wheel;
+pub mod workpiece;
+
+pub use cyclic::{Machine, MachineCommand, ResetRefused};

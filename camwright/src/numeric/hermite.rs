@@ -132,7 +132,7 @@ impl HermiteSpline {
 }
 
 /// The quintic between two knots, written around the left one so that a constant stays exactly constant.
-fn quintic(left: &Knot, right: &Knot, at: f64) -> Sample {
+pub(crate) fn quintic(left: &Knot, right: &Knot, at: f64) -> Sample {
     let h = right.at - left.at;
     let u = at - left.at;
     // What the right knot asks beyond the left knot's own Taylor parabola; p = c3 u³ + c4 u⁴ + c5 u⁵ must supply it.

@@ -1,0 +1,300 @@
+//! The numbered alarms of the cell: what happened, how bad it is, what to do about it.
+//!
+//! Alarms are data: they travel to the operator and into the recording. They are latched; a reset clears them once
+//! their cause is gone, and never restarts motion.
+
+use crate::machine::description::Axis;
+use crate::units::deg_from_rad;
+use core::fmt;
+
+/// What an alarm does to the motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Severity {
+    /// Told; motion goes on.
+    Warning = 1,
+    /// The axes are brought to rest within their limits; needs a reset.
+    Stop = 2,
+    /// The drives lose power and the axes brake; needs a reset.
+    PowerOff = 3,
+}
+
+/// The kinds of alarm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum AlarmKind {
+    /// Emergency stop pressed (a simulation of one; not a safety function).
+    EStop,
+    /// An axis ran onto its hard limit switch. Value and bound: position (mm).
+    Overtravel(Axis),
+    /// A setpoint beyond a soft limit. Value and bound: position (mm or rad).
+    SoftLimit(Axis),
+    /// Setpoint minus actual is too large. Value and bound: following error (mm or rad).
+    FollowingError(Axis),
+    /// The drive of an axis reports a fault.
+    DriveFault(Axis),
+    /// A setpoint faster than the axis. Value and bound: speed (mm/s or rad/s).
+    SetpointVelocity(Axis),
+    /// Setpoints that change speed faster than the axis. Value and bound: acceleration (mm/s² or rad/s²).
+    SetpointAcceleration(Axis),
+    /// Two setpoints whose distance does not fit their speeds. Value and bound: misfit (mm or rad).
+    SetpointJump(Axis),
+    /// Setpoints did not arrive in time.
+    Underrun,
+    /// A command arrived after the tick it was meant for. Value: ticks late.
+    LateCommand,
+    /// Commands are missing. Value: number received, bound: number expected.
+    CommandGap,
+    /// A second sender of setpoints was refused.
+    SecondWriter,
+    /// A chunk of setpoints was refused. Value: its first tick.
+    ChunkRefused,
+    /// A reference search ended without its edge.
+    HomingFailed,
+    /// A station was searched for and its switch did not close.
+    StationNotFound,
+    /// The wheel lost its speed while it was cutting.
+    WheelStoppedInCut,
+    /// The wheel touched the part without running. Value: depth (mm).
+    WheelContact,
+    /// The wheel is smaller than its smallest usable radius. Value and bound: radius (mm).
+    WheelWorn,
+}
+
+/// One row of the alarm table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AlarmEntry {
+    /// Number; for alarms of an axis the last digit is 1 for C, 2 for X, 3 for Z.
+    pub number: u16,
+    /// Short name.
+    pub name: &'static str,
+    /// What it does to the motion.
+    pub severity: Severity,
+    /// What to do about it.
+    pub remedy: &'static str,
+}
+
+/// Number of kinds, those of an axis counted once per axis; no more alarms than this are ever active.
+pub const ALARM_KINDS: usize = 32;
+
+impl AlarmKind {
+    /// Every kind, in the order of the numbers.
+    pub const ALL: [AlarmKind; ALARM_KINDS] = [
+        AlarmKind::EStop,
+        AlarmKind::Overtravel(Axis::C),
+        AlarmKind::Overtravel(Axis::X),
+        AlarmKind::Overtravel(Axis::Z),
+        AlarmKind::SoftLimit(Axis::C),
+        AlarmKind::SoftLimit(Axis::X),
+        AlarmKind::SoftLimit(Axis::Z),
+        AlarmKind::FollowingError(Axis::C),
+        AlarmKind::FollowingError(Axis::X),
+        AlarmKind::FollowingError(Axis::Z),
+        AlarmKind::DriveFault(Axis::C),
+        AlarmKind::DriveFault(Axis::X),
+        AlarmKind::DriveFault(Axis::Z),
+        AlarmKind::SetpointVelocity(Axis::C),
+        AlarmKind::SetpointVelocity(Axis::X),
+        AlarmKind::SetpointVelocity(Axis::Z),
+        AlarmKind::SetpointAcceleration(Axis::C),
+        AlarmKind::SetpointAcceleration(Axis::X),
+        AlarmKind::SetpointAcceleration(Axis::Z),
+        AlarmKind::SetpointJump(Axis::C),
+        AlarmKind::SetpointJump(Axis::X),
+        AlarmKind::SetpointJump(Axis::Z),
+        AlarmKind::Underrun,
+        AlarmKind::LateCommand,
+        AlarmKind::CommandGap,
+        AlarmKind::SecondWriter,
+        AlarmKind::ChunkRefused,
+        AlarmKind::HomingFailed,
+        AlarmKind::StationNotFound,
+        AlarmKind::WheelStoppedInCut,
+        AlarmKind::WheelContact,
+        AlarmKind::WheelWorn,
+    ];
+
+    /// The axis it is about.
+    #[must_use]
+    pub const fn axis(self) -> Option<Axis> {
+        match self {
+            AlarmKind::Overtravel(axis)
+            | AlarmKind::SoftLimit(axis)
+            | AlarmKind::FollowingError(axis)
+            | AlarmKind::DriveFault(axis)
+            | AlarmKind::SetpointVelocity(axis)
+            | AlarmKind::SetpointAcceleration(axis)
+            | AlarmKind::SetpointJump(axis) => Some(axis),
+            _ => None,
+        }
+    }
+
+    /// Its row of the alarm table.
+    #[must_use]
+    #[allow(clippy::cast_possible_truncation, reason = "an axis index is 0, 1 or 2")]
+    pub const fn entry(self) -> AlarmEntry {
+        use Severity::{PowerOff, Stop, Warning};
+        let digit = match self.axis() {
+            Some(axis) => axis.index() as u16 + 1,
+            None => 0,
+        };
+        let (number, name, severity, remedy) = match self {
+            AlarmKind::EStop => (1, "emergency stop", PowerOff, "release the emergency stop, then reset"),
+            AlarmKind::Overtravel(_) => (
+                10 + digit,
+                "overtravel",
+                PowerOff,
+                "reset, then move the axis back off its limit switch; check the soft limits",
+            ),
+            AlarmKind::SoftLimit(_) => {
+                (20 + digit, "soft limit", Stop, "reset; send only positions between the soft limits")
+            }
+            AlarmKind::FollowingError(_) => (
+                30 + digit,
+                "following error",
+                PowerOff,
+                "look for a blocked axis, a drive without gain or an encoder that slips, then reset",
+            ),
+            AlarmKind::DriveFault(_) => {
+                (40 + digit, "drive fault", PowerOff, "clear the fault at the drive, then reset")
+            }
+            AlarmKind::SetpointVelocity(_) => {
+                (50 + digit, "setpoint too fast", Stop, "reset; the sender must keep the machine's speed limits")
+            }
+            AlarmKind::SetpointAcceleration(_) => (
+                60 + digit,
+                "setpoint acceleration",
+                Stop,
+                "reset; the sender must keep the machine's acceleration limits",
+            ),
+            AlarmKind::SetpointJump(_) => (
+                70 + digit,
+                "setpoint jump",
+                Stop,
+                "reset; the sender must continue from the machine's last setpoint, with speeds that fit its positions",
+            ),
+            AlarmKind::Underrun => (
+                80,
+                "underrun",
+                Stop,
+                "reset and start again; if it happens again, relieve the computer or run at pace fast",
+            ),
+            AlarmKind::LateCommand => (81, "late command", Stop, "reset; commands must arrive before their tick"),
+            AlarmKind::CommandGap => (82, "command gap", Stop, "reset; look for lost messages between the nodes"),
+            AlarmKind::SecondWriter => {
+                (83, "second writer refused", Warning, "let the holder of command finish, or stop it first")
+            }
+            AlarmKind::ChunkRefused => {
+                (84, "setpoints refused", Stop, "reset; the sender must continue from the machine's last setpoint")
+            }
+            AlarmKind::HomingFailed => {
+                (90, "homing failed", Stop, "look at the origin detector and its mark, then reset and home again")
+            }
+            AlarmKind::StationNotFound => {
+                (91, "station not found", Stop, "look at the station's limit switch and the dog, then reset")
+            }
+            AlarmKind::WheelStoppedInCut => {
+                (100, "wheel stopped in the cut", Stop, "reset, retract the wheel, find out why it lost its speed")
+            }
+            AlarmKind::WheelContact => (
+                101,
+                "wheel contact",
+                PowerOff,
+                "reset, retract the wheel, look at the part; start the wheel before the advance",
+            ),
+            AlarmKind::WheelWorn => (102, "wheel worn", Warning, "mount a new wheel"),
+        };
+        AlarmEntry { number, name, severity, remedy }
+    }
+
+    /// The kind with this number.
+    #[must_use]
+    pub fn from_number(number: u16) -> Option<AlarmKind> {
+        AlarmKind::ALL.into_iter().find(|kind| kind.entry().number == number)
+    }
+}
+
+/// An alarm that was raised. Its text is made by [`fmt::Display`], outside the cyclic path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Alarm {
+    /// What happened.
+    pub kind: AlarmKind,
+    /// Tick at which it was raised.
+    pub tick: u64,
+    /// How much; see [`AlarmKind`] for quantity and unit, 0 where the kind has none.
+    pub value: f64,
+    /// How much is allowed; see [`AlarmKind`], 0 where the kind has none.
+    pub bound: f64,
+}
+
+/// A position or a derivative of one, for people: mm for slides, degrees for the headstock.
+struct Quantity(Axis, f64, &'static str);
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Axis::C => write!(f, "{:.4} deg{}", deg_from_rad(self.1), self.2),
+            Axis::X | Axis::Z => write!(f, "{:.4} mm{}", self.1, self.2),
+        }
+    }
+}
+
+impl fmt::Display for Alarm {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let allowed = |f: &mut fmt::Formatter<'_>, axis: Axis, what: &str, per: &'static str| {
+            let (value, bound) = (Quantity(axis, self.value, per), Quantity(axis, self.bound, per));
+            write!(f, "{}: {what} {value}, allowed {bound}", axis.joint())
+        };
+        match self.kind {
+            AlarmKind::EStop => f.write_str("emergency stop pressed"),
+            AlarmKind::Overtravel(axis) => allowed(f, axis, "hard limit switch reached at", ""),
+            AlarmKind::SoftLimit(axis) => allowed(f, axis, "setpoint beyond the soft limit at", ""),
+            AlarmKind::FollowingError(axis) => allowed(f, axis, "following error", ""),
+            AlarmKind::DriveFault(axis) => write!(f, "{}: the drive reports a fault", axis.joint()),
+            AlarmKind::SetpointVelocity(axis) => allowed(f, axis, "setpoint speed", "/s"),
+            AlarmKind::SetpointAcceleration(axis) => allowed(f, axis, "setpoint acceleration", "/s^2"),
+            AlarmKind::SetpointJump(axis) => allowed(f, axis, "distance and speeds of two setpoints disagree by", ""),
+            AlarmKind::Underrun => f.write_str("setpoints did not arrive in time: stopped on the path"),
+            AlarmKind::LateCommand => write!(f, "a command arrived {} ticks after its tick", self.value),
+            AlarmKind::CommandGap => {
+                write!(f, "commands are missing: received number {}, expected {}", self.value, self.bound)
+            }
+            AlarmKind::SecondWriter => f.write_str("a second sender of setpoints was refused"),
+            AlarmKind::ChunkRefused => write!(f, "the setpoints from tick {} on were refused", self.value),
+            AlarmKind::HomingFailed => f.write_str("the origin was not found within the search travel"),
+            AlarmKind::StationNotFound => {
+                f.write_str("the station's limit switch was not found within the search travel")
+            }
+            AlarmKind::WheelStoppedInCut => f.write_str("the wheel lost its speed while it was cutting"),
+            AlarmKind::WheelContact => {
+                write!(f, "the wheel touched the part without running, {:.4} mm deep", self.value)
+            }
+            AlarmKind::WheelWorn => {
+                write!(f, "wheel radius {:.3} mm, smallest usable {:.3} mm", self.value, self.bound)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::format;
+
+    #[test]
+    fn numbers_increase_so_each_names_one_kind() {
+        for pair in AlarmKind::ALL.windows(2) {
+            assert!(pair[0].entry().number < pair[1].entry().number, "{pair:?}");
+        }
+        for kind in AlarmKind::ALL {
+            assert_eq!(AlarmKind::from_number(kind.entry().number), Some(kind));
+            let entry = kind.entry();
+            assert!(!entry.name.is_empty() && !entry.remedy.is_empty());
+        }
+    }
+
+    #[test]
+    fn the_text_says_what_how_much_and_how_much_is_allowed() {
+        let alarm = Alarm { kind: AlarmKind::FollowingError(Axis::X), tick: 5, value: 0.25, bound: 0.1 };
+        assert_eq!(format!("{alarm}"), "x_axis: following error 0.2500 mm, allowed 0.1000 mm");
+    }
+}

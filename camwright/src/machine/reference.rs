@@ -1,0 +1,105 @@
+//! A typical cam grinding machine, for tests and examples. The machine of a cell comes from its machine file.
+
+use crate::machine::description::{
+    Axis, AxisDescription, DriveSettings, MachineDescription, MotionLimits, Scale, Station, WheelDescription,
+};
+use crate::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
+use alloc::string::String;
+use alloc::vec;
+
+/// Ordinary drives: gain and feed-forward in the middle of what shops use (engineering figures, not a maker's).
+pub const ORDINARY_DRIVE: DriveSettings = DriveSettings {
+    kv_1_s: 200.0,
+    velocity_feed_forward: 0.99,
+    acceleration_feed_forward: 0.95,
+    velocity_loop_rad_s: Some(100.0 * TURN_RAD),
+};
+
+/// A cam grinder with four stations, as in JPS6156064B2, with the figures of a linear-motor machine of today.
+#[must_use]
+pub fn cam_grinder() -> MachineDescription {
+    let station = |switch: &str, position_mm: f64| Station { switch: String::from(switch), position_mm };
+    MachineDescription {
+        name: String::from("reference cam grinder"),
+        hash: String::new(),
+        cycle_time_ns: 1_000_000,
+        feedback_delay_ticks: 20,
+        servo_steps_per_tick: 4,
+        axes: [
+            AxisDescription {
+                axis: Axis::C,
+                scale: Scale::Rotary { counts_per_turn: 3_600_000 },
+                limits: MotionLimits { velocity: rad_s_from_rpm(300.0), acceleration: 300.0, jerk: 3.0e4 },
+                soft_limits: None,
+                overtravel: None,
+                max_following_error: 0.2,
+                min_following_error: 0.01,
+                needs_homing: true,
+                search_velocity: rad_s_from_rpm(20.0),
+                drive: ORDINARY_DRIVE,
+                inertia: 0.05,
+                power_up_position: rad_from_deg(217.3),
+            },
+            AxisDescription {
+                axis: Axis::X,
+                scale: Scale::Linear { counts_per_mm: 100_000 },
+                limits: MotionLimits { velocity: 500.0, acceleration: 1.0e4, jerk: 1.0e6 },
+                soft_limits: Some((5.0, 250.0)),
+                overtravel: Some((3.0, 255.0)),
+                max_following_error: 4.0,
+                min_following_error: 0.2,
+                needs_homing: false,
+                search_velocity: 20.0,
+                drive: ORDINARY_DRIVE,
+                inertia: 400.0,
+                power_up_position: 120.0,
+            },
+            AxisDescription {
+                axis: Axis::Z,
+                scale: Scale::Linear { counts_per_mm: 10_000 },
+                limits: MotionLimits { velocity: 300.0, acceleration: 3.0e3, jerk: 1.0e5 },
+                soft_limits: Some((-20.0, 400.0)),
+                overtravel: Some((-30.0, 410.0)),
+                max_following_error: 3.0,
+                min_following_error: 0.2,
+                needs_homing: false,
+                search_velocity: 50.0,
+                drive: ORDINARY_DRIVE,
+                inertia: 600.0,
+                power_up_position: 0.0,
+            },
+        ],
+        stations: vec![station("LS1", 60.0), station("LS2", 110.0), station("LS3", 160.0), station("LS4", 210.0)],
+        dog_length_mm: 8.0,
+        switch_hysteresis_mm: 0.5,
+        origin_half_window_rad: rad_from_deg(0.5),
+        wheel: WheelDescription {
+            new_radius_mm: 60.0,
+            min_radius_mm: 45.0,
+            width_mm: 20.0,
+            surface_speed_m_s: 100.0,
+            spin_up_s: 2.0,
+        },
+        rotation_sense: 1,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::description::DescriptionError;
+
+    #[test]
+    fn the_reference_machine_is_one_and_each_broken_figure_is_named() {
+        assert_eq!(cam_grinder().validate(), Ok(()));
+        let mut machine = cam_grinder();
+        machine.axes[1].soft_limits = Some((9.0, 5.0));
+        assert_eq!(machine.validate(), Err(DescriptionError::NotOrdered { what: "soft limits", low: 9.0, high: 5.0 }));
+        let mut machine = cam_grinder();
+        machine.rotation_sense = 0;
+        assert_eq!(machine.validate(), Err(DescriptionError::RotationSense { sense: 0 }));
+        let mut machine = cam_grinder();
+        machine.servo_steps_per_tick = 0;
+        assert_eq!(machine.validate(), Err(DescriptionError::NotPositive { what: "servo steps per tick", value: 0.0 }));
+    }
+}

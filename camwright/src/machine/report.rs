@@ -1,0 +1,103 @@
+//! What a tick of the machine tells.
+
+use crate::machine::alarm::{ALARM_KINDS, Alarm};
+use crate::machine::description::AXIS_COUNT;
+use crate::machine::fixed::FixedList;
+use crate::machine::workpiece::Removal;
+use crate::setpoint::Latch;
+
+/// Most edges told by one tick; the dog passes one switch at a time, the headstock at most one mark.
+pub const MAX_LATCHES: usize = 16;
+
+/// State of the motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum MotionState {
+    /// Drives without power.
+    Off = 0,
+    /// Every axis clamped at rest, no setpoint in this tick.
+    Standstill = 1,
+    /// Following setpoints, or settling on the last one.
+    Running = 2,
+    /// Coming to rest after an alarm.
+    Stopping = 3,
+    /// At rest after an alarm; needs a reset.
+    Fault = 4,
+}
+
+/// One axis after a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct AxisReport {
+    /// Setpoint (counts).
+    pub setpoint_counts: i64,
+    /// What the encoder reads (counts).
+    pub counts: i64,
+    /// What the encoder reads (mm or rad).
+    pub position: f64,
+    /// Velocity (mm/s or rad/s).
+    pub velocity: f64,
+    /// Mean force (N) or torque (N m) that accelerated the axis in this tick.
+    pub effort: f64,
+    /// Setpoint minus actual (mm or rad), finer than a count.
+    pub following_error: f64,
+    /// Clamped at its resting setpoint.
+    pub is_at_rest: bool,
+    /// Its zero is known.
+    pub is_homed: bool,
+}
+
+/// Inputs and outputs after a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct IoState {
+    /// The origin detector sees its mark.
+    pub origin: bool,
+    /// Bit i: the switch of station i is closed.
+    pub stations: u64,
+    /// Hard limit of the wheelhead towards the part.
+    pub overtravel_x_min: bool,
+    /// Hard limit of the wheelhead away from the part.
+    pub overtravel_x_max: bool,
+    /// Hard limit of the table, negative end.
+    pub overtravel_z_min: bool,
+    /// Hard limit of the table, positive end.
+    pub overtravel_z_max: bool,
+    /// Emergency stop pressed.
+    pub estop: bool,
+    /// Drives have power.
+    pub drives_on: bool,
+    /// The wheel has its surface speed.
+    pub wheel_running: bool,
+    /// A part is between the centres.
+    pub part_present: bool,
+}
+
+impl IoState {
+    /// Whether the switch of station `index` is closed.
+    #[must_use]
+    pub fn station(&self, index: usize) -> bool {
+        index < 64 && self.stations >> index & 1 == 1
+    }
+}
+
+/// What a tick of the machine tells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TickReport {
+    /// The tick that was executed.
+    pub tick: u64,
+    /// The axes, in the order of the setpoint.
+    pub axes: [AxisReport; AXIS_COUNT],
+    /// Edges caught, in order.
+    pub latches: FixedList<Latch, MAX_LATCHES>,
+    /// Inputs and outputs at the end of the tick.
+    pub io: IoState,
+    /// Alarms raised in this tick or since the one before.
+    pub raised: FixedList<Alarm, ALARM_KINDS>,
+    /// State of the motion.
+    pub motion: MotionState,
+    /// Index of the lobe that stands in front of the wheel.
+    pub lobe: Option<usize>,
+    /// What the wheel took from it.
+    pub removal: Removal,
+    /// Speed of the wheel (rad/s).
+    pub wheel_rad_s: f64,
+}
