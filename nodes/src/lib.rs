@@ -4,3 +4,4 @@ pub mod bag;
 pub mod config;
 pub mod convert;
 pub mod cyclic;
+pub mod ros;

@@ -1,0 +1,382 @@
+//! Who is there: endpoints, matches and node names, as discovery reports them.
+//!
+//! The participant's status events go to one reader only, so there is one participant per node and this is its only reader: that is
+//! what the crate's own Spinner, which would take them away, is not used for.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fmt,
+    sync::{
+        Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use rustdds::{
+    DomainParticipantStatusEvent, DomainParticipantStatusListener, EndpointDescription, GUID, StatusEvented,
+};
+use serde::{Deserialize, Serialize};
+
+use super::{names, qos::Qos};
+
+/// Identity of an endpoint: DDS GUID.
+pub type Guid = [u8; 16];
+
+/// `rmw_dds_common/msg/NodeEntitiesInfo`.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct NodeEntities {
+    pub(super) namespace: String,
+    pub(super) name: String,
+    pub(super) readers: Vec<Guid>,
+    pub(super) writers: Vec<Guid>,
+}
+
+/// `rmw_dds_common/msg/ParticipantEntitiesInfo`: which nodes a participant holds.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct ParticipantEntities {
+    pub(super) participant: Guid,
+    pub(super) nodes: Vec<NodeEntities>,
+}
+
+/// An endpoint on a topic.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EndpointInfo {
+    /// DDS GUID.
+    pub guid: Guid,
+    /// Fully qualified name of its node, once that is known (it comes up to a second after the endpoint).
+    pub node: Option<String>,
+    /// What it offers or asks.
+    pub qos: Qos,
+}
+
+/// A topic with the endpoints that are known of it. Topics that two types are published on appear twice.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TopicInfo {
+    /// ROS name, `/cell/joint_states`.
+    pub name: String,
+    /// ROS type, `sensor_msgs/msg/JointState`.
+    pub type_name: String,
+    /// Publishers.
+    pub publishers: Vec<EndpointInfo>,
+    /// Subscriptions.
+    pub subscriptions: Vec<EndpointInfo>,
+}
+
+struct Endpoint {
+    topic: String,
+    type_name: String,
+    qos: Qos,
+}
+
+impl From<&EndpointDescription> for Endpoint {
+    fn from(description: &EndpointDescription) -> Self {
+        Endpoint {
+            topic: description.topic_name.clone(),
+            type_name: description.type_name.clone(),
+            qos: Qos::from_policies(&description.qos),
+        }
+    }
+}
+
+#[derive(Default)]
+struct State {
+    /// Ours; what discovery says of its endpoints is known better from the loopback.
+    own: Option<[u8; 12]>,
+    writers: BTreeMap<GUID, Endpoint>,
+    readers: BTreeMap<GUID, Endpoint>,
+    matched: BTreeMap<GUID, BTreeSet<GUID>>,
+    incompatible: Vec<String>,
+    nodes: BTreeMap<Guid, Vec<NodeEntities>>,
+}
+
+type Listener = Arc<dyn Fn() + Send + Sync>;
+
+/// What a node knows of the graph.
+#[derive(Default)]
+pub(super) struct Graph {
+    state: Mutex<State>,
+    changed: Condvar,
+    listeners: Mutex<Vec<(u64, Listener)>>,
+    next_listener: AtomicU64,
+}
+
+impl fmt::Debug for Graph {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Graph").finish_non_exhaustive()
+    }
+}
+
+impl Graph {
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Learns the GUID of our participant.
+    pub(super) fn set_own(&self, participant: GUID) {
+        self.state().own = Some(prefix(&participant));
+    }
+
+    /// Adds one of our endpoints, with the matches among our own (writer, reader).
+    pub(super) fn add_local(
+        &self,
+        guid: GUID,
+        topic: &str,
+        type_name: &str,
+        qos: &Qos,
+        is_writer: bool,
+        matches: &[(GUID, GUID)],
+    ) {
+        let mut state = self.state();
+        let endpoint = Endpoint { topic: topic.to_string(), type_name: type_name.to_string(), qos: *qos };
+        let endpoints = if is_writer { &mut state.writers } else { &mut state.readers };
+        endpoints.insert(guid, endpoint);
+        for (writer, reader) in matches {
+            state.matched.entry(*writer).or_default().insert(*reader);
+            state.matched.entry(*reader).or_default().insert(*writer);
+        }
+        drop(state);
+        self.changed.notify_all();
+    }
+
+    /// Forgets one of our endpoints.
+    pub(super) fn remove_local(&self, guid: GUID) {
+        let mut state = self.state();
+        state.writers.remove(&guid);
+        state.readers.remove(&guid);
+        state.matched.remove(&guid);
+        state.forget(|other| *other == guid);
+        drop(state);
+        self.changed.notify_all();
+    }
+
+    /// Takes what discovery has reported; returns sentences about endpoints that cannot talk to ours.
+    pub(super) fn drain(&self, events: &DomainParticipantStatusListener) -> Vec<String> {
+        let mut news = false;
+        while let Some(event) = events.try_recv_status() {
+            news |= self.state().apply(event);
+        }
+        if news {
+            self.tell();
+        }
+        std::mem::take(&mut self.state().incompatible)
+    }
+
+    /// Takes a participant's list of nodes.
+    pub(super) fn participant(&self, participant: ParticipantEntities) {
+        let mut state = self.state();
+        if participant.nodes.is_empty() {
+            state.nodes.remove(&participant.participant);
+        } else {
+            state.nodes.insert(participant.participant, participant.nodes);
+        }
+        drop(state);
+        self.tell();
+    }
+
+    fn tell(&self) {
+        self.changed.notify_all();
+        let listeners: Vec<Listener> =
+            self.listeners.lock().unwrap_or_else(PoisonError::into_inner).iter().map(|(_, l)| Arc::clone(l)).collect();
+        for listener in listeners {
+            listener();
+        }
+    }
+
+    /// Calls `listener` on every change, on the executor thread.
+    pub(super) fn on_change(self: &Arc<Self>, listener: impl Fn() + Send + Sync + 'static) -> GraphListener {
+        let id = self.next_listener.fetch_add(1, Ordering::Relaxed);
+        self.listeners.lock().unwrap_or_else(PoisonError::into_inner).push((id, Arc::new(listener)));
+        GraphListener { graph: Arc::downgrade(self), id }
+    }
+
+    /// Waits until `condition` holds; needs the node's executor to run on another thread. Tells whether it holds.
+    pub(super) fn wait_until(&self, timeout: Duration, condition: impl Fn(&Matches<'_>) -> bool) -> bool {
+        let deadline = Instant::now() + timeout;
+        let mut state = self.state();
+        loop {
+            if condition(&Matches(&state)) {
+                return true;
+            }
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return false;
+            }
+            state = self.changed.wait_timeout(state, left).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// Asks something about matches.
+    pub(super) fn ask<T>(&self, question: impl FnOnce(&Matches<'_>) -> T) -> T {
+        question(&Matches(&self.state()))
+    }
+
+    /// Publishers and subscriptions of a topic (absolute ROS name).
+    pub(super) fn counts(&self, topic: &str) -> (usize, usize) {
+        let dds = names::dds_topic(topic);
+        let state = self.state();
+        let count = |endpoints: &BTreeMap<GUID, Endpoint>| endpoints.values().filter(|e| e.topic == dds).count();
+        (count(&state.writers), count(&state.readers))
+    }
+
+    /// All topics, sorted by name and type.
+    pub(super) fn topics(&self) -> Vec<TopicInfo> {
+        let state = self.state();
+        let mut topics: BTreeMap<(String, String), TopicInfo> = BTreeMap::new();
+        for (endpoints, publishing) in [(&state.writers, true), (&state.readers, false)] {
+            for (guid, endpoint) in endpoints {
+                let Some(name) = names::ros_topic(&endpoint.topic) else { continue };
+                let type_name = names::ros_type(&endpoint.type_name);
+                let topic = topics.entry((name.to_string(), type_name.clone())).or_insert_with(|| TopicInfo {
+                    name: name.to_string(),
+                    type_name,
+                    publishers: Vec::new(),
+                    subscriptions: Vec::new(),
+                });
+                let info = EndpointInfo { guid: guid.to_bytes(), node: state.node_of(guid), qos: endpoint.qos };
+                if publishing { topic.publishers.push(info) } else { topic.subscriptions.push(info) }
+            }
+        }
+        topics.into_values().collect()
+    }
+
+    /// Fully qualified names of the nodes that are known.
+    pub(super) fn nodes(&self) -> Vec<String> {
+        let state = self.state();
+        let mut nodes: Vec<String> =
+            state.nodes.values().flatten().map(|node| names::join(&node.namespace, &node.name)).collect();
+        nodes.sort();
+        nodes
+    }
+}
+
+impl State {
+    /// Takes one event; tells whether it changed anything here.
+    fn apply(&mut self, event: DomainParticipantStatusEvent) -> bool {
+        let own = self.own;
+        let ours = |guid: &GUID| own == Some(prefix(guid));
+        match event {
+            DomainParticipantStatusEvent::ReaderDetected { reader: EndpointDescription { guid, .. } }
+            | DomainParticipantStatusEvent::WriterDetected { writer: EndpointDescription { guid, .. } }
+            | DomainParticipantStatusEvent::RemoteReaderMatched { remote_reader: guid, .. }
+            | DomainParticipantStatusEvent::RemoteWriterMatched { remote_writer: guid, .. }
+            | DomainParticipantStatusEvent::ReaderLost { guid, .. }
+            | DomainParticipantStatusEvent::WriterLost { guid, .. }
+                if ours(&guid) =>
+            {
+                return false;
+            }
+            DomainParticipantStatusEvent::ReaderDetected { reader } => {
+                self.readers.insert(reader.guid, Endpoint::from(&reader));
+            }
+            DomainParticipantStatusEvent::WriterDetected { writer } => {
+                self.writers.insert(writer.guid, Endpoint::from(&writer));
+            }
+            DomainParticipantStatusEvent::RemoteReaderMatched { local_writer, remote_reader } => {
+                self.matched.entry(local_writer).or_default().insert(remote_reader);
+            }
+            DomainParticipantStatusEvent::RemoteWriterMatched { local_reader, remote_writer } => {
+                self.matched.entry(local_reader).or_default().insert(remote_writer);
+            }
+            DomainParticipantStatusEvent::ReaderLost { guid, .. } => {
+                self.readers.remove(&guid);
+                self.forget(|other| *other == guid);
+            }
+            DomainParticipantStatusEvent::WriterLost { guid, .. } => {
+                self.writers.remove(&guid);
+                self.forget(|other| *other == guid);
+            }
+            DomainParticipantStatusEvent::ParticipantLost { id, .. } => {
+                self.readers.retain(|guid, _| guid.prefix != id);
+                self.writers.retain(|guid, _| guid.prefix != id);
+                self.nodes.retain(|participant, _| participant[..12] != *id.as_ref());
+                self.forget(|other| other.prefix == id);
+            }
+            DomainParticipantStatusEvent::RemoteReaderQosIncompatible { remote_reader, .. } => {
+                let sentence = self.incompatible_with("a subscription", &remote_reader, &self.readers);
+                self.incompatible.extend(sentence);
+            }
+            DomainParticipantStatusEvent::RemoteWriterQosIncompatible { remote_writer, .. } => {
+                let sentence = self.incompatible_with("a publisher", &remote_writer, &self.writers);
+                self.incompatible.extend(sentence);
+            }
+            _ => return false,
+        }
+        true
+    }
+
+    fn forget(&mut self, gone: impl Fn(&GUID) -> bool) {
+        for matches in self.matched.values_mut() {
+            matches.retain(|other| !gone(other));
+        }
+    }
+
+    fn incompatible_with(&self, what: &str, guid: &GUID, known: &BTreeMap<GUID, Endpoint>) -> Option<String> {
+        let endpoint = known.get(guid)?;
+        let topic = names::ros_topic(&endpoint.topic)?;
+        let node = self.node_of(guid).unwrap_or_else(|| "an unknown node".into());
+        Some(format!("{what} of {node} on {topic} has an incompatible quality of service; no messages will pass"))
+    }
+
+    fn node_of(&self, guid: &GUID) -> Option<String> {
+        let bytes = guid.to_bytes();
+        self.nodes
+            .iter()
+            .filter(|(participant, _)| participant[..12] == bytes[..12])
+            .flat_map(|(_, nodes)| nodes)
+            .find(|node| node.readers.contains(&bytes) || node.writers.contains(&bytes))
+            .map(|node| names::join(&node.namespace, &node.name))
+    }
+}
+
+fn prefix(guid: &GUID) -> [u8; 12] {
+    let mut prefix = [0; 12];
+    prefix.copy_from_slice(guid.prefix.as_ref());
+    prefix
+}
+
+/// The matches of our endpoints at one moment.
+pub(super) struct Matches<'a>(&'a State);
+
+impl Matches<'_> {
+    /// How many endpoints match one of ours.
+    pub(super) fn count(&self, ours: &GUID) -> usize {
+        self.0.matched.get(ours).map_or(0, BTreeSet::len)
+    }
+
+    /// Whether an endpoint of the participant of `theirs` matches one of ours.
+    pub(super) fn with_participant(&self, ours: &GUID, theirs: &GUID) -> bool {
+        self.0.matched.get(ours).is_some_and(|all| all.iter().any(|other| other.prefix == theirs.prefix))
+    }
+
+    /// Whether one participant matches both of ours: a service is there when it reads requests and writes replies.
+    pub(super) fn one_peer_for_both(&self, first: &GUID, second: &GUID) -> bool {
+        self.0.matched.get(first).is_some_and(|all| all.iter().any(|other| self.with_participant(second, other)))
+    }
+
+    /// Whether a node is known by its fully qualified name.
+    pub(super) fn node(&self, name: &str) -> bool {
+        self.0.nodes.values().flatten().any(|node| names::join(&node.namespace, &node.name) == name)
+    }
+}
+
+/// A callback on graph changes; dropping it ends the calls.
+#[must_use = "dropping it ends the calls"]
+pub struct GraphListener {
+    graph: Weak<Graph>,
+    id: u64,
+}
+
+impl fmt::Debug for GraphListener {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("GraphListener").field("id", &self.id).finish()
+    }
+}
+
+impl Drop for GraphListener {
+    fn drop(&mut self) {
+        if let Some(graph) = self.graph.upgrade() {
+            graph.listeners.lock().unwrap_or_else(PoisonError::into_inner).retain(|(id, _)| *id != self.id);
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! What can go wrong between a node and the graph.
+
+use super::names::NameError;
+
+/// A failure of the ROS layer, worded for the person who started the node.
+#[derive(Debug, thiserror::Error)]
+pub enum RosError {
+    /// A node, topic, service, action or parameter name breaks the ROS 2 naming rules.
+    #[error(transparent)]
+    Name(#[from] NameError),
+    /// The middleware refused to create something.
+    #[error("cannot create {what}: {reason}")]
+    Create {
+        /// What was to be created, with its resolved name.
+        what: String,
+        /// The middleware's own words.
+        reason: String,
+    },
+    /// A message could not be written.
+    #[error("cannot publish on {topic}: {reason}")]
+    Publish {
+        /// Resolved topic or service name.
+        topic: String,
+        /// The middleware's own words.
+        reason: String,
+    },
+    /// A peer did not answer or did not appear in time.
+    #[error("{what}: no answer within {waited_s:.3} s")]
+    Timeout {
+        /// Whom one waited for.
+        what: String,
+        /// How long, in seconds.
+        waited_s: f64,
+    },
+    /// A blocking call was made on the thread that would have to deliver its answer.
+    #[error("{what}: a blocking call from a callback of the same node would wait for itself")]
+    WouldDeadlock {
+        /// What was called.
+        what: String,
+    },
+    /// The node has left the graph.
+    #[error("node {node} is shut down")]
+    Closed {
+        /// Fully qualified node name.
+        node: String,
+    },
+    /// A parameter declaration, override or change was refused.
+    #[error("parameter '{name}': {reason}")]
+    Parameter {
+        /// Name of the parameter.
+        name: String,
+        /// Why.
+        reason: String,
+    },
+    /// A peer refused what was asked.
+    #[error("{what} was refused: {reason}")]
+    Refused {
+        /// What was asked.
+        what: String,
+        /// Why, as far as the peer said.
+        reason: String,
+    },
+    /// Two threads tried to run the same node.
+    #[error("node {node} is already spinning on another thread")]
+    AlreadySpinning {
+        /// Fully qualified node name.
+        node: String,
+    },
+    /// The operating system refused a thread, a socket or a signal handler.
+    #[error("{what}: {source}")]
+    Io {
+        /// What was attempted.
+        what: String,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+}
+
+impl RosError {
+    pub(super) fn create(what: impl Into<String>, reason: impl std::fmt::Display) -> Self {
+        RosError::Create { what: what.into(), reason: reason.to_string() }
+    }
+
+    pub(super) fn publish(topic: &str, reason: impl std::fmt::Display) -> Self {
+        RosError::Publish { topic: topic.to_string(), reason: reason.to_string() }
+    }
+
+    pub(super) fn timeout(what: impl Into<String>, waited: std::time::Duration) -> Self {
+        RosError::Timeout { what: what.into(), waited_s: waited.as_secs_f64() }
+    }
+}

@@ -1,0 +1,57 @@
+//! The ROS 2 layer: the only place that names `ros2-client` or `rustdds`.
+//!
+//! Contexts, nodes, publishers and subscriptions are the crate's. What it lacks or gets wrong for us is here: names and remapping,
+//! `--ros-args`, quality of service, parameters with descriptors, services and actions (several goals at once), the life cycle,
+//! `/clock`, `/rosout`, `/diagnostics`, discovery, shutdown. Nothing above this module meets any of it.
+//!
+//! A node has one participant and one executor thread, on which all its callbacks run:
+//!
+//! ```no_run
+//! use camwright_msgs::std_msgs::msg::String as Text;
+//! use camwright_nodes::ros::{Node, NodeOptions, Parameter, Qos, RosArgs, Shutdown};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let (args, _rest) = RosArgs::from_env()?;
+//! let rate = Parameter::double("rate_hz", 10.0).describe("how often, in Hz").range(0.1, 100.0);
+//! let node = Node::new(NodeOptions::new("talker", &args).parameter(rate))?;
+//! let publisher = node.publisher::<Text>("chatter", &Qos::default_topic())?;
+//! let period = std::time::Duration::from_secs_f64(1.0 / node.parameters().double("rate_hz"));
+//! let _timer = node.timer(period, move || drop(publisher.publish(&Text { data: "hello".into() })));
+//! node.spin(&Shutdown::on_signals()?)?;
+//! node.shutdown();
+//! # Ok(())
+//! # }
+//! ```
+
+mod args;
+mod clock;
+mod discovery;
+mod error;
+mod executor;
+mod logging;
+mod loopback;
+mod names;
+mod node;
+mod parameter_services;
+mod parameters;
+mod params_file;
+mod qos;
+mod services;
+mod shutdown;
+mod topics;
+mod type_description;
+mod wire;
+
+pub use args::{ArgsError, DiscoveryRange, RosArgs};
+pub use clock::{from_time, to_time};
+pub use discovery::{EndpointInfo, GraphListener, Guid, TopicInfo};
+pub use error::RosError;
+pub use executor::TimerHandle;
+pub use logging::{CurrentLogger, Level, Logger, RosLayer};
+pub use names::NameError;
+pub use node::{DelayInjection, Node, NodeOptions, SpinThread};
+pub use parameters::{Parameter, ParameterChanges, ParameterDeclaration, ParameterRange, ParameterValue, Parameters};
+pub use qos::{Durability, History, Liveliness, Qos, Reliability};
+pub use services::{Client, Responder, ServiceHandle};
+pub use shutdown::{Shutdown, ShutdownHook};
+pub use topics::{MessageInfo, Publisher, RawPublisher, Subscription};

@@ -1,0 +1,516 @@
+//! A node: one participant, one executor, and what every ROS 2 node has.
+
+use std::{
+    fmt,
+    net::{IpAddr, Ipv4Addr},
+    sync::{Arc, Mutex, OnceLock, PoisonError},
+    thread::JoinHandle,
+    time::Duration,
+};
+
+use camwright_msgs::builtin_interfaces;
+use rustdds::{DomainParticipant, DomainParticipantBuilder, QosPolicies, RTPSEntity, Topic, TopicKind};
+
+use super::{
+    args::{DiscoveryRange, RosArgs},
+    clock::TimeSource,
+    discovery::{Graph, GraphListener, ParticipantEntities, TopicInfo},
+    error::RosError,
+    executor::{Executor, TimerHandle},
+    logging::{Level, Logger},
+    loopback::Loopback,
+    names::{NameKind, Names},
+    parameters::{Parameter, Parameters},
+    qos::Qos,
+    shutdown::Shutdown,
+    type_description,
+};
+
+/// How long a leaving node waits for its farewell to be sent: 300 ms let real ROS 2 forget its name within 10 ms; without it names
+/// stay for the lease of 50 s (measured with Fast DDS).
+const FAREWELL: Duration = Duration::from_millis(300);
+
+/// Random delays of subscription callbacks, for tests that results do not depend on delivery times. The order within a topic is
+/// kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DelayInjection {
+    /// Seed of the delays.
+    pub seed: u64,
+    /// Longest delay in ms.
+    pub max_ms: u64,
+}
+
+impl DelayInjection {
+    /// Name of the environment variable that sets it, as `seed:max_ms`.
+    pub const ENVIRONMENT: &str = "CAMWRIGHT_DELAY_INJECTION";
+
+    fn from_env() -> Option<Self> {
+        let text = std::env::var(Self::ENVIRONMENT).ok()?;
+        let (seed, max_ms) = text.split_once(':')?;
+        Some(DelayInjection { seed: seed.trim().parse().ok()?, max_ms: max_ms.trim().parse().ok()? })
+    }
+}
+
+/// A stream of delays (xorshift64*; quality enough to shuffle deliveries).
+pub(super) struct DelaySource {
+    state: u64,
+    max_us: u64,
+}
+
+impl DelaySource {
+    pub(super) fn next(&mut self) -> Duration {
+        self.state ^= self.state >> 12;
+        self.state ^= self.state << 25;
+        self.state ^= self.state >> 27;
+        Duration::from_micros((self.state.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 16) % (self.max_us + 1))
+    }
+}
+
+/// What a node is made from.
+#[derive(Debug, Clone)]
+pub struct NodeOptions {
+    name: String,
+    args: RosArgs,
+    parameters: Vec<Parameter>,
+    delay_injection: Option<DelayInjection>,
+}
+
+impl NodeOptions {
+    /// A node with a default name, which `args` may remap.
+    pub fn new(name: &str, args: &RosArgs) -> Self {
+        NodeOptions {
+            name: name.to_string(),
+            args: args.clone(),
+            parameters: Vec::new(),
+            delay_injection: DelayInjection::from_env(),
+        }
+    }
+
+    /// Declares a parameter.
+    #[must_use]
+    pub fn parameter(mut self, parameter: Parameter) -> Self {
+        self.parameters.push(parameter);
+        self
+    }
+
+    /// Declares several parameters.
+    #[must_use]
+    pub fn parameters(mut self, parameters: impl IntoIterator<Item = Parameter>) -> Self {
+        self.parameters.extend(parameters);
+        self
+    }
+
+    /// Delays the callbacks of subscriptions at random (default: what `CAMWRIGHT_DELAY_INJECTION=seed:max_ms` says).
+    #[must_use]
+    pub fn delay_injection(mut self, injection: Option<DelayInjection>) -> Self {
+        self.delay_injection = injection;
+        self
+    }
+}
+
+/// The crate's node and its context, in the order in which they must go: the node says farewell, the context follows.
+struct CrateSide {
+    node: ros2_client::Node,
+    context: ros2_client::Context,
+    participant: DomainParticipant,
+}
+
+pub(super) struct NodeInner {
+    names: Names,
+    executor: Arc<Executor>,
+    graph: Arc<Graph>,
+    loopback: Arc<Loopback>,
+    logger: Logger,
+    parameters: OnceLock<Parameters>,
+    clock: OnceLock<TimeSource>,
+    delay_injection: Option<DelayInjection>,
+    next_delay: Mutex<u64>,
+    crate_side: Mutex<Option<CrateSide>>,
+    keep: Mutex<Vec<Box<dyn std::any::Any + Send>>>,
+}
+
+impl Drop for NodeInner {
+    fn drop(&mut self) {
+        self.leave();
+    }
+}
+
+impl NodeInner {
+    fn leave(&self) {
+        let Some(side) = self.crate_side.lock().unwrap_or_else(PoisonError::into_inner).take() else { return };
+        self.executor.close();
+        self.logger.detach();
+        self.keep.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        let CrateSide { node, context, participant } = side;
+        // Dropping the node publishes the list of nodes without it; the participant must live until that is on its way.
+        drop(node);
+        std::thread::sleep(FAREWELL);
+        drop(context);
+        drop(participant);
+    }
+}
+
+/// A ROS 2 node. Clones are the same node.
+///
+/// Callbacks run on the one thread that calls [`Node::spin`]; everything else may be called from any thread. The node stays in the
+/// graph until [`Node::shutdown`] is called or the last clone is dropped.
+///
+/// RIHS01 type hashes do not reach the graph: RustDDS reads the USER_DATA of endpoints but never sends any, so `ros2 topic info -v`
+/// prints `INVALID` for our topics. Nothing else depends on it; the hashes are in bags and in `~/get_type_description`.
+#[derive(Clone)]
+pub struct Node {
+    inner: Arc<NodeInner>,
+}
+
+impl fmt::Debug for Node {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Node").field("name", &self.fully_qualified_name()).finish_non_exhaustive()
+    }
+}
+
+impl Node {
+    /// Joins the graph.
+    ///
+    /// # Errors
+    /// A name or a parameter override is refused, or the network is.
+    pub fn new(options: NodeOptions) -> Result<Self, RosError> {
+        let NodeOptions { name, args, parameters, delay_injection } = options;
+        let names = Names::new(&name, args.default_namespace(), args.remap_rules())?;
+        let fully_qualified = names.fully_qualified();
+        let failed = |reason: String| RosError::create(format!("node {fully_qualified}"), reason);
+
+        // One participant per node: status events go to a single reader per participant.
+        let mut builder = DomainParticipantBuilder::new(args.domain_id());
+        if args.discovery_range() == DiscoveryRange::Localhost {
+            builder = builder.with_only_networks([IpAddr::V4(Ipv4Addr::LOCALHOST)]);
+        }
+        let participant = builder.build().map_err(|error| failed(error.to_string()))?;
+        let context = ros2_client::Context::from_domain_participant(participant.clone())
+            .map_err(|error| failed(error.to_string()))?;
+        let node_name =
+            ros2_client::NodeName::new(names.namespace(), names.node()).map_err(|error| failed(error.to_string()))?;
+        // Its own rosout has depth 1, its parameter services live in the Spinner: both are ours instead.
+        let crate_options = ros2_client::NodeOptions::new().enable_rosout(false).start_parameter_services(false);
+        let node = context.new_node(node_name, crate_options).map_err(|error| failed(error.to_string()))?;
+
+        let executor =
+            Executor::new().map_err(|source| RosError::Io { what: format!("node {fully_qualified}"), source })?;
+        let logger = Logger::new(&names, &args);
+        let graph = Arc::<Graph>::default();
+        graph.set_own(participant.guid());
+        let node = Node {
+            inner: Arc::new(NodeInner {
+                names,
+                executor,
+                loopback: Loopback::new(&graph),
+                graph,
+                logger,
+                parameters: OnceLock::new(),
+                clock: OnceLock::new(),
+                delay_injection,
+                next_delay: Mutex::new(0),
+                crate_side: Mutex::new(Some(CrateSide { node, context, participant: participant.clone() })),
+                keep: Mutex::default(),
+            }),
+        };
+        node.watch_graph(&participant)?;
+        node.logger().attach(&node)?;
+        let parameters = Parameters::declare(&node, parameters, &args)?;
+        let _ = node.inner.parameters.set(parameters);
+        let _ = node.inner.clock.set(TimeSource::new(&node)?);
+        node.parameters().offer_services(&node)?;
+        type_description::offer(&node)?;
+        Ok(node)
+    }
+
+    fn watch_graph(&self, participant: &DomainParticipant) -> Result<(), RosError> {
+        let (graph, logger) = (Arc::clone(self.graph()), self.logger().clone());
+        let events = self
+            .executor()
+            .add_source(participant.status_listener(), |events| {
+                Box::new(move |_| {
+                    for sentence in graph.drain(&events) {
+                        logger.warn(&sentence);
+                    }
+                    false
+                })
+            })
+            .map_err(|error| RosError::create("graph listener", error))?;
+        self.keep(events);
+        let graph = Arc::clone(self.graph());
+        let nodes = self.reader(
+            "ros_discovery_info",
+            "ros_discovery_info".into(),
+            "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_",
+            &Qos::latched(1),
+            false,
+            move |participant: ParticipantEntities, _| graph.participant(participant),
+        )?;
+        self.keep(nodes);
+        Ok(())
+    }
+
+    /// Keeps something alive as long as the node is in the graph.
+    pub(super) fn keep(&self, what: impl std::any::Any + Send) {
+        self.inner.keep.lock().unwrap_or_else(PoisonError::into_inner).push(Box::new(what));
+    }
+
+    pub(super) fn names(&self) -> &Names {
+        &self.inner.names
+    }
+
+    pub(super) fn executor(&self) -> &Arc<Executor> {
+        &self.inner.executor
+    }
+
+    pub(super) fn graph(&self) -> &Arc<Graph> {
+        &self.inner.graph
+    }
+
+    pub(super) fn loopback(&self) -> &Arc<Loopback> {
+        &self.inner.loopback
+    }
+
+    pub(super) fn downgrade(&self) -> WeakNode {
+        WeakNode(Arc::downgrade(&self.inner))
+    }
+
+    pub(super) fn delay_source(&self) -> Option<DelaySource> {
+        let DelayInjection { seed, max_ms } = self.inner.delay_injection?;
+        let mut next = self.inner.next_delay.lock().unwrap_or_else(PoisonError::into_inner);
+        *next += 1;
+        // splitmix64 of seed and number, so that every subscription has delays of its own.
+        let mut state = seed.wrapping_add(next.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        state = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        state = (state ^ (state >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        Some(DelaySource { state: (state ^ (state >> 31)) | 1, max_us: max_ms.saturating_mul(1000) })
+    }
+
+    /// Runs something with the crate's node.
+    pub(super) fn with_crate_node<T>(&self, run: impl FnOnce(&mut ros2_client::Node) -> T) -> Result<T, RosError> {
+        let mut side = self.inner.crate_side.lock().unwrap_or_else(PoisonError::into_inner);
+        let side = side.as_mut().ok_or_else(|| RosError::Closed { node: self.fully_qualified_name() })?;
+        Ok(run(&mut side.node))
+    }
+
+    /// Runs something with the participant.
+    pub(super) fn with_participant<T>(&self, run: impl FnOnce(&DomainParticipant) -> T) -> Result<T, RosError> {
+        let side = self.inner.crate_side.lock().unwrap_or_else(PoisonError::into_inner);
+        let side = side.as_ref().ok_or_else(|| RosError::Closed { node: self.fully_qualified_name() })?;
+        Ok(run(&side.participant))
+    }
+
+    pub(super) fn dds_topic(&self, name: String, type_name: &str, qos: &QosPolicies) -> Result<Topic, RosError> {
+        let what = format!("topic {name}");
+        self.with_participant(|participant| {
+            participant.create_topic(name, type_name.to_string(), qos, TopicKind::NoKey)
+        })?
+        .map_err(|error| RosError::create(what, error))
+    }
+
+    /// Base name, after remapping.
+    pub fn name(&self) -> &str {
+        self.inner.names.node()
+    }
+
+    /// Namespace, `/` or `/a/b`, after remapping.
+    pub fn namespace(&self) -> &str {
+        self.inner.names.namespace()
+    }
+
+    /// Namespace and name.
+    pub fn fully_qualified_name(&self) -> String {
+        self.inner.names.fully_qualified()
+    }
+
+    /// Absolute name of a topic, after remapping.
+    ///
+    /// # Errors
+    /// The name breaks the rules.
+    pub fn resolve_topic(&self, name: &str) -> Result<String, RosError> {
+        Ok(self.inner.names.resolve(name, NameKind::Topic)?)
+    }
+
+    /// Absolute name of a service, after remapping.
+    ///
+    /// # Errors
+    /// The name breaks the rules.
+    pub fn resolve_service(&self, name: &str) -> Result<String, RosError> {
+        Ok(self.inner.names.resolve(name, NameKind::Service)?)
+    }
+
+    /// The node's parameters.
+    pub fn parameters(&self) -> &Parameters {
+        self.inner.parameters.get().expect("Node::new returns only after declaring them")
+    }
+
+    /// The node's logger.
+    pub fn logger(&self) -> &Logger {
+        &self.inner.logger
+    }
+
+    /// Logs to the console and to `/rosout`.
+    #[track_caller]
+    pub fn log(&self, level: Level, text: &str) {
+        self.inner.logger.log(level, text);
+    }
+
+    /// ROS time in ns: the system clock (since 1970), or what `/clock` last said if `use_sim_time` is set (0 before the first).
+    pub fn now_ns(&self) -> i64 {
+        self.inner.clock.get().map_or_else(super::topics::system_time_ns, TimeSource::now_ns)
+    }
+
+    /// ROS time as a message; see [`Node::now_ns`].
+    pub fn now(&self) -> builtin_interfaces::msg::Time {
+        super::clock::to_time(self.now_ns())
+    }
+
+    /// Calls `callback` on the executor thread every `period` of real time, until the handle is dropped.
+    pub fn timer(&self, period: Duration, callback: impl FnMut() + Send + 'static) -> TimerHandle {
+        self.inner.executor.every(period, Box::new(callback))
+    }
+
+    /// Runs `job` on the executor thread as soon as possible.
+    pub fn post(&self, job: impl FnOnce() + Send + 'static) {
+        self.inner.executor.post(Box::new(job));
+    }
+
+    /// Whether the caller is inside a callback of this node, where blocking calls are refused.
+    pub fn on_executor_thread(&self) -> bool {
+        self.inner.executor.is_current_thread()
+    }
+
+    /// Topics that are known, with their publishers and subscriptions.
+    pub fn discovered_topics(&self) -> Vec<TopicInfo> {
+        self.inner.graph.topics()
+    }
+
+    /// Fully qualified names of the nodes that are known (up to a second after their topics).
+    pub fn discovered_nodes(&self) -> Vec<String> {
+        self.inner.graph.nodes()
+    }
+
+    /// Calls `callback` on the executor thread whenever endpoints, matches or nodes come or go.
+    pub fn on_graph_change(&self, callback: impl Fn() + Send + Sync + 'static) -> GraphListener {
+        self.inner.graph.on_change(callback)
+    }
+
+    /// Waits until a node is known; `false` after the timeout. The node must spin on another thread.
+    pub fn wait_for_node(&self, fully_qualified_name: &str, timeout: Duration) -> bool {
+        self.inner.graph.wait_until(timeout, |matches| matches.node(fully_qualified_name))
+    }
+
+    /// Number of known publishers on a topic.
+    ///
+    /// # Errors
+    /// The name breaks the rules.
+    pub fn publisher_count(&self, topic: &str) -> Result<usize, RosError> {
+        Ok(self.inner.graph.counts(&self.resolve_topic(topic)?).0)
+    }
+
+    /// Number of known subscriptions on a topic.
+    ///
+    /// # Errors
+    /// The name breaks the rules.
+    pub fn subscription_count(&self, topic: &str) -> Result<usize, RosError> {
+        Ok(self.inner.graph.counts(&self.resolve_topic(topic)?).1)
+    }
+
+    /// Runs the node's callbacks on this thread until shutdown is requested or the node is shut down.
+    ///
+    /// # Errors
+    /// Another thread is at it.
+    pub fn spin(&self, shutdown: &Shutdown) -> Result<(), RosError> {
+        let _current = self.inner.logger.enter();
+        if self.inner.executor.spin(shutdown) {
+            Ok(())
+        } else {
+            Err(RosError::AlreadySpinning { node: self.fully_qualified_name() })
+        }
+    }
+
+    /// Runs the node's callbacks on a thread of its own until the returned value is dropped.
+    ///
+    /// # Errors
+    /// The operating system refuses a thread.
+    pub fn spin_in_thread(&self) -> Result<SpinThread, RosError> {
+        let shutdown = Shutdown::new();
+        let (node, stop) = (self.clone(), shutdown.clone());
+        let thread = std::thread::Builder::new()
+            .name(format!("ros {}", self.name()))
+            .spawn(move || drop(node.spin(&stop)))
+            .map_err(|source| RosError::Io { what: format!("thread of node {}", self.name()), source })?;
+        Ok(SpinThread { shutdown, thread: Some(thread) })
+    }
+
+    /// Leaves the graph: ends `spin`, drops all callbacks, says farewell and waits until that is sent (0.3 s). Publishers and clients
+    /// that are still held fail from now on.
+    pub fn shutdown(&self) {
+        self.inner.leave();
+    }
+}
+
+/// A node that may have gone.
+#[derive(Clone)]
+pub(super) struct WeakNode(std::sync::Weak<NodeInner>);
+
+impl WeakNode {
+    pub(super) fn upgrade(&self) -> Option<Node> {
+        self.0.upgrade().map(|inner| Node { inner })
+    }
+}
+
+/// A thread that runs a node's callbacks; dropping it ends and joins it.
+#[derive(Debug)]
+#[must_use = "dropping it ends the thread"]
+pub struct SpinThread {
+    shutdown: Shutdown,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl SpinThread {
+    /// Ends the thread and waits for it.
+    pub fn stop(self) {}
+}
+
+impl Drop for SpinThread {
+    fn drop(&mut self) {
+        self.shutdown.request();
+        if let Some(thread) = self.thread.take() {
+            // A callback that panicked has said so on stderr.
+            if thread.thread().id() != std::thread::current().id() {
+                let _ = thread.join();
+            }
+        }
+    }
+}
+
+/// Participant GUID, for tests and logs.
+impl Node {
+    /// DDS GUID of the node's participant.
+    ///
+    /// # Errors
+    /// The node is shut down.
+    pub fn participant_guid(&self) -> Result<super::discovery::Guid, RosError> {
+        self.with_participant(|participant| participant.guid().to_bytes())
+    }
+}
+
+/// Joins a name below the node's private namespace.
+pub(super) fn private(name: &str) -> String {
+    format!("~/{name}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn delays_stay_within_their_bound_and_differ() {
+        let mut source = DelaySource { state: 42, max_us: 5000 };
+        let delays: Vec<Duration> = (0..1000).map(|_| source.next()).collect();
+        assert!(delays.iter().all(|delay| *delay <= Duration::from_millis(5)));
+        assert!(delays.iter().any(|delay| *delay > Duration::from_millis(4)));
+        assert!(delays.iter().any(|delay| *delay < Duration::from_millis(1)));
+    }
+}

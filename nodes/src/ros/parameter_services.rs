@@ -1,0 +1,228 @@
+//! The six parameter services and `/parameter_events`.
+
+use std::{collections::BTreeSet, sync::OnceLock};
+
+use camwright_msgs::rcl_interfaces::{
+    msg::{
+        FloatingPointRange, IntegerRange, ListParametersResult, Parameter as ParameterMsg, ParameterDescriptor,
+        ParameterEvent, ParameterValue as ValueMsg, SetParametersResult,
+    },
+    srv::{
+        DescribeParameters, DescribeParametersResponse, GetParameterTypes, GetParameterTypesResponse, GetParameters,
+        GetParametersResponse, ListParameters, ListParametersResponse, SetParameters, SetParametersAtomically,
+        SetParametersAtomicallyResponse, SetParametersResponse,
+    },
+};
+
+use super::{
+    error::RosError,
+    node::{Node, WeakNode, private},
+    parameters::{Parameter, ParameterRange, ParameterValue, Parameters},
+    qos::Qos,
+    topics::Publisher,
+};
+
+/// Publishes changes.
+pub(super) struct ParameterEvents {
+    publisher: Publisher<ParameterEvent>,
+    name: OnceLock<String>,
+}
+
+impl ParameterEvents {
+    pub(super) fn new(node: &Node) -> Result<Self, RosError> {
+        let publisher = node.publisher("/parameter_events", &Qos::parameter_events())?;
+        Ok(ParameterEvents { publisher, name: OnceLock::new() })
+    }
+
+    pub(super) fn publish(
+        &self,
+        node: &Node,
+        declared: &[(String, ParameterValue)],
+        changed: &[(String, ParameterValue)],
+    ) {
+        let list = |values: &[(String, ParameterValue)]| {
+            values.iter().map(|(name, value)| ParameterMsg { name: name.clone(), value: to_msg(value) }).collect()
+        };
+        let event = ParameterEvent {
+            stamp: node.now(),
+            node: self.name.get_or_init(|| node.fully_qualified_name()).clone(),
+            new_parameters: list(declared),
+            changed_parameters: list(changed),
+            ..Default::default()
+        };
+        if let Err(error) = self.publisher.publish(&event) {
+            node.logger().warn(&error.to_string());
+        }
+    }
+}
+
+fn to_msg(value: &ParameterValue) -> ValueMsg {
+    let mut msg = ValueMsg { type_: value.type_id(), ..Default::default() };
+    match value.clone() {
+        ParameterValue::Bool(value) => msg.bool_value = value,
+        ParameterValue::Integer(value) => msg.integer_value = value,
+        ParameterValue::Double(value) => msg.double_value = value,
+        ParameterValue::String(value) => msg.string_value = value,
+        ParameterValue::ByteArray(values) => msg.byte_array_value = values,
+        ParameterValue::BoolArray(values) => msg.bool_array_value = values,
+        ParameterValue::IntegerArray(values) => msg.integer_array_value = values,
+        ParameterValue::DoubleArray(values) => msg.double_array_value = values,
+        ParameterValue::StringArray(values) => msg.string_array_value = values,
+    }
+    msg
+}
+
+/// The value of a message, or why it is none.
+fn from_msg(name: &str, msg: ValueMsg) -> Result<ParameterValue, String> {
+    Ok(match msg.type_ {
+        0 => return Err(format!("parameter '{name}' cannot be removed")),
+        1 => ParameterValue::Bool(msg.bool_value),
+        2 => ParameterValue::Integer(msg.integer_value),
+        3 => ParameterValue::Double(msg.double_value),
+        4 => ParameterValue::String(msg.string_value),
+        5 => ParameterValue::ByteArray(msg.byte_array_value),
+        6 => ParameterValue::BoolArray(msg.bool_array_value),
+        7 => ParameterValue::IntegerArray(msg.integer_array_value),
+        8 => ParameterValue::DoubleArray(msg.double_array_value),
+        9 => ParameterValue::StringArray(msg.string_array_value),
+        other => return Err(format!("parameter '{name}': {other} is not a parameter type")),
+    })
+}
+
+fn descriptor(declaration: Parameter) -> ParameterDescriptor {
+    let mut descriptor = ParameterDescriptor {
+        name: declaration.name,
+        type_: declaration.default.type_id(),
+        description: declaration.description,
+        additional_constraints: declaration.constraints,
+        read_only: declaration.read_only,
+        ..Default::default()
+    };
+    match declaration.range {
+        None => {}
+        Some(ParameterRange::Double { from, to, step }) => {
+            descriptor.floating_point_range = vec![FloatingPointRange { from_value: from, to_value: to, step }];
+        }
+        Some(ParameterRange::Integer { from, to, step }) => {
+            descriptor.integer_range = vec![IntegerRange { from_value: from, to_value: to, step }];
+        }
+    }
+    descriptor
+}
+
+/// rclcpp's rule: names below one of the prefixes (or all), at most `depth` levels below it; 0 is without limit.
+fn list(names: &[String], prefixes: &[String], depth: u64) -> ListParametersResult {
+    let levels = |rest: &str| rest.matches('.').count() as u64;
+    let wanted = |name: &str| {
+        if prefixes.is_empty() {
+            return depth == 0 || levels(name) < depth;
+        }
+        prefixes.iter().any(|prefix| match name.strip_prefix(prefix.as_str()) {
+            Some("") => true,
+            Some(rest) => rest.strip_prefix('.').is_some_and(|rest| depth == 0 || levels(rest) < depth),
+            None => false,
+        })
+    };
+    let names: Vec<String> = names.iter().filter(|name| wanted(name)).cloned().collect();
+    let prefixes: BTreeSet<String> =
+        names.iter().filter_map(|name| name.rsplit_once('.')).map(|(prefix, _)| prefix.to_string()).collect();
+    ListParametersResult { names, prefixes: prefixes.into_iter().collect() }
+}
+
+fn set(parameters: &Parameters, node: &WeakNode, wanted: Vec<ParameterMsg>) -> SetParametersResult {
+    let outcome = node.upgrade().ok_or_else(|| "the node is leaving".to_string()).and_then(|node| {
+        let changes = wanted
+            .into_iter()
+            .map(|parameter| Ok((parameter.name.clone(), from_msg(&parameter.name, parameter.value)?)))
+            .collect::<Result<Vec<_>, String>>()?;
+        parameters.set_all(&node, changes)
+    });
+    match outcome {
+        Ok(()) => SetParametersResult { successful: true, reason: String::new() },
+        Err(reason) => SetParametersResult { successful: false, reason },
+    }
+}
+
+/// Offers the six services.
+pub(super) fn offer(parameters: &Parameters, node: &Node) -> Result<(), RosError> {
+    let qos = Qos::parameters();
+
+    let store = parameters.clone();
+    node.keep(node.service_with::<GetParameters>(&private("get_parameters"), &qos, move |request| {
+        let values =
+            request.names.iter().map(|name| store.get(name).as_ref().map(to_msg).unwrap_or_default()).collect();
+        GetParametersResponse { values }
+    })?);
+
+    let store = parameters.clone();
+    node.keep(node.service_with::<GetParameterTypes>(&private("get_parameter_types"), &qos, move |request| {
+        let types = request.names.iter().map(|name| store.get(name).map_or(0, |value| value.type_id())).collect();
+        GetParameterTypesResponse { types }
+    })?);
+
+    let (store, weak) = (parameters.clone(), node.downgrade());
+    node.keep(node.service_with::<SetParameters>(&private("set_parameters"), &qos, move |request| {
+        let results = request.parameters.into_iter().map(|parameter| set(&store, &weak, vec![parameter])).collect();
+        SetParametersResponse { results }
+    })?);
+
+    let (store, weak) = (parameters.clone(), node.downgrade());
+    let name = private("set_parameters_atomically");
+    node.keep(node.service_with::<SetParametersAtomically>(&name, &qos, move |request| {
+        SetParametersAtomicallyResponse { result: set(&store, &weak, request.parameters) }
+    })?);
+
+    let store = parameters.clone();
+    node.keep(node.service_with::<DescribeParameters>(&private("describe_parameters"), &qos, move |request| {
+        let unknown = |name: &String| ParameterDescriptor { name: name.clone(), ..Default::default() };
+        let descriptors = request
+            .names
+            .iter()
+            .map(|name| store.declaration(name).map_or_else(|| unknown(name), descriptor))
+            .collect();
+        DescribeParametersResponse { descriptors }
+    })?);
+
+    let store = parameters.clone();
+    node.keep(node.service_with::<ListParameters>(&private("list_parameters"), &qos, move |request| {
+        ListParametersResponse { result: list(&store.names(), &request.prefixes, request.depth) }
+    })?);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn listing_follows_prefixes_and_depth() {
+        let names: Vec<String> = ["a", "b.c", "b.d.e", "bc.x"].iter().map(ToString::to_string).collect();
+        let all = list(&names, &[], 0);
+        assert_eq!(all.names, names);
+        assert_eq!(all.prefixes, ["b", "b.d", "bc"]);
+        assert_eq!(list(&names, &[], 1).names, ["a"]);
+        assert_eq!(list(&names, &["b".into()], 0).names, ["b.c", "b.d.e"]);
+        assert_eq!(list(&names, &["b".into()], 1).names, ["b.c"]);
+        assert_eq!(list(&names, &["a".into()], 0).names, ["a"]);
+        assert!(list(&names, &["c".into()], 0).names.is_empty());
+    }
+
+    #[test]
+    fn values_survive_the_way_through_messages() {
+        for value in [
+            ParameterValue::Bool(true),
+            ParameterValue::Integer(-3),
+            ParameterValue::Double(0.1),
+            ParameterValue::String("ä".into()),
+            ParameterValue::ByteArray(vec![0, 255]),
+            ParameterValue::BoolArray(vec![true]),
+            ParameterValue::IntegerArray(vec![1, 2]),
+            ParameterValue::DoubleArray(vec![0.5]),
+            ParameterValue::StringArray(vec!["x".into()]),
+        ] {
+            assert_eq!(from_msg("p", to_msg(&value)), Ok(value));
+        }
+        assert!(from_msg("p", ValueMsg::default()).is_err());
+        assert!(from_msg("p", ValueMsg { type_: 10, ..Default::default() }).is_err());
+    }
+}

@@ -1,0 +1,500 @@
+//! Parameters: declarations with ranges and descriptions, and the store that guards them.
+
+use std::{
+    collections::BTreeMap,
+    fmt,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+};
+
+use super::{
+    args::RosArgs, clock::USE_SIM_TIME, error::RosError, node::Node, parameter_services::ParameterEvents,
+    type_description::START_TYPE_DESCRIPTION_SERVICE,
+};
+
+/// Value of a parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ParameterValue {
+    /// `bool`.
+    Bool(bool),
+    /// `int64`.
+    Integer(i64),
+    /// `float64`.
+    Double(f64),
+    /// `string`.
+    String(String),
+    /// `byte[]`.
+    ByteArray(Vec<u8>),
+    /// `bool[]`.
+    BoolArray(Vec<bool>),
+    /// `int64[]`.
+    IntegerArray(Vec<i64>),
+    /// `float64[]`.
+    DoubleArray(Vec<f64>),
+    /// `string[]`.
+    StringArray(Vec<String>),
+}
+
+impl ParameterValue {
+    /// `rcl_interfaces/msg/ParameterType`.
+    pub fn type_id(&self) -> u8 {
+        match self {
+            ParameterValue::Bool(_) => 1,
+            ParameterValue::Integer(_) => 2,
+            ParameterValue::Double(_) => 3,
+            ParameterValue::String(_) => 4,
+            ParameterValue::ByteArray(_) => 5,
+            ParameterValue::BoolArray(_) => 6,
+            ParameterValue::IntegerArray(_) => 7,
+            ParameterValue::DoubleArray(_) => 8,
+            ParameterValue::StringArray(_) => 9,
+        }
+    }
+
+    /// Name of the type, for sentences.
+    pub fn type_name(&self) -> &'static str {
+        match self {
+            ParameterValue::Bool(_) => "bool",
+            ParameterValue::Integer(_) => "integer",
+            ParameterValue::Double(_) => "double",
+            ParameterValue::String(_) => "string",
+            ParameterValue::ByteArray(_) => "byte_array",
+            ParameterValue::BoolArray(_) => "bool_array",
+            ParameterValue::IntegerArray(_) => "integer_array",
+            ParameterValue::DoubleArray(_) => "double_array",
+            ParameterValue::StringArray(_) => "string_array",
+        }
+    }
+
+    /// The value as the type of `like`, where a file or a command line can mean nothing else: `1` for a double, `[]` for any
+    /// array. (A change by service must have the exact type, as with rclcpp.)
+    fn meant_as(self, like: &ParameterValue) -> ParameterValue {
+        #[allow(clippy::cast_precision_loss, reason = "a whole number beyond 2^53 is not meant exactly")]
+        match (self, like) {
+            (ParameterValue::Integer(value), ParameterValue::Double(_)) => ParameterValue::Double(value as f64),
+            (ParameterValue::IntegerArray(values), ParameterValue::DoubleArray(_)) => {
+                ParameterValue::DoubleArray(values.into_iter().map(|value| value as f64).collect())
+            }
+            (ParameterValue::StringArray(values), like) if values.is_empty() => match like {
+                ParameterValue::BoolArray(_) => ParameterValue::BoolArray(Vec::new()),
+                ParameterValue::IntegerArray(_) => ParameterValue::IntegerArray(Vec::new()),
+                ParameterValue::DoubleArray(_) => ParameterValue::DoubleArray(Vec::new()),
+                ParameterValue::ByteArray(_) => ParameterValue::ByteArray(Vec::new()),
+                _ => ParameterValue::StringArray(Vec::new()),
+            },
+            (value, _) => value,
+        }
+    }
+}
+
+/// Bounds of a number; a step of 0 is any value between.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ParameterRange {
+    /// For doubles, both ends included.
+    Double {
+        /// Smallest value.
+        from: f64,
+        /// Greatest value.
+        to: f64,
+        /// Distance of allowed values from `from` on.
+        step: f64,
+    },
+    /// For integers, both ends included.
+    Integer {
+        /// Smallest value.
+        from: i64,
+        /// Greatest value.
+        to: i64,
+        /// Distance of allowed values from `from` on.
+        step: u64,
+    },
+}
+
+/// Declaration of a parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    pub(super) name: String,
+    pub(super) default: ParameterValue,
+    pub(super) description: String,
+    pub(super) constraints: String,
+    pub(super) range: Option<ParameterRange>,
+    pub(super) read_only: bool,
+}
+
+/// Another name for [`Parameter`].
+pub type ParameterDeclaration = Parameter;
+
+impl Parameter {
+    /// A parameter with a default, which gives it its type.
+    pub fn new(name: &str, default: ParameterValue) -> Self {
+        Parameter {
+            name: name.to_string(),
+            default,
+            description: String::new(),
+            constraints: String::new(),
+            range: None,
+            read_only: false,
+        }
+    }
+
+    /// A bool.
+    pub fn bool(name: &str, default: bool) -> Self {
+        Self::new(name, ParameterValue::Bool(default))
+    }
+
+    /// An integer.
+    pub fn integer(name: &str, default: i64) -> Self {
+        Self::new(name, ParameterValue::Integer(default))
+    }
+
+    /// A double.
+    pub fn double(name: &str, default: f64) -> Self {
+        Self::new(name, ParameterValue::Double(default))
+    }
+
+    /// A string.
+    pub fn string(name: &str, default: &str) -> Self {
+        Self::new(name, ParameterValue::String(default.to_string()))
+    }
+
+    /// An array of strings.
+    pub fn string_array(name: &str, default: &[&str]) -> Self {
+        Self::new(name, ParameterValue::StringArray(default.iter().map(ToString::to_string).collect()))
+    }
+
+    /// An array of integers.
+    pub fn integer_array(name: &str, default: &[i64]) -> Self {
+        Self::new(name, ParameterValue::IntegerArray(default.to_vec()))
+    }
+
+    /// An array of doubles.
+    pub fn double_array(name: &str, default: &[f64]) -> Self {
+        Self::new(name, ParameterValue::DoubleArray(default.to_vec()))
+    }
+
+    /// What it means, with its unit.
+    #[must_use]
+    pub fn describe(mut self, description: &str) -> Self {
+        self.description = description.to_string();
+        self
+    }
+
+    /// A rule that a range cannot say, in words. It is told to users; a validator enforces it.
+    #[must_use]
+    pub fn constraints(mut self, constraints: &str) -> Self {
+        self.constraints = constraints.to_string();
+        self
+    }
+
+    /// Bounds of a double, both included (or of every element of an array).
+    #[must_use]
+    pub fn range(self, from: f64, to: f64) -> Self {
+        self.range_with_step(from, to, 0.0)
+    }
+
+    /// Bounds of a double, and the distance of allowed values.
+    #[must_use]
+    pub fn range_with_step(mut self, from: f64, to: f64, step: f64) -> Self {
+        self.range = Some(ParameterRange::Double { from, to, step });
+        self
+    }
+
+    /// Bounds of an integer, both included (or of every element of an array).
+    #[must_use]
+    pub fn integer_range(mut self, from: i64, to: i64) -> Self {
+        self.range = Some(ParameterRange::Integer { from, to, step: 0 });
+        self
+    }
+
+    /// Bounds of an integer, and the distance of allowed values.
+    #[must_use]
+    pub fn integer_range_with_step(mut self, from: i64, to: i64, step: u64) -> Self {
+        self.range = Some(ParameterRange::Integer { from, to, step });
+        self
+    }
+
+    /// Cannot be changed after the start.
+    #[must_use]
+    pub fn read_only(mut self) -> Self {
+        self.read_only = true;
+        self
+    }
+
+    /// Whether a value is of the right type and within the range.
+    fn check(&self, value: &ParameterValue) -> Result<(), String> {
+        if value.type_id() != self.default.type_id() {
+            return Err(format!("is a {}, not a {}", self.default.type_name(), value.type_name()));
+        }
+        match (value, self.range) {
+            (_, None) => Ok(()),
+            (ParameterValue::Double(value), Some(range)) => check_double(*value, range),
+            (ParameterValue::DoubleArray(values), Some(range)) => {
+                values.iter().try_for_each(|value| check_double(*value, range))
+            }
+            (ParameterValue::Integer(value), Some(range)) => check_integer(*value, range),
+            (ParameterValue::IntegerArray(values), Some(range)) => {
+                values.iter().try_for_each(|value| check_integer(*value, range))
+            }
+            (_, Some(_)) => Ok(()),
+        }
+    }
+}
+
+fn check_double(value: f64, range: ParameterRange) -> Result<(), String> {
+    let ParameterRange::Double { from, to, step } = range else { return Ok(()) };
+    // A NaN is in no range.
+    if !(from..=to).contains(&value) {
+        return Err(format!("{value} is outside {from} to {to}"));
+    }
+    if step > 0.0 {
+        let steps = (value - from) / step;
+        // rclcpp compares within a few units in the last place; the ends of the range are always allowed.
+        let off = (steps - steps.round()).abs() > 1e-9 * steps.abs().max(1.0);
+        if off && value < to {
+            return Err(format!("{value} is not {from} plus a multiple of {step}"));
+        }
+    }
+    Ok(())
+}
+
+fn check_integer(value: i64, range: ParameterRange) -> Result<(), String> {
+    let ParameterRange::Integer { from, to, step } = range else { return Ok(()) };
+    if !(from..=to).contains(&value) {
+        return Err(format!("{value} is outside {from} to {to}"));
+    }
+    if step > 0 && value != to && !value.abs_diff(from).is_multiple_of(step) {
+        return Err(format!("{value} is not {from} plus a multiple of {step}"));
+    }
+    Ok(())
+}
+
+/// Changes that belong together: names and new values.
+pub type ParameterChanges = [(String, ParameterValue)];
+
+type Validator = Box<dyn Fn(&ParameterChanges) -> Result<(), String> + Send>;
+type Follower = Box<dyn Fn(&ParameterChanges) + Send>;
+
+struct Entry {
+    declaration: Parameter,
+    value: ParameterValue,
+}
+
+#[derive(Default)]
+struct Hooks {
+    validators: Vec<Validator>,
+    followers: Vec<Follower>,
+}
+
+struct Inner {
+    entries: Mutex<BTreeMap<String, Entry>>,
+    /// Also orders changes: validators, store and followers see one change after the other.
+    hooks: Mutex<Hooks>,
+    events: ParameterEvents,
+}
+
+/// A node's parameters. Clones are the same store.
+#[derive(Clone)]
+pub struct Parameters {
+    inner: Arc<Inner>,
+}
+
+impl fmt::Debug for Parameters {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Parameters").field("names", &self.names()).finish()
+    }
+}
+
+impl Parameters {
+    /// Declares a node's parameters and those every node has, with the overrides of the command line.
+    pub(super) fn declare(node: &Node, mut declarations: Vec<Parameter>, args: &RosArgs) -> Result<Self, RosError> {
+        declarations.push(
+            Parameter::bool(USE_SIM_TIME, false).describe("take the time from /clock instead of from the system"),
+        );
+        declarations.push(
+            Parameter::bool(START_TYPE_DESCRIPTION_SERVICE, true).describe("offer ~/get_type_description").read_only(),
+        );
+        let overrides = args.overrides_for(node.name(), &node.fully_qualified_name());
+        for stray in &overrides {
+            if stray.explicit && !declarations.iter().any(|declaration| declaration.name == stray.name) {
+                node.logger().warn(&format!("parameter '{}' was given but is not known to this node", stray.name));
+            }
+        }
+        let mut entries = BTreeMap::new();
+        for declaration in declarations {
+            let refuse = |reason: String| RosError::Parameter { name: declaration.name.clone(), reason };
+            let given = overrides.iter().rev().find(|o| o.name == declaration.name);
+            let value =
+                given.map_or_else(|| declaration.default.clone(), |o| o.value.clone().meant_as(&declaration.default));
+            declaration.check(&value).map_err(refuse)?;
+            let name = declaration.name.clone();
+            if entries.insert(name.clone(), Entry { declaration, value }).is_some() {
+                return Err(RosError::Parameter { name, reason: "is declared twice".into() });
+            }
+        }
+        let events = ParameterEvents::new(node)?;
+        let declared: Vec<_> = entries.iter().map(|(name, entry)| (name.clone(), entry.value.clone())).collect();
+        events.publish(node, &declared, &[]);
+        Ok(Parameters { inner: Arc::new(Inner { entries: Mutex::new(entries), hooks: Mutex::default(), events }) })
+    }
+
+    pub(super) fn offer_services(&self, node: &Node) -> Result<(), RosError> {
+        super::parameter_services::offer(self, node)
+    }
+
+    fn entries(&self) -> MutexGuard<'_, BTreeMap<String, Entry>> {
+        self.inner.entries.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Names of all parameters, sorted.
+    pub fn names(&self) -> Vec<String> {
+        self.entries().keys().cloned().collect()
+    }
+
+    /// Value of a parameter, if it is declared.
+    pub fn get(&self, name: &str) -> Option<ParameterValue> {
+        self.entries().get(name).map(|entry| entry.value.clone())
+    }
+
+    /// Declaration of a parameter.
+    pub fn declaration(&self, name: &str) -> Option<Parameter> {
+        self.entries().get(name).map(|entry| entry.declaration.clone())
+    }
+
+    /// All parameters with their values, sorted by name: what a run's record must hold.
+    pub fn all(&self) -> Vec<(String, ParameterValue)> {
+        self.entries().iter().map(|(name, entry)| (name.clone(), entry.value.clone())).collect()
+    }
+
+    fn typed<T>(&self, name: &str, pick: impl FnOnce(ParameterValue) -> Option<T>) -> T {
+        let value = self.get(name).and_then(pick);
+        value.unwrap_or_else(|| panic!("parameter '{name}' is not declared with the type it is read as"))
+    }
+
+    /// Value of a declared bool.
+    ///
+    /// # Panics
+    /// The node does not declare such a parameter: a mistake in the program, which no input can cause. So with the other typed
+    /// getters.
+    pub fn bool(&self, name: &str) -> bool {
+        self.typed(name, |value| if let ParameterValue::Bool(v) = value { Some(v) } else { None })
+    }
+
+    /// Value of a declared integer; see [`Parameters::bool`].
+    pub fn integer(&self, name: &str) -> i64 {
+        self.typed(name, |value| if let ParameterValue::Integer(v) = value { Some(v) } else { None })
+    }
+
+    /// Value of a declared double; see [`Parameters::bool`].
+    pub fn double(&self, name: &str) -> f64 {
+        self.typed(name, |value| if let ParameterValue::Double(v) = value { Some(v) } else { None })
+    }
+
+    /// Value of a declared string; see [`Parameters::bool`].
+    pub fn string(&self, name: &str) -> String {
+        self.typed(name, |value| if let ParameterValue::String(v) = value { Some(v) } else { None })
+    }
+
+    /// Value of a declared array of strings; see [`Parameters::bool`].
+    pub fn string_array(&self, name: &str) -> Vec<String> {
+        self.typed(name, |value| if let ParameterValue::StringArray(v) = value { Some(v) } else { None })
+    }
+
+    /// Value of a declared array of integers; see [`Parameters::bool`].
+    pub fn integer_array(&self, name: &str) -> Vec<i64> {
+        self.typed(name, |value| if let ParameterValue::IntegerArray(v) = value { Some(v) } else { None })
+    }
+
+    /// Value of a declared array of doubles; see [`Parameters::bool`].
+    pub fn double_array(&self, name: &str) -> Vec<f64> {
+        self.typed(name, |value| if let ParameterValue::DoubleArray(v) = value { Some(v) } else { None })
+    }
+
+    /// Asks `validator` before every change; what it answers with `Err` is refused with that reason. It must not change parameters.
+    pub fn on_set(&self, validator: impl Fn(&ParameterChanges) -> Result<(), String> + Send + 'static) {
+        self.hooks().validators.push(Box::new(validator));
+    }
+
+    /// Tells `follower` of every change after it is made. It must not change parameters.
+    pub fn on_change(&self, follower: impl Fn(&ParameterChanges) + Send + 'static) {
+        self.hooks().followers.push(Box::new(follower));
+    }
+
+    fn hooks(&self) -> MutexGuard<'_, Hooks> {
+        self.inner.hooks.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Changes one parameter from inside the node, as a service would (a read-only one not).
+    ///
+    /// # Errors
+    /// It is refused, with the reason.
+    pub fn set(&self, node: &Node, name: &str, value: ParameterValue) -> Result<(), RosError> {
+        self.set_all(node, vec![(name.to_string(), value)])
+            .map_err(|reason| RosError::Parameter { name: name.to_string(), reason })
+    }
+
+    /// Changes all or none, and tells the graph in one event.
+    pub(super) fn set_all(&self, node: &Node, changes: Vec<(String, ParameterValue)>) -> Result<(), String> {
+        let hooks = self.hooks();
+        {
+            let entries = self.entries();
+            for (name, value) in &changes {
+                let entry = entries.get(name).ok_or_else(|| format!("parameter '{name}' is not declared"))?;
+                if entry.declaration.read_only {
+                    return Err(format!("parameter '{name}' is read-only"));
+                }
+                entry.declaration.check(value).map_err(|reason| format!("parameter '{name}' {reason}"))?;
+            }
+        }
+        hooks.validators.iter().try_for_each(|validator| validator(&changes))?;
+        {
+            let mut entries = self.entries();
+            for (name, value) in &changes {
+                if let Some(entry) = entries.get_mut(name) {
+                    entry.value = value.clone();
+                }
+            }
+        }
+        for follower in &hooks.followers {
+            follower(&changes);
+        }
+        drop(hooks);
+        self.inner.events.publish(node, &[], &changes);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_include_their_ends_and_know_steps() {
+        let double = Parameter::double("d", 1.0).range_with_step(0.0, 1.05, 0.1);
+        for good in [0.0, 0.1, 0.3, 0.7000000000000001, 1.05] {
+            assert_eq!(double.check(&ParameterValue::Double(good)), Ok(()), "{good}");
+        }
+        for bad in [-0.1, 0.15, 1.06, f64::NAN, f64::INFINITY] {
+            assert!(double.check(&ParameterValue::Double(bad)).is_err(), "{bad}");
+        }
+        let integer = Parameter::integer("i", 0).integer_range_with_step(-4, 5, 3);
+        for good in [-4, -1, 2, 5] {
+            assert_eq!(integer.check(&ParameterValue::Integer(good)), Ok(()), "{good}");
+        }
+        for bad in [-5, 0, 4, 6] {
+            assert!(integer.check(&ParameterValue::Integer(bad)).is_err(), "{bad}");
+        }
+        let array = Parameter::double_array("a", &[]).range(0.0, 1.0);
+        assert!(array.check(&ParameterValue::DoubleArray(vec![0.5, 2.0])).is_err());
+    }
+
+    #[test]
+    fn types_do_not_mix_but_a_file_may_leave_out_the_point() {
+        let double = Parameter::double("d", 1.0);
+        assert!(double.check(&ParameterValue::Integer(1)).is_err());
+        let meant = ParameterValue::Integer(1).meant_as(&double.default);
+        assert_eq!(meant, ParameterValue::Double(1.0));
+        let empty = ParameterValue::StringArray(vec![]).meant_as(&ParameterValue::DoubleArray(vec![1.0]));
+        assert_eq!(empty, ParameterValue::DoubleArray(vec![]));
+        let text = ParameterValue::String("1".into()).meant_as(&double.default);
+        assert!(double.check(&text).is_err(), "a text is not a number");
+    }
+}

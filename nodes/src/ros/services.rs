@@ -1,0 +1,394 @@
+//! Services: servers, deferred answers, and blocking clients.
+//!
+//! Made of two topics, as on the wire, because the crate's own services can neither carry an action's types nor tell whether the
+//! peer is matched. Requests and replies are related as Fast DDS does it ("enhanced" mapping): a request carries the GUID of the
+//! reader that waits for the reply, a reply carries that GUID and the number of the request.
+
+use std::{
+    collections::BTreeMap,
+    fmt,
+    sync::{Arc, Mutex, PoisonError, Weak, mpsc},
+    time::{Duration, Instant},
+};
+
+use camwright_msgs::Service;
+use rustdds::{GUID, RTPSEntity, SampleIdentity, SequenceNumber, Timestamp, WriteOptionsBuilder, bytes::Bytes, no_key};
+
+use super::{
+    discovery::{Graph, GraphListener},
+    error::RosError,
+    executor::Executor,
+    logging::Logger,
+    loopback::LocalEndpoint,
+    names::{self, NameKind},
+    node::Node,
+    qos::Qos,
+    topics::{SampleInfo, Subscription},
+    wire::{AsIs, to_cdr},
+};
+
+/// How long a reply waits for the reader that wants it to be discovered. Discovery of a client's two endpoints takes some ms;
+/// a client that is not found by then has gone.
+const REPLY_PATIENCE: Duration = Duration::from_secs(2);
+
+/// Writes requests or replies.
+struct Writer {
+    dds: no_key::DataWriter<Bytes, AsIs>,
+    local: LocalEndpoint,
+}
+
+impl Writer {
+    fn new(node: &Node, dds_name: &str, dds_type: &str, qos: &Qos) -> Result<Self, RosError> {
+        let policies = qos.writer_policies();
+        let topic = node.dds_topic(dds_name.to_string(), dds_type, &policies)?;
+        let dds = node
+            .with_participant(|participant| {
+                participant.create_publisher(&policies)?.create_datawriter_no_key::<Bytes, AsIs>(&topic, None)
+            })?
+            .map_err(|error| RosError::create(format!("writer of {dds_name}"), error))?;
+        let local = node.loopback().add_writer(dds_name, dds_type, qos, dds.guid());
+        Ok(Writer { dds, local })
+    }
+
+    fn guid(&self) -> GUID {
+        self.dds.guid()
+    }
+
+    /// Writes a body that belongs to a request; returns the number of the sample.
+    fn write(&self, body: Bytes, related: (GUID, i64)) -> Result<i64, String> {
+        let identity = SampleIdentity { writer_guid: related.0, sequence_number: SequenceNumber::from(related.1) };
+        let options =
+            WriteOptionsBuilder::new().source_timestamp(Timestamp::now()).related_sample_identity(identity).build();
+        let sent = self.dds.write_with_options(body.clone(), options).map_err(|error| format!("{error:?}"))?;
+        self.local.write(Some(body), Some(related));
+        Ok(i64::from(sent.sequence_number))
+    }
+}
+
+/// Whose request a reply answers.
+#[derive(Debug, Clone, Copy)]
+struct RequestId {
+    /// The reader that waits for the reply, or, with clients that do not say, the writer of the request.
+    client: GUID,
+    number: i64,
+}
+
+impl RequestId {
+    fn of(info: &SampleInfo) -> Self {
+        match info.related {
+            None => RequestId { client: info.writer, number: info.number },
+            // Fast DDS leaves the number unknown here: it is that of the request itself.
+            Some((client, number)) => RequestId { client, number: if number > 0 { number } else { info.number } },
+        }
+    }
+}
+
+struct Waiting {
+    id: RequestId,
+    reply: Bytes,
+    until: Instant,
+}
+
+struct ReplySide {
+    writer: Writer,
+    service: String,
+    graph: Arc<Graph>,
+    executor: Weak<Executor>,
+    logger: Logger,
+    waiting: Mutex<Vec<Waiting>>,
+}
+
+impl ReplySide {
+    fn send(self: &Arc<Self>, id: RequestId, reply: Bytes) {
+        // A reply to a reader that is not matched yet would be lost: the request has overtaken the reader's discovery.
+        if self.is_matched(id) {
+            self.write(id, reply);
+            return;
+        }
+        let until = Instant::now() + REPLY_PATIENCE;
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner).push(Waiting { id, reply, until });
+        // It may have been matched in between.
+        self.retry();
+        if let Some(executor) = self.executor.upgrade() {
+            let side = Arc::downgrade(self);
+            let retry = move || {
+                if let Some(side) = side.upgrade() {
+                    side.retry();
+                }
+            };
+            executor.at(until, Box::new(retry));
+        }
+    }
+
+    fn is_matched(&self, id: RequestId) -> bool {
+        self.graph.ask(|matches| matches.with_participant(&self.writer.guid(), &id.client))
+    }
+
+    fn retry(&self) {
+        let now = Instant::now();
+        let due: Vec<Waiting> = {
+            let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
+            let (due, still) =
+                std::mem::take(&mut *waiting).into_iter().partition(|w| w.until <= now || self.is_matched(w.id));
+            *waiting = still;
+            due
+        };
+        for Waiting { id, reply, .. } in due {
+            self.write(id, reply);
+        }
+    }
+
+    fn write(&self, id: RequestId, reply: Bytes) {
+        if let Err(error) = self.writer.write(reply, (id.client, id.number)) {
+            self.logger.warn(&format!("reply of {} cannot be sent: {error}", self.service));
+        }
+    }
+}
+
+/// A service that is offered; dropping it withdraws it.
+#[must_use = "dropping it withdraws the service"]
+pub struct ServiceHandle {
+    requests: Subscription,
+    _on_match: GraphListener,
+}
+
+impl fmt::Debug for ServiceHandle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ServiceHandle").field("service", &self.requests.topic()).finish()
+    }
+}
+
+impl ServiceHandle {
+    /// Resolved name of the service.
+    pub fn service(&self) -> &str {
+        self.requests.topic()
+    }
+}
+
+/// The right to answer one request, once, from any thread. If it is dropped the client waits in vain.
+pub struct Responder<S: Service> {
+    side: Arc<ReplySide>,
+    id: RequestId,
+    service: std::marker::PhantomData<fn(S)>,
+}
+
+impl<S: Service> fmt::Debug for Responder<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Responder").field("service", &self.side.service).finish_non_exhaustive()
+    }
+}
+
+impl<S: Service> Responder<S> {
+    /// Answers.
+    pub fn send(self, response: &S::Response) {
+        match to_cdr(response) {
+            Ok(reply) => self.side.send(self.id, reply),
+            Err(reason) => self.side.logger.warn(&format!("reply of {} cannot be sent: {reason}", self.side.service)),
+        }
+    }
+}
+
+impl Node {
+    /// Offers a service; the callback runs on the executor thread and its return value is the answer.
+    ///
+    /// # Errors
+    /// When the name breaks the rules or the node is shut down.
+    pub fn service<S: Service>(
+        &self,
+        name: &str,
+        callback: impl FnMut(S::Request) -> S::Response + Send + 'static,
+    ) -> Result<ServiceHandle, RosError> {
+        self.service_with::<S>(name, &Qos::services(), callback)
+    }
+
+    pub(super) fn service_with<S: Service>(
+        &self,
+        name: &str,
+        qos: &Qos,
+        mut callback: impl FnMut(S::Request) -> S::Response + Send + 'static,
+    ) -> Result<ServiceHandle, RosError> {
+        self.service_deferred_with::<S>(name, qos, move |request, responder| responder.send(&callback(request)))
+    }
+
+    /// Offers a service whose answers may come later, from any thread.
+    ///
+    /// # Errors
+    /// As [`Node::service`].
+    pub fn service_deferred<S: Service>(
+        &self,
+        name: &str,
+        callback: impl FnMut(S::Request, Responder<S>) + Send + 'static,
+    ) -> Result<ServiceHandle, RosError> {
+        self.service_deferred_with::<S>(name, &Qos::services(), callback)
+    }
+
+    fn service_deferred_with<S: Service>(
+        &self,
+        name: &str,
+        qos: &Qos,
+        mut callback: impl FnMut(S::Request, Responder<S>) + Send + 'static,
+    ) -> Result<ServiceHandle, RosError> {
+        let service = self.names().resolve(name, NameKind::Service)?;
+        let (request_topic, reply_topic) = names::dds_service(&service);
+        let side = Arc::new(ReplySide {
+            writer: Writer::new(self, &reply_topic, S::DDS_RESPONSE_TYPE_NAME, qos)?,
+            service: service.clone(),
+            graph: Arc::clone(self.graph()),
+            executor: Arc::downgrade(self.executor()),
+            logger: self.logger().clone(),
+            waiting: Mutex::default(),
+        });
+        let retrying = Arc::downgrade(&side);
+        let on_match = self.graph().on_change(move || {
+            if let Some(side) = retrying.upgrade() {
+                side.retry();
+            }
+        });
+        let requests =
+            self.reader(&service, request_topic, S::DDS_REQUEST_TYPE_NAME, qos, false, move |request, info| {
+                let id = RequestId::of(info);
+                callback(request, Responder { side: Arc::clone(&side), id, service: std::marker::PhantomData });
+            })?;
+        Ok(ServiceHandle { requests, _on_match: on_match })
+    }
+
+    /// Calls a service. A long-lived client spares the server's discovery a race that costs Fast DDS peers up to 3 s.
+    ///
+    /// # Errors
+    /// As [`Node::service`].
+    pub fn client<S: Service>(&self, name: &str) -> Result<Client<S>, RosError> {
+        let service = self.names().resolve(name, NameKind::Service)?;
+        let (request_topic, reply_topic) = names::dds_service(&service);
+        let qos = Qos::services();
+        let pending: Arc<Pending<S>> = Arc::default();
+        let answers = Arc::clone(&pending);
+        let own = Arc::new(std::sync::OnceLock::<GUID>::new());
+        let mine = Arc::clone(&own);
+        let replies = self.reader(
+            &service,
+            reply_topic,
+            S::DDS_RESPONSE_TYPE_NAME,
+            &qos,
+            false,
+            move |reply: S::Response, info| {
+                let Some((client, number)) = info.related else { return };
+                // Replies to all clients of the service arrive here.
+                if mine.get().is_some_and(|own| client == *own) {
+                    let waiter = answers.lock().unwrap_or_else(PoisonError::into_inner).remove(&number);
+                    if let Some(waiter) = waiter {
+                        waiter(reply);
+                    }
+                }
+            },
+        )?;
+        let _ = own.set(replies.dds_guid());
+        let writer = Writer::new(self, &request_topic, S::DDS_REQUEST_TYPE_NAME, &qos)?;
+        let (graph, executor) = (Arc::clone(self.graph()), Arc::downgrade(self.executor()));
+        Ok(Client { core: Arc::new(ClientCore { writer, replies, pending, service, graph, executor }) })
+    }
+}
+
+type Pending<S> = Mutex<BTreeMap<i64, Box<dyn FnOnce(<S as Service>::Response) + Send>>>;
+
+struct ClientCore<S: Service> {
+    writer: Writer,
+    replies: Subscription,
+    pending: Arc<Pending<S>>,
+    service: String,
+    graph: Arc<Graph>,
+    executor: Weak<Executor>,
+}
+
+/// A client of a service. Clones are the same client.
+pub struct Client<S: Service> {
+    core: Arc<ClientCore<S>>,
+}
+
+impl<S: Service> Clone for Client<S> {
+    fn clone(&self) -> Self {
+        Client { core: Arc::clone(&self.core) }
+    }
+}
+
+impl<S: Service> fmt::Debug for Client<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Client").field("service", &self.core.service).finish_non_exhaustive()
+    }
+}
+
+impl<S: Service> Client<S> {
+    /// Resolved name of the service.
+    pub fn service(&self) -> &str {
+        &self.core.service
+    }
+
+    /// Whether a server is matched, both for requests and for replies.
+    pub fn is_ready(&self) -> bool {
+        let (requests, replies) = (self.core.writer.guid(), self.core.replies.dds_guid());
+        self.core.graph.ask(|matches| matches.one_peer_for_both(&requests, &replies))
+    }
+
+    /// Waits until a server is matched. The node must spin on another thread.
+    ///
+    /// # Errors
+    /// None appears in time, or the caller is a callback of the same node.
+    pub fn wait_for_service(&self, timeout: Duration) -> Result<(), RosError> {
+        self.refuse_on_executor()?;
+        let (requests, replies) = (self.core.writer.guid(), self.core.replies.dds_guid());
+        if self.core.graph.wait_until(timeout, |matches| matches.one_peer_for_both(&requests, &replies)) {
+            Ok(())
+        } else {
+            Err(RosError::timeout(format!("service {} is not there", self.core.service), timeout))
+        }
+    }
+
+    fn refuse_on_executor(&self) -> Result<(), RosError> {
+        match self.core.executor.upgrade() {
+            Some(executor) if executor.is_current_thread() => {
+                Err(RosError::WouldDeadlock { what: format!("service {}", self.core.service) })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Sends a request and returns its number; the answer goes to `answer`, on the executor thread. May be called from callbacks.
+    ///
+    /// # Errors
+    /// The request cannot be sent.
+    pub fn call_with(
+        &self,
+        request: &S::Request,
+        answer: impl FnOnce(S::Response) + Send + 'static,
+    ) -> Result<i64, RosError> {
+        let failed = |reason: String| RosError::publish(&self.core.service, reason);
+        let body = to_cdr(request).map_err(failed)?;
+        // Locked over the write: the answer may be here before the number is.
+        let mut pending = self.core.pending.lock().unwrap_or_else(PoisonError::into_inner);
+        // The server answers to the reader named here, and (Fast DDS) waits until it has found it.
+        let number = self.core.writer.write(body, (self.core.replies.dds_guid(), UNKNOWN)).map_err(failed)?;
+        pending.insert(number, Box::new(answer));
+        Ok(number)
+    }
+
+    /// Gives up waiting for an answer.
+    pub fn forget(&self, number: i64) {
+        self.core.pending.lock().unwrap_or_else(PoisonError::into_inner).remove(&number);
+    }
+
+    /// Sends a request and waits for the answer.
+    ///
+    /// # Errors
+    /// The request cannot be sent, no answer comes in time, or the caller is a callback of the same node.
+    pub fn call(&self, request: &S::Request, timeout: Duration) -> Result<S::Response, RosError> {
+        self.refuse_on_executor()?;
+        let (sender, receiver) = mpsc::sync_channel(1);
+        let number = self.call_with(request, move |reply| drop(sender.send(reply)))?;
+        receiver.recv_timeout(timeout).map_err(|_| {
+            self.forget(number);
+            RosError::timeout(format!("service {}", self.core.service), timeout)
+        })
+    }
+}
+
+/// RTPS's "unknown" sequence number: the server takes that of the request.
+const UNKNOWN: i64 = -(1 << 32);
