@@ -289,20 +289,27 @@ impl Contour {
             high = azimuth_rad + PI;
         }
         let mut angle = guess_rad.clamp(low, high);
+        let mut previous = f64::INFINITY;
         for _ in 0..100 {
             let (miss, rate) = ahead(angle);
+            // What rounding leaves of an angle; beyond it Newton's step and the bracket would only play with noise.
+            if miss.abs() <= f64::EPSILON * (1.0 + angle.abs()) {
+                break;
+            }
             if miss > 0.0 {
                 high = angle;
             } else {
                 low = angle;
             }
             let newton = angle - miss / rate;
-            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-            let change = (next - angle).abs();
-            angle = next;
-            if miss.abs() <= 2.0 * f64::EPSILON || change <= 1e-15 * (1.0 + angle.abs()) {
+            if (newton - angle).abs() <= f64::EPSILON * (1.0 + angle.abs()) {
                 break;
             }
+            // Strictly inside, and only while it gains: near undercut the azimuth is nearly flat in places, and Newton's
+            // steps would run from one end of the bracket to the other.
+            let gains = miss.abs() <= 0.5 * previous;
+            previous = miss.abs();
+            angle = if gains && newton > low && newton < high { newton } else { 0.5 * (low + high) };
         }
         angle
     }

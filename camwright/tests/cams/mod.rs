@@ -1,0 +1,115 @@
+//! Cams for tests: lobes of one law, seeded random programs, and printed tables.
+#![allow(dead_code, reason = "each test binary uses its part")]
+
+use camwright::lift::{
+    AngleUnit, LiftDeclaration, LiftForm, LiftLaw, LiftRow, LiftTable, MotionProgram, MotionSegment,
+};
+use camwright::motion_law::MotionLaw;
+use camwright::units::{TURN_RAD, rad_from_deg};
+
+/// The `SplitMix64` generator: the same numbers on every machine.
+pub(crate) struct Seeded(pub(crate) u64);
+
+impl Seeded {
+    pub(crate) fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    pub(crate) fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub(crate) fn one_of<T: Copy>(&mut self, choices: &[T]) -> T {
+        choices[usize::try_from(self.next() % choices.len() as u64).expect("a small index")]
+    }
+}
+
+pub(crate) fn segment(law: MotionLaw, angle_rad: f64, rise_mm: f64) -> MotionSegment {
+    MotionSegment { law, angle_rad, rise_mm }
+}
+
+/// Base centre at 0, nose at 180°, one law on both flanks.
+pub(crate) fn lobe_segments(law: MotionLaw, lift_mm: f64, half_angle_deg: f64) -> Vec<MotionSegment> {
+    let flank = rad_from_deg(half_angle_deg);
+    let dwell = 0.5 * (TURN_RAD - 2.0 * flank);
+    vec![
+        segment(MotionLaw::Dwell, dwell, 0.0),
+        segment(law, flank, lift_mm),
+        segment(law, flank, -lift_mm),
+        segment(MotionLaw::Dwell, dwell, 0.0),
+    ]
+}
+
+pub(crate) fn program(start_rad: f64, segments: &[MotionSegment]) -> LiftLaw {
+    let program = MotionProgram::new(start_rad, segments).expect("segments that close");
+    LiftLaw::from_program(program).expect("a lift above the base circle")
+}
+
+pub(crate) fn lobe(law: MotionLaw, lift_mm: f64, half_angle_deg: f64) -> LiftLaw {
+    program(0.0, &lobe_segments(law, lift_mm, half_angle_deg))
+}
+
+/// A camshaft lobe as engines have them: constant-velocity ramps blended in, a septic flank up to the nose.
+pub(crate) fn camshaft_segments() -> Vec<MotionSegment> {
+    let half = [
+        (MotionLaw::Dwell, 90.0, 0.0),
+        (MotionLaw::SepticBlend, 8.0, 0.04),
+        (MotionLaw::ConstantVelocity, 12.0, 0.12),
+        (MotionLaw::SepticBlend, 70.0, 8.34),
+    ];
+    let up = half.iter().map(|&(law, deg, rise)| segment(law, rad_from_deg(deg), rise));
+    let down = half.iter().rev().map(|&(law, deg, rise)| segment(law, rad_from_deg(deg), -rise));
+    up.chain(down).collect()
+}
+
+/// Random segments: one to three rises of random laws, dwells between some of them.
+pub(crate) fn random_segments(random: &mut Seeded) -> Vec<MotionSegment> {
+    const LAWS: [MotionLaw; 5] = [
+        MotionLaw::Cycloidal,
+        MotionLaw::Polynomial345,
+        MotionLaw::Polynomial4567,
+        MotionLaw::ModifiedSine,
+        MotionLaw::ModifiedTrapezoid,
+    ];
+    let mut segments = Vec::new();
+    let mut lift = 0.0;
+    for _ in 0..1 + random.next() % 2 {
+        segments.push(segment(MotionLaw::Dwell, random.within(0.05, 1.0), 0.0));
+        let rise = random.within(0.2, 4.0);
+        lift += rise;
+        segments.push(segment(random.one_of(&LAWS), random.within(0.8, 1.6), rise));
+    }
+    if random.next().is_multiple_of(2) {
+        segments.push(segment(MotionLaw::Dwell, random.within(0.05, 0.5), 0.0));
+    }
+    segments.push(segment(random.one_of(&LAWS), random.within(1.2, 2.0), -lift));
+    let covered: f64 = segments.iter().map(|segment| segment.angle_rad).sum();
+    for segment in &mut segments {
+        segment.angle_rad *= TURN_RAD / covered;
+    }
+    segments
+}
+
+/// The rows that a law prints to `resolution_mm` at `blocks` equal steps, from line 2 on (line 1 is a header).
+pub(crate) fn printed_rows(law: &LiftLaw, blocks: u32, resolution_mm: f64) -> Vec<LiftRow> {
+    let per_mm = (1.0 / resolution_mm).round();
+    (0..blocks)
+        .map(|k| LiftRow {
+            line: k as usize + 2,
+            angle_deg: Some(360.0 * f64::from(k) / f64::from(blocks)),
+            value_mm: (law.sample(TURN_RAD * f64::from(k) / f64::from(blocks)).value * per_mm).round() / per_mm,
+        })
+        .collect()
+}
+
+pub(crate) fn absolute(resolution_mm: f64) -> LiftDeclaration {
+    LiftDeclaration { form: LiftForm::Absolute, angle_unit: AngleUnit::CamDegrees, resolution_mm, blocks: None }
+}
+
+pub(crate) fn printed(law: &LiftLaw, blocks: u32, resolution_mm: f64) -> LiftTable {
+    LiftTable::from_rows(&printed_rows(law, blocks, resolution_mm), &absolute(resolution_mm)).expect("a clean table")
+}
