@@ -322,7 +322,7 @@ mod tests {
         let due = Instant::now() + Duration::from_millis(5);
         for number in 0..100 {
             let sender = sender.clone();
-            executor.at(due, Box::new(move || drop(sender.send(number))));
+            executor.at(due, Box::new(move || sender.send(number).expect("the receiver lives")));
         }
         let mut left = 3;
         let ender = shutdown.clone();
@@ -348,7 +348,7 @@ mod tests {
             move || executor.spin(&shutdown)
         });
         let (sender, receiver) = mpsc::channel();
-        executor.post(Box::new(move || drop(sender.send(Instant::now()))));
+        executor.post(Box::new(move || sender.send(Instant::now()).expect("the receiver lives")));
         receiver.recv_timeout(Duration::from_secs(5)).expect("the job runs");
         assert!(!executor.spin(&Shutdown::new()), "two threads spin");
         assert!(!executor.is_current_thread());

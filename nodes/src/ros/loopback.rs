@@ -1,6 +1,6 @@
 //! A node hears itself.
 //!
-//! RustDDS matches a participant's writer with a reader of the same participant only sometimes (in 3 of 4 trials the writer never
+//! `RustDDS` matches a participant's writer with a reader of the same participant only sometimes (in 3 of 4 trials the writer never
 //! learned of the reader), so what stays within a node is delivered here, and what DDS brings of it is ignored. A node that records
 //! its own log or calls its own service needs this.
 

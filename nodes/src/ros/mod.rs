@@ -23,11 +23,16 @@
 //! # }
 //! ```
 
+mod action;
+mod action_client;
+mod action_server;
 mod args;
 mod clock;
+mod diagnostics;
 mod discovery;
 mod error;
 mod executor;
+mod lifecycle;
 mod logging;
 mod loopback;
 mod names;
@@ -42,11 +47,16 @@ mod topics;
 mod type_description;
 mod wire;
 
+pub use action::{GoalId, GoalStatus};
+pub use action_client::{ActionClient, CancelOutcome, ClientGoal};
+pub use action_server::{ActionHandler, ActionServer, GoalDecision, GoalHandle};
 pub use args::{ArgsError, DiscoveryRange, RosArgs};
 pub use clock::{from_time, to_time};
+pub use diagnostics::{Diagnostics, diagnostic_status};
 pub use discovery::{EndpointInfo, GraphListener, Guid, TopicInfo};
 pub use error::RosError;
 pub use executor::TimerHandle;
+pub use lifecycle::{Lifecycle, LifecycleCallbacks, LifecycleState, Transition};
 pub use logging::{CurrentLogger, Level, Logger, RosLayer};
 pub use names::NameError;
 pub use node::{DelayInjection, Node, NodeOptions, SpinThread};

@@ -155,7 +155,7 @@ impl NodeInner {
 /// Callbacks run on the one thread that calls [`Node::spin`]; everything else may be called from any thread. The node stays in the
 /// graph until [`Node::shutdown`] is called or the last clone is dropped.
 ///
-/// RIHS01 type hashes do not reach the graph: RustDDS reads the USER_DATA of endpoints but never sends any, so `ros2 topic info -v`
+/// RIHS01 type hashes do not reach the graph: `RustDDS` reads the `USER_DATA` of endpoints but never sends any, so `ros2 topic info -v`
 /// prints `INVALID` for our topics. Nothing else depends on it; the hashes are in bags and in `~/get_type_description`.
 #[derive(Clone)]
 pub struct Node {

@@ -113,7 +113,8 @@ impl Qos {
         Self::base(1000, Reliability::Reliable, Durability::Volatile)
     }
 
-    /// Keep last `depth`, reliable, transient local: what a late joiner must still learn.
+    /// Keep last `depth`, reliable, transient local: what a late joiner must still learn. (`RustDDS` cuts a writer's history to its
+    /// depth only every few seconds: a late joiner may see some older messages first, never the newest twice or too late.)
     pub const fn latched(depth: u32) -> Self {
         Self::base(depth, Reliability::Reliable, Durability::TransientLocal)
     }

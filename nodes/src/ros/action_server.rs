@@ -1,0 +1,397 @@
+//! Action servers: any number of goals at once, with a table of their states.
+//!
+//! The crate's own server loses cancel requests and results as soon as two goals run, publishes the end of a goal only when somebody
+//! asks for its result, and keeps no results. This one has one table behind one lock; requests are handled on the executor thread,
+//! goals are worked on wherever their handles go.
+
+use std::{
+    collections::BTreeMap,
+    fmt,
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicI8, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use camwright_msgs::{
+    Action, Service,
+    action_msgs::{
+        msg::{GoalInfo, GoalStatus as GoalStatusMsg, GoalStatusArray},
+        srv::{CancelGoal, CancelGoalRequest, CancelGoalResponse},
+    },
+    builtin_interfaces::msg::Time,
+};
+
+use super::{
+    action::{ActionNames, GoalId, GoalStatus, RESULT_TIMEOUT},
+    clock::from_time,
+    error::RosError,
+    executor::TimerHandle,
+    logging::Logger,
+    node::{Node, WeakNode},
+    qos::Qos,
+    services::{Responder, ServiceHandle},
+    topics::Publisher,
+};
+
+/// Whether a goal is taken on.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum GoalDecision {
+    /// It is, at once.
+    Accept,
+    /// It is not; the reason goes to the log, since the protocol has no place for it.
+    Reject(String),
+}
+
+/// What a server decides. All calls come on the executor thread and must not block.
+pub trait ActionHandler<A: Action>: Send + 'static {
+    /// Whether to take on a goal. Nothing has happened yet and nothing may happen here.
+    fn goal(&mut self, id: GoalId, goal: &A::Goal) -> GoalDecision;
+
+    /// Work may begin; the goal is executing. The handle goes to whoever does it.
+    fn accepted(&mut self, goal: GoalHandle<A>);
+
+    /// Whether a goal may be cancelled. If so its handle turns [`GoalHandle::is_canceling`] after this returns, and whoever works on
+    /// it ends it with [`GoalHandle::canceled`] (or otherwise, if the end was there already).
+    fn cancel(&mut self, id: GoalId) -> bool;
+}
+
+struct Entry<A: Action> {
+    stamp: Time,
+    status: Arc<AtomicI8>,
+    result: Option<A::Result>,
+    waiting: Vec<Responder<A::GetResult>>,
+    ended: Option<Instant>,
+}
+
+impl<A: Action> Entry<A> {
+    fn status(&self) -> GoalStatus {
+        GoalStatus::from_number(self.status.load(Ordering::Acquire))
+    }
+}
+
+struct Core<A: Action> {
+    name: String,
+    /// Guards the table and the order of what is published about it: the status is published with the lock held.
+    goals: Mutex<BTreeMap<GoalId, Entry<A>>>,
+    feedback: Publisher<A::FeedbackMessage>,
+    status: Publisher<GoalStatusArray>,
+    logger: Logger,
+    node: WeakNode,
+}
+
+impl<A: Action> Core<A> {
+    fn goals(&self) -> MutexGuard<'_, BTreeMap<GoalId, Entry<A>>> {
+        self.goals.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn now(&self) -> Time {
+        self.node.upgrade().map(|node| node.now()).unwrap_or_default()
+    }
+
+    fn publish_status(&self, goals: &BTreeMap<GoalId, Entry<A>>) {
+        let mut status_list: Vec<GoalStatusMsg> = goals
+            .iter()
+            .map(|(id, entry)| GoalStatusMsg {
+                goal_info: GoalInfo { goal_id: id.to_msg(), stamp: entry.stamp.clone() },
+                status: entry.status() as i8,
+            })
+            .collect();
+        status_list.sort_by_key(|status| from_time(&status.goal_info.stamp));
+        if let Err(error) = self.status.publish(&GoalStatusArray { status_list }) {
+            self.logger.warn(&error.to_string());
+        }
+    }
+
+    fn set(&self, goals: &BTreeMap<GoalId, Entry<A>>, id: GoalId, status: GoalStatus) {
+        if let Some(entry) = goals.get(&id) {
+            entry.status.store(status as i8, Ordering::Release);
+            self.publish_status(goals);
+        }
+    }
+
+    /// Takes a request for a goal.
+    fn send_goal<H: ActionHandler<A>>(
+        self: &Arc<Self>,
+        handler: &Mutex<H>,
+        request: <A::SendGoal as Service>::Request,
+        responder: Responder<A::SendGoal>,
+    ) {
+        let (uuid, goal) = A::split_send_goal_request(request);
+        let id = GoalId::from_msg(&uuid);
+        let stamp = self.now();
+        let decision = if self.goals().contains_key(&id) {
+            GoalDecision::Reject("its id is in use".into())
+        } else {
+            handler.lock().unwrap_or_else(PoisonError::into_inner).goal(id, &goal)
+        };
+        if let GoalDecision::Reject(reason) = decision {
+            self.logger.warn(&format!("goal {id} of {} rejected: {reason}", self.name));
+            responder.send(&A::send_goal_response(false, stamp));
+            return;
+        }
+        let status = Arc::new(AtomicI8::new(GoalStatus::Accepted as i8));
+        let token = Token { core: Arc::clone(self), id, goal, status: Arc::clone(&status) };
+        {
+            let mut goals = self.goals();
+            let entry = Entry { stamp: stamp.clone(), status, result: None, waiting: Vec::new(), ended: None };
+            goals.insert(id, entry);
+            responder.send(&A::send_goal_response(true, stamp));
+            self.publish_status(&goals);
+            self.set(&goals, id, GoalStatus::Executing);
+        }
+        handler.lock().unwrap_or_else(PoisonError::into_inner).accepted(GoalHandle { token: Arc::new(token) });
+    }
+
+    /// Takes a request to cancel, by the rules of `action_msgs/srv/CancelGoal`.
+    fn cancel_goal<H: ActionHandler<A>>(&self, handler: &Mutex<H>, request: &CancelGoalRequest) -> CancelGoalResponse {
+        let wanted = GoalId::from_msg(&request.goal_info.goal_id);
+        let until_ns = from_time(&request.goal_info.stamp);
+        let refuse = |return_code| CancelGoalResponse { return_code, goals_canceling: Vec::new() };
+        let candidates: Vec<(GoalId, Time)> = {
+            let goals = self.goals();
+            let one = wanted != GoalId::default();
+            if one && until_ns == 0 {
+                match goals.get(&wanted) {
+                    None => return refuse(CancelGoalResponse::ERROR_UNKNOWN_GOAL_ID),
+                    Some(entry) if !is_cancelable(entry.status()) => {
+                        return refuse(CancelGoalResponse::ERROR_GOAL_TERMINATED);
+                    }
+                    Some(_) => {}
+                }
+            }
+            goals
+                .iter()
+                .filter(|(id, entry)| {
+                    let by_time = if until_ns == 0 { !one } else { from_time(&entry.stamp) <= until_ns };
+                    is_cancelable(entry.status()) && ((one && **id == wanted) || by_time)
+                })
+                .map(|(id, entry)| (*id, entry.stamp.clone()))
+                .collect()
+        };
+        let asked = !candidates.is_empty();
+        let mut goals_canceling = Vec::new();
+        for (id, stamp) in candidates {
+            if !handler.lock().unwrap_or_else(PoisonError::into_inner).cancel(id) {
+                continue;
+            }
+            let goals = self.goals();
+            // It may have ended while the handler was asked.
+            if goals.get(&id).is_some_and(|entry| is_cancelable(entry.status())) {
+                self.set(&goals, id, GoalStatus::Canceling);
+            }
+            goals_canceling.push(GoalInfo { goal_id: id.to_msg(), stamp });
+        }
+        let rejected = asked && goals_canceling.is_empty();
+        let return_code = if rejected { CancelGoalResponse::ERROR_REJECTED } else { CancelGoalResponse::ERROR_NONE };
+        CancelGoalResponse { return_code, goals_canceling }
+    }
+
+    /// Takes a request for a result: answered now or at the end of the goal.
+    fn get_result(&self, request: <A::GetResult as Service>::Request, responder: Responder<A::GetResult>) {
+        let id = GoalId::from_msg(&A::split_get_result_request(request));
+        let mut goals = self.goals();
+        let response = match goals.get_mut(&id) {
+            None => A::get_result_response(GoalStatus::Unknown as i8, A::Result::default()),
+            Some(entry) => match &entry.result {
+                Some(result) => A::get_result_response(entry.status() as i8, result.clone()),
+                None => {
+                    entry.waiting.push(responder);
+                    return;
+                }
+            },
+        };
+        drop(goals);
+        responder.send(&response);
+    }
+
+    /// Ends a goal; `false` if it has ended already.
+    fn finish(&self, id: GoalId, status: GoalStatus, result: A::Result) -> bool {
+        let mut goals = self.goals();
+        let Some(entry) = goals.get(&id) else { return false };
+        if entry.status().is_terminal() {
+            return false;
+        }
+        if status == GoalStatus::Canceled && entry.status() != GoalStatus::Canceling {
+            // Whoever works on the goal was quicker than the answer to the cancel request.
+            self.set(&goals, id, GoalStatus::Canceling);
+        }
+        let Some(entry) = goals.get_mut(&id) else { return false };
+        let response = A::get_result_response(status as i8, result.clone());
+        entry.result = Some(result);
+        entry.ended = Some(Instant::now());
+        let waiting = std::mem::take(&mut entry.waiting);
+        self.set(&goals, id, status);
+        drop(goals);
+        for responder in waiting {
+            responder.send(&response);
+        }
+        true
+    }
+
+    fn expire(&self) {
+        let mut goals = self.goals();
+        let before = goals.len();
+        goals.retain(|_, entry| entry.ended.is_none_or(|ended| ended.elapsed() < RESULT_TIMEOUT));
+        if goals.len() != before {
+            self.publish_status(&goals);
+        }
+    }
+}
+
+fn is_cancelable(status: GoalStatus) -> bool {
+    matches!(status, GoalStatus::Accepted | GoalStatus::Executing)
+}
+
+struct Token<A: Action> {
+    core: Arc<Core<A>>,
+    id: GoalId,
+    goal: A::Goal,
+    status: Arc<AtomicI8>,
+}
+
+impl<A: Action> Drop for Token<A> {
+    fn drop(&mut self) {
+        // A goal whose worker has gone would keep its client waiting for ever.
+        if self.core.finish(self.id, GoalStatus::Aborted, A::Result::default()) {
+            self.core.logger.error(&format!("goal {} of {} was dropped and is aborted", self.id, self.core.name));
+        }
+    }
+}
+
+/// An accepted goal. Clones are the same goal; when the last one is dropped before the goal has ended, it is aborted.
+pub struct GoalHandle<A: Action> {
+    token: Arc<Token<A>>,
+}
+
+impl<A: Action> Clone for GoalHandle<A> {
+    fn clone(&self) -> Self {
+        GoalHandle { token: Arc::clone(&self.token) }
+    }
+}
+
+impl<A: Action> fmt::Debug for GoalHandle<A> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("GoalHandle").field("id", &self.token.id.to_string()).field("status", &self.status()).finish()
+    }
+}
+
+impl<A: Action> GoalHandle<A> {
+    /// Identity of the goal.
+    pub fn id(&self) -> GoalId {
+        self.token.id
+    }
+
+    /// What is wanted.
+    pub fn goal(&self) -> &A::Goal {
+        &self.token.goal
+    }
+
+    /// State of the goal.
+    pub fn status(&self) -> GoalStatus {
+        GoalStatus::from_number(self.token.status.load(Ordering::Acquire))
+    }
+
+    /// Whether the goal must be brought to an end because its client wishes so.
+    pub fn is_canceling(&self) -> bool {
+        self.status() == GoalStatus::Canceling
+    }
+
+    /// Whether the goal has not ended.
+    pub fn is_active(&self) -> bool {
+        !self.status().is_terminal()
+    }
+
+    /// Tells how far it is.
+    pub fn feedback(&self, feedback: &A::Feedback) {
+        let message = A::feedback_message(self.token.id.to_msg(), feedback.clone());
+        if let Err(error) = self.token.core.feedback.publish(&message) {
+            self.token.core.logger.warn(&error.to_string());
+        }
+    }
+
+    /// Ends the goal as wanted. `false` (here and below) if it has ended already.
+    pub fn succeed(&self, result: A::Result) -> bool {
+        self.token.core.finish(self.token.id, GoalStatus::Succeeded, result)
+    }
+
+    /// Ends the goal because it cannot be reached.
+    pub fn abort(&self, result: A::Result) -> bool {
+        self.token.core.finish(self.token.id, GoalStatus::Aborted, result)
+    }
+
+    /// Ends the goal as its client wished.
+    pub fn canceled(&self, result: A::Result) -> bool {
+        self.token.core.finish(self.token.id, GoalStatus::Canceled, result)
+    }
+}
+
+/// An action that is offered; dropping it withdraws it.
+#[must_use = "dropping it withdraws the action"]
+pub struct ActionServer<A: Action> {
+    core: Arc<Core<A>>,
+    _services: [ServiceHandle; 3],
+    _expiry: TimerHandle,
+}
+
+impl<A: Action> fmt::Debug for ActionServer<A> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ActionServer").field("action", &self.core.name).finish_non_exhaustive()
+    }
+}
+
+impl<A: Action> ActionServer<A> {
+    /// Resolved name of the action.
+    pub fn action(&self) -> &str {
+        &self.core.name
+    }
+
+    /// Goals that have not ended.
+    pub fn active_goals(&self) -> Vec<GoalId> {
+        self.core.goals().iter().filter(|(_, entry)| !entry.status().is_terminal()).map(|(id, _)| *id).collect()
+    }
+}
+
+impl Node {
+    /// Offers an action.
+    ///
+    /// # Errors
+    /// When the name breaks the rules or the node is shut down.
+    pub fn action_server<A: Action>(
+        &self,
+        name: &str,
+        handler: impl ActionHandler<A>,
+    ) -> Result<ActionServer<A>, RosError> {
+        let names = ActionNames::resolve(self, name)?;
+        let core = Arc::new(Core::<A> {
+            name: names.action,
+            goals: Mutex::default(),
+            feedback: self.publisher(&names.feedback, &Qos::default_topic())?,
+            status: self.publisher(&names.status, &Qos::action_status())?,
+            logger: self.logger().clone(),
+            node: self.downgrade(),
+        });
+        let handler = Arc::new(Mutex::new(handler));
+        let (accepting, accepting_handler) = (Arc::clone(&core), Arc::clone(&handler));
+        let send_goal = self.service_deferred::<A::SendGoal>(&names.send_goal, move |request, responder| {
+            accepting.send_goal(&accepting_handler, request, responder);
+        })?;
+        let canceling = Arc::clone(&core);
+        let cancel_goal =
+            self.service::<CancelGoal>(&names.cancel_goal, move |request| canceling.cancel_goal(&handler, &request))?;
+        let answering = Arc::clone(&core);
+        let get_result = self.service_deferred::<A::GetResult>(&names.get_result, move |request, responder| {
+            answering.get_result(request, responder);
+        })?;
+        let expiring = Arc::downgrade(&core);
+        let expiry = self.timer(Duration::from_secs(1), move || {
+            if let Some(core) = expiring.upgrade() {
+                core.expire();
+            }
+        });
+        // The latched topic says from the beginning that there are no goals.
+        core.publish_status(&core.goals());
+        Ok(ActionServer { core, _services: [send_goal, cancel_goal, get_result], _expiry: expiry })
+    }
+}

@@ -1,0 +1,96 @@
+//! `/diagnostics` at 1 Hz (REP-107).
+
+use std::{
+    fmt,
+    sync::{Arc, Mutex, PoisonError},
+    time::Duration,
+};
+
+use camwright_msgs::{
+    diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus, KeyValue},
+    std_msgs::msg::Header,
+};
+
+use super::{error::RosError, executor::TimerHandle, node::Node, qos::Qos, topics::Publisher};
+
+/// How often a node reports, by REP-107.
+const PERIOD: Duration = Duration::from_secs(1);
+
+type Report = Box<dyn FnMut() -> Vec<DiagnosticStatus> + Send>;
+
+struct Reporter {
+    node: super::node::WeakNode,
+    publisher: Publisher<DiagnosticArray>,
+    hardware_id: String,
+    report: Mutex<Report>,
+}
+
+impl Reporter {
+    fn publish(&self) {
+        let Some(node) = self.node.upgrade() else { return };
+        let mut status = (self.report.lock().unwrap_or_else(PoisonError::into_inner))();
+        for item in &mut status {
+            item.name =
+                if item.name.is_empty() { node.name().to_string() } else { format!("{}: {}", node.name(), item.name) };
+            if item.hardware_id.is_empty() {
+                item.hardware_id.clone_from(&self.hardware_id);
+            }
+        }
+        let message = DiagnosticArray { header: Header { stamp: node.now(), ..Default::default() }, status };
+        if let Err(error) = self.publisher.publish(&message) {
+            node.logger().warn(&error.to_string());
+        }
+    }
+}
+
+/// A node's diagnostics; dropping it ends the reports.
+#[must_use = "dropping it ends the reports"]
+pub struct Diagnostics {
+    reporter: Arc<Reporter>,
+    _timer: TimerHandle,
+}
+
+impl fmt::Debug for Diagnostics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Diagnostics").field("hardware_id", &self.reporter.hardware_id).finish_non_exhaustive()
+    }
+}
+
+impl Diagnostics {
+    /// Reports at once, for a change of level that nobody should wait a second for.
+    pub fn report_now(&self) {
+        if let Some(node) = self.reporter.node.upgrade() {
+            let reporter = Arc::clone(&self.reporter);
+            node.post(move || reporter.publish());
+        }
+    }
+}
+
+/// A status in one line: level (`DiagnosticStatus::OK` and so on), name of the part (empty for the node itself), sentence, figures.
+pub fn diagnostic_status(level: u8, part: &str, message: &str, values: &[(&str, String)]) -> DiagnosticStatus {
+    let values = values.iter().map(|(key, value)| KeyValue { key: (*key).to_string(), value: value.clone() }).collect();
+    DiagnosticStatus { level, name: part.to_string(), message: message.to_string(), hardware_id: String::new(), values }
+}
+
+impl Node {
+    /// Publishes what `report` says on `/diagnostics` once a second; it runs on the executor thread. The names it gives are those of
+    /// parts; the node's name is put before them.
+    ///
+    /// # Errors
+    /// When the node is shut down.
+    pub fn diagnostics(
+        &self,
+        hardware_id: &str,
+        report: impl FnMut() -> Vec<DiagnosticStatus> + Send + 'static,
+    ) -> Result<Diagnostics, RosError> {
+        let reporter = Arc::new(Reporter {
+            node: self.downgrade(),
+            publisher: self.publisher("/diagnostics", &Qos::default_topic())?,
+            hardware_id: hardware_id.to_string(),
+            report: Mutex::new(Box::new(report)),
+        });
+        let reporting = Arc::clone(&reporter);
+        let timer = self.timer(PERIOD, move || reporting.publish());
+        Ok(Diagnostics { reporter, _timer: timer })
+    }
+}
