@@ -6,33 +6,38 @@
 
 use super::time::{TickClock, duration_from_ns, ns_from_duration};
 use super::{core_from_si, counts_from_si, si_from_core, si_from_counts};
+use camwright::machine::buffer::{Chunk, TailPoint};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright::setpoint::Setpoint;
 use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
 use thiserror::Error;
 
-/// A point of the stop that ends a chunk.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct StopPoint {
-    /// Ticks after the chunk's last dense point.
-    pub ticks: u32,
-    /// Positions (mm or rad).
-    pub position: [f64; AXIS_COUNT],
-    /// Velocities (mm/s or rad/s).
-    pub velocity: [f64; AXIS_COUNT],
-    /// Accelerations (mm/s² or rad/s²).
-    pub acceleration: [f64; AXIS_COUNT],
-}
-
-/// A chunk of setpoints.
+/// A chunk of setpoints that owns its points.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Chunk {
+pub struct ChunkBuffer {
     /// Tick of the first setpoint.
     pub first_tick: u64,
-    /// One setpoint per tick.
-    pub setpoints: Vec<Setpoint>,
-    /// The stop that follows if no further chunk arrives; empty at the end of a motion.
-    pub stop: Vec<StopPoint>,
+    /// Setpoints of successive ticks, at least one.
+    pub dense: Vec<Setpoint>,
+    /// The stop that follows if no further chunk arrives.
+    pub tail: Vec<TailPoint>,
+    /// The motion ends with this chunk.
+    pub is_final: bool,
+}
+
+impl ChunkBuffer {
+    /// The chunk as the machine's buffer takes it.
+    #[must_use]
+    pub fn as_chunk(&self) -> Chunk<'_> {
+        Chunk { first_tick: self.first_tick, dense: &self.dense, tail: &self.tail, is_final: self.is_final }
+    }
+
+    /// Empties it and keeps its room.
+    pub fn clear(&mut self) {
+        self.dense.clear();
+        self.tail.clear();
+        self.is_final = false;
+    }
 }
 
 /// Why a trajectory is no chunk.
@@ -76,29 +81,21 @@ fn per_axis(values: impl Fn(usize, Axis) -> f64) -> Vec<f64> {
 
 /// A chunk as a joint trajectory.
 #[must_use]
-pub fn trajectory_from_chunk(chunk: &Chunk, machine: &MachineDescription, clock: TickClock) -> JointTrajectory {
+pub fn trajectory_from_chunk(chunk: &ChunkBuffer, machine: &MachineDescription, clock: TickClock) -> JointTrajectory {
     let cycle = i64::from(clock.cycle_time_ns);
-    let since = |ticks: usize| duration_from_ns(i64::try_from(ticks).unwrap_or(i64::MAX).saturating_mul(cycle));
-    let dense = chunk.setpoints.iter().enumerate().map(|(index, setpoint)| JointTrajectoryPoint {
+    let point = |tick: u64, setpoint: &Setpoint| JointTrajectoryPoint {
         positions: per_axis(|i, axis| si_from_counts(machine.axis(axis).scale, setpoint.counts[i])),
         velocities: per_axis(|i, axis| si_from_core(axis, setpoint.velocity[i])),
         accelerations: per_axis(|i, axis| si_from_core(axis, setpoint.acceleration[i])),
         effort: Vec::new(),
-        time_from_start: since(index),
-    });
-    let last = chunk.setpoints.len().saturating_sub(1);
-    let stop = chunk.stop.iter().map(|point| JointTrajectoryPoint {
-        positions: per_axis(|i, axis| si_from_core(axis, point.position[i])),
-        velocities: per_axis(|i, axis| si_from_core(axis, point.velocity[i])),
-        accelerations: per_axis(|i, axis| si_from_core(axis, point.acceleration[i])),
-        effort: Vec::new(),
-        time_from_start: since(last + point.ticks as usize),
-    });
-    let mut trajectory = JointTrajectory {
-        joint_names: joint_names(),
-        points: dense.chain(stop).collect(),
-        ..JointTrajectory::default()
+        time_from_start: duration_from_ns(
+            i64::try_from(tick.saturating_sub(chunk.first_tick)).unwrap_or(i64::MAX).saturating_mul(cycle),
+        ),
     };
+    let dense = (chunk.first_tick..).zip(&chunk.dense).map(|(tick, setpoint)| point(tick, setpoint));
+    let tail = chunk.tail.iter().map(|tail| point(tail.tick, &tail.setpoint));
+    let mut trajectory =
+        JointTrajectory { joint_names: joint_names(), points: dense.chain(tail).collect(), ..JointTrajectory::default() };
     trajectory.header.stamp = clock.stamp(chunk.first_tick);
     trajectory
 }
@@ -111,48 +108,34 @@ pub fn chunk_from_trajectory(
     trajectory: &JointTrajectory,
     machine: &MachineDescription,
     clock: TickClock,
-) -> Result<Chunk, ChunkError> {
+) -> Result<ChunkBuffer, ChunkError> {
     if trajectory.joint_names != joint_names() {
         return Err(ChunkError::Joints { found: trajectory.joint_names.clone(), wanted: joint_names() });
     }
     let stamp = &trajectory.header.stamp;
     let first_tick = clock.tick(stamp).ok_or(ChunkError::Stamp { sec: stamp.sec, nanosec: stamp.nanosec })?;
-    let mut chunk = Chunk { first_tick, ..Chunk::default() };
-    let mut previous_tick: Option<u64> = None;
+    let mut chunk = ChunkBuffer { first_tick, ..ChunkBuffer::default() };
+    let mut previous: Option<u64> = None;
     for (index, point) in trajectory.points.iter().enumerate() {
         let refuse = |what: String| ChunkError::Point { index, what };
-        let tick = point_tick(point, clock, previous_tick).map_err(&refuse)?;
+        let since = point_tick(point, clock, previous).map_err(&refuse)?;
         let position = values("positions", &point.positions).map_err(&refuse)?;
-        let velocity = core_values(values("velocities", &point.velocities).map_err(&refuse)?);
-        let acceleration = core_values(values("accelerations", &point.accelerations).map_err(&refuse)?);
-        let is_dense = chunk.stop.is_empty() && previous_tick.is_none_or(|previous| tick == previous + 1);
-        if is_dense {
-            let mut counts = [0; AXIS_COUNT];
-            for axis in Axis::ALL {
-                counts[axis.index()] = counts_from_si(machine.axis(axis).scale, position[axis.index()]);
-            }
-            chunk.setpoints.push(Setpoint { counts, velocity, acceleration });
-        } else {
-            let ticks = tick - (chunk.setpoints.len() as u64 - 1);
-            let ticks = u32::try_from(ticks).map_err(|_| refuse("its time is too far away".into()))?;
-            chunk.stop.push(StopPoint { ticks, position: core_values(position), velocity, acceleration });
+        let mut setpoint = Setpoint {
+            velocity: core_values(values("velocities", &point.velocities).map_err(&refuse)?),
+            acceleration: core_values(values("accelerations", &point.accelerations).map_err(&refuse)?),
+            ..Setpoint::default()
+        };
+        for axis in Axis::ALL {
+            setpoint.counts[axis.index()] = counts_from_si(machine.axis(axis).scale, position[axis.index()]);
         }
-        previous_tick = Some(tick);
+        if chunk.tail.is_empty() && previous.is_none_or(|previous| since == previous + 1) {
+            chunk.dense.push(setpoint);
+        } else {
+            chunk.tail.push(TailPoint { tick: first_tick.saturating_add(since), setpoint });
+        }
+        previous = Some(since);
     }
-    if chunk.setpoints.is_empty() {
-        return Err(ChunkError::Point { index: 0, what: "there are no points".into() });
-    }
-    let (index, velocity) = match (chunk.stop.last(), chunk.setpoints.last()) {
-        (Some(point), _) => (trajectory.points.len() - 1, point.velocity),
-        (None, Some(setpoint)) => (trajectory.points.len() - 1, setpoint.velocity),
-        (None, None) => (0, [0.0; AXIS_COUNT]),
-    };
-    if velocity.iter().any(|v| *v != 0.0) {
-        return Err(ChunkError::Point {
-            index,
-            what: format!("the last point moves at {velocity:?}, it must be at rest"),
-        });
-    }
+    chunk.is_final = chunk.tail.is_empty();
     Ok(chunk)
 }
 

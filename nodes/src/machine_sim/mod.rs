@@ -1,0 +1,402 @@
+//! The node `machine_sim`: the clock, axes, sensors, wheel, part, gauge, alarms and e-stop of a simulated machine.
+
+pub mod lasting;
+mod pump;
+mod ticker;
+
+pub use pump::WHEEL_JOINT;
+pub(crate) use pump::input_name;
+pub use ticker::Pace;
+
+use crate::config::{locate::locate, machine_file};
+use crate::convert::setpoints::chunk_from_trajectory;
+use crate::convert::time::TickClock;
+use crate::convert::{m_from_mm, mm_from_m, si_from_core};
+use crate::cyclic::{Sender, Waker, ring};
+use crate::running::{NodeError, Threads, autostart};
+use crate::ros::{
+    Level, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Parameter, Publisher, Qos, Responder, RosArgs, ServiceHandle,
+    Subscription,
+};
+use camwright::machine::description::{Axis, MachineDescription, Scale};
+use camwright::machine::fault::{FAULTS, Fault};
+use camwright::machine::{Machine, MachineCommand};
+use camwright_msgs::camwright_msgs::msg::{
+    AxisDescription, MachineCommand as CommandMessage, MachineDescription as DescriptionMessage, MachineStream,
+    RecorderStatus, StationDescription,
+};
+use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultResponse, LoadLobe, LoadLobeResponse};
+use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
+use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
+use pump::{Context, Outlets, Pump};
+use std::collections::VecDeque;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, PoisonError};
+use ticker::{Bounds, Inbound, LobeRefused, Order, Outbound, RawLobe, Snapshot, Ticker, TimedCommand, home_order};
+
+/// Messages that may wait between the threads.
+const RING: usize = 1024;
+/// Ticks the machine may be ahead of the recorder at pace fast.
+const RECORDER_WINDOW: u64 = 500;
+
+/// A running `machine_sim`.
+#[derive(Debug)]
+pub struct MachineSim {
+    node: Node,
+    lifecycle: Lifecycle,
+    threads: Threads,
+    bounds: Arc<Bounds>,
+    waker: Waker,
+    _endpoints: Endpoints,
+}
+
+#[derive(Debug)]
+struct Endpoints {
+    _subscriptions: Vec<Subscription>,
+    _services: Vec<ServiceHandle>,
+    _description: Publisher<DescriptionMessage>,
+}
+
+/// The way into the cyclic thread, shared by the callbacks of the executor thread.
+#[derive(Debug, Clone)]
+struct Inlet(Arc<Mutex<Sender<Inbound>>>);
+
+impl Inlet {
+    /// False when the ring is full: the cyclic thread does not take anything any more.
+    fn send(&self, message: Inbound) -> bool {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).send(message).is_ok()
+    }
+}
+
+/// Requests that the cyclic thread has yet to answer, oldest first.
+type Waiting<S> = Arc<Mutex<VecDeque<Responder<S>>>>;
+
+fn push<S: camwright_msgs::Service>(waiting: &Waiting<S>, responder: Responder<S>) {
+    waiting.lock().unwrap_or_else(PoisonError::into_inner).push_back(responder);
+}
+
+fn pop<S: camwright_msgs::Service>(waiting: &Waiting<S>) -> Option<Responder<S>> {
+    waiting.lock().unwrap_or_else(PoisonError::into_inner).pop_front()
+}
+
+fn parameters() -> Vec<Parameter> {
+    vec![
+        Parameter::string("machine", "cam_grinder").describe("machine file, by name or path").read_only(),
+        Parameter::string_array("machine_overrides", &[]).describe("key=value pairs over the machine file").read_only(),
+        Parameter::string("pace", "realtime").describe("realtime or fast").read_only(),
+        Parameter::string("state_file", "")
+            .describe("file of what outlives a run; empty: the user's state directory; 'none': nowhere")
+            .read_only(),
+        autostart::parameter(),
+    ]
+}
+
+impl MachineSim {
+    /// Starts the node.
+    ///
+    /// # Errors
+    /// A machine file that is refused, parameters out of range, DDS that cannot start.
+    pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
+        let node = Node::new(NodeOptions::new("machine_sim", args).parameters(parameters()))?;
+        let settings = node.parameters();
+        let located = locate("machines", &settings.string("machine"), "yaml", None)?;
+        let file = machine_file::parse(&located.path, &located.text, &settings.string_array("machine_overrides"))?;
+        let pace = match settings.string("pace").as_str() {
+            "realtime" => Pace::Realtime,
+            "fast" => Pace::Fast,
+            other => return Err(NodeError::Parameter(format!("pace is {other:?}, allowed are realtime and fast"))),
+        };
+        let state_file = match settings.string("state_file").as_str() {
+            "" => lasting::default_path(&file.description.name),
+            "none" => None,
+            path => Some(PathBuf::from(path)),
+        };
+        let lasting_state = match &state_file {
+            Some(path) => lasting::load(path, &file.description)?,
+            None => camwright::machine::state::LastingState::new(&file.description),
+        };
+        let machine = Machine::new(file.description.clone(), lasting_state)
+            .map_err(|error| NodeError::Parameter(format!("machine {}: {error}", located.path.display())))?;
+        let clock =
+            TickClock { epoch_ns: node.now_ns() / 1_000_000_000 * 1_000_000_000, cycle_time_ns: file.description.cycle_time_ns };
+
+        let description = node.publisher("machine/description", &Qos::latched(1))?;
+        description.publish(&description_message(&file, machine.lasting().wheel_radius_mm))?;
+
+        let waker = Waker::default();
+        let pump_waker = Waker::default();
+        let (inlet, inbound) = ring(RING, &waker);
+        let (outbound, reports) = ring(RING, &pump_waker);
+        let inlet = Inlet(Arc::new(Mutex::new(inlet)));
+        let bounds = Arc::new(Bounds::default());
+        let ticker = Ticker::new(machine, pace, inbound, outbound, Arc::clone(&bounds), RECORDER_WINDOW);
+        let context = Context {
+            node: node.clone(),
+            description: file.description.clone(),
+            clock,
+            pace: if pace == Pace::Fast { MachineStream::PACE_FAST } else { MachineStream::PACE_REALTIME },
+            stream_period_ticks: u64::from(file.description.feedback_delay_ticks / 10).max(1),
+        };
+        let pump = Pump::new(context, Outlets::new(&node, pace == Pace::Fast)?);
+
+        let resets: Waiting<Trigger> = Waiting::default();
+        let loads: Waiting<LoadLobe> = Waiting::default();
+        let mut threads = Threads::default();
+        let ticker_waker = waker.clone();
+        threads.spawn("machine cycle", move || ticker.run(&ticker_waker))?;
+        let answer = answers(&node, &inlet, &resets, &loads, state_file);
+        threads.spawn("machine pump", move || pump.run(reports, &pump_waker, answer))?;
+
+        let subscriptions = subscriptions(&node, &file.description, clock, &inlet, &bounds, &waker)?;
+        let services = services(&node, &file.description, &inlet, &resets, &loads)?;
+        let lifecycle = node.lifecycle(Activation(inlet))?;
+        autostart::begin(&node, &lifecycle);
+        let endpoints =
+            Endpoints { _subscriptions: subscriptions, _services: services, _description: description };
+        Ok(Self { node, lifecycle, threads, bounds, waker, _endpoints: endpoints })
+    }
+
+    /// The node.
+    #[must_use]
+    pub fn node(&self) -> &Node {
+        &self.node
+    }
+
+    /// Its life cycle.
+    #[must_use]
+    pub fn lifecycle(&self) -> &Lifecycle {
+        &self.lifecycle
+    }
+
+    /// Ends the cyclic thread, then the node.
+    pub fn stop(self) {
+        self.bounds.stop.store(true, Ordering::Release);
+        self.waker.wake();
+        self.threads.join();
+        self.node.shutdown();
+    }
+}
+
+/// Ticks only while the node is active.
+#[derive(Debug)]
+struct Activation(Inlet);
+
+impl LifecycleCallbacks for Activation {
+    fn activate(&mut self) -> Result<(), String> {
+        self.switch(true)
+    }
+    fn deactivate(&mut self) -> Result<(), String> {
+        self.switch(false)
+    }
+    fn shutdown(&mut self) -> Result<(), String> {
+        self.switch(false)
+    }
+}
+
+impl Activation {
+    fn switch(&self, active: bool) -> Result<(), String> {
+        if self.0.send(Inbound::Active(active)) { Ok(()) } else { Err("the machine's cycle does not answer".into()) }
+    }
+}
+
+fn subscriptions(
+    node: &Node,
+    description: &MachineDescription,
+    clock: TickClock,
+    inlet: &Inlet,
+    bounds: &Arc<Bounds>,
+    waker: &Waker,
+) -> Result<Vec<Subscription>, NodeError> {
+    let qos = Qos::keep_last(1000);
+    let (machine, logger, chunks) = (description.clone(), node.logger().clone(), inlet.clone());
+    let setpoints = node.subscribe::<JointTrajectory>("machine/setpoints", &qos, move |message, info| {
+        match chunk_from_trajectory(&message, &machine, clock) {
+            Ok(chunk) => {
+                chunks.send(Inbound::Chunk(info.writer_guid(), Box::new(chunk)));
+            }
+            Err(error) => logger.warn(&format!("setpoints refused: {error}")),
+        }
+    })?;
+    let (logger, orders) = (node.logger().clone(), inlet.clone());
+    let commands = node.subscribe::<CommandMessage>("machine/commands", &qos, move |message, info| {
+        match order(&message) {
+            Some(order) => {
+                let command = TimedCommand { sequence: message.sequence, tick: message.tick, order };
+                orders.send(Inbound::Command(info.writer_guid(), command));
+            }
+            None => logger.warn(&format!("command {} for {:?} is unknown", message.kind, message.target)),
+        }
+    })?;
+    let (bounds, waker) = (Arc::clone(bounds), waker.clone());
+    let recorder = node.subscribe::<RecorderStatus>("run_logger/status", &Qos::keep_last(100), move |message, _| {
+        bounds.recorded_tick.store(message.last_tick, Ordering::Release);
+        bounds.recording.store(message.recording && !message.paused, Ordering::Release);
+        waker.wake();
+    })?;
+    Ok(vec![setpoints, commands, recorder])
+}
+
+fn order(message: &CommandMessage) -> Option<Order> {
+    match message.kind {
+        CommandMessage::SET_HOME => home_order(&message.target, message.counts),
+        CommandMessage::WHEEL_START => Some(Order::Machine(MachineCommand::WheelStart)),
+        CommandMessage::WHEEL_STOP => Some(Order::Machine(MachineCommand::WheelStop)),
+        CommandMessage::JOB_BEGIN => Some(Order::JobBegin),
+        CommandMessage::JOB_END => Some(Order::JobEnd),
+        _ => None,
+    }
+}
+
+fn services(
+    node: &Node,
+    description: &MachineDescription,
+    inlet: &Inlet,
+    resets: &Waiting<Trigger>,
+    loads: &Waiting<LoadLobe>,
+) -> Result<Vec<ServiceHandle>, NodeError> {
+    let (way, waiting) = (inlet.clone(), Arc::clone(resets));
+    let reset = node.service_deferred::<Trigger>("machine/reset", move |_, responder| {
+        push(&waiting, responder);
+        way.send(Inbound::Reset);
+    })?;
+    let way = inlet.clone();
+    let estop = node.service::<SetBool>("machine/estop", move |request| {
+        let success = way.send(Inbound::Fault(Fault::EStop(request.data)));
+        let state = if request.data { "pressed" } else { "released; a reset is needed" };
+        SetBoolResponse { success, message: format!("emergency stop {state} (a simulation, not a safety function)") }
+    })?;
+    let (way, machine) = (inlet.clone(), description.clone());
+    let inject = node.service::<InjectFault>("machine/inject_fault", move |request| {
+        if request.fault.is_empty() {
+            let list: Vec<String> =
+                FAULTS.iter().map(|f| format!("{} (target: {}; value: {})", f.name, f.target, f.value)).collect();
+            return InjectFaultResponse { success: false, message: list.join("; ") };
+        }
+        let value = fault_value(&request.target, request.value);
+        match Fault::from_name(&request.fault, &request.target, value, request.active, &machine) {
+            Ok(fault) => InjectFaultResponse { success: way.send(Inbound::Fault(fault)), message: String::new() },
+            Err(error) => InjectFaultResponse { success: false, message: error.to_string() },
+        }
+    })?;
+    let (way, waiting) = (inlet.clone(), Arc::clone(loads));
+    let load = node.service_deferred::<LoadLobe>("machine/load_lobe", move |request, responder| {
+        push(&waiting, responder);
+        way.send(Inbound::Lobe(Box::new(RawLobe {
+            clear: request.clear,
+            name: request.lobe.name,
+            station: request.lobe.station,
+            width_mm: mm_from_m(request.lobe.width),
+            radii_mm: request.lobe.radius.iter().map(|radius| mm_from_m(*radius)).collect(),
+        })));
+    })?;
+    Ok(vec![reset, estop, inject, load])
+}
+
+/// A fault's value in the core's unit: offsets of slides come in metres.
+fn fault_value(target: &str, value: f64) -> f64 {
+    match Axis::from_joint(target) {
+        Some(axis @ (Axis::X | Axis::Z)) => crate::convert::core_from_si(axis, value),
+        _ => value,
+    }
+}
+
+/// What the pump does with answers of the cyclic thread.
+fn answers(
+    node: &Node,
+    inlet: &Inlet,
+    resets: &Waiting<Trigger>,
+    loads: &Waiting<LoadLobe>,
+    state_file: Option<PathBuf>,
+) -> impl FnMut(Outbound) + Send + 'static {
+    let (node, inlet, resets, loads) = (node.clone(), inlet.clone(), Arc::clone(resets), Arc::clone(loads));
+    move |message| match message {
+        Outbound::ResetDone(outcome) => {
+            let (success, message) = match outcome {
+                Ok(()) => (true, "alarms are cleared; nothing moves before a new goal".to_owned()),
+                Err(error) => (false, error.to_string()),
+            };
+            if let Some(responder) = pop(&resets) {
+                responder.send(&TriggerResponse { success, message });
+            }
+        }
+        Outbound::LobeDone(outcome, lobe) => {
+            let (success, message) = match outcome {
+                Ok(()) => (true, String::new()),
+                Err(LobeRefused::Moving) => (false, format!("lobe {}: the machine is not at rest", lobe.name)),
+                Err(LobeRefused::Part(error)) => (false, error.to_string()),
+            };
+            if let Some(responder) = pop(&loads) {
+                responder.send(&LoadLobeResponse { success, message });
+            }
+        }
+        Outbound::Refused(error, writer, _) => {
+            node.log(Level::Warn, &format!("setpoints of {} refused: {error}", hex(&writer)));
+        }
+        Outbound::SecondWriter { holder, refused, .. } => {
+            let text = format!("setpoints of {} refused: {} has command", hex(&refused), hex(&holder));
+            node.log(Level::Warn, &text);
+        }
+        Outbound::JobEnded => {
+            inlet.send(Inbound::Snapshot(Box::new(Snapshot { finished: true, ..Snapshot::default() })));
+        }
+        Outbound::Lasting(state) => {
+            if let Some(Err(error)) = state_file.as_ref().map(|path| lasting::store(path, &state)) {
+                node.log(Level::Error, &error.to_string());
+            }
+        }
+        Outbound::Tick(..) | Outbound::Snapshot(_) | Outbound::Used(_) => {}
+    }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn description_message(file: &machine_file::Machine, wheel_radius_mm: f64) -> DescriptionMessage {
+    let machine = &file.description;
+    DescriptionMessage {
+        name: machine.name.clone(),
+        hash: machine.hash.clone(),
+        source: file.source.clone(),
+        cycle_time_ns: machine.cycle_time_ns,
+        feedback_delay_ticks: machine.feedback_delay_ticks,
+        axes: Axis::ALL.iter().map(|axis| axis_message(machine, *axis)).collect(),
+        stations: machine
+            .stations
+            .iter()
+            .map(|station| StationDescription {
+                name: station.switch.clone(),
+                table_position: m_from_mm(station.position_mm),
+            })
+            .collect(),
+        wheel_joint: WHEEL_JOINT.to_owned(),
+        wheel_radius: m_from_mm(wheel_radius_mm),
+        wheel_width: m_from_mm(machine.wheel.width_mm),
+        wheel_surface_speed: machine.wheel.surface_speed_m_s,
+        rotation_sense: machine.rotation_sense,
+    }
+}
+
+fn axis_message(machine: &MachineDescription, axis: Axis) -> AxisDescription {
+    let own = machine.axis(axis);
+    let (numerator, denominator) = match own.scale {
+        Scale::Linear { counts_per_mm } => (counts_per_mm, 1000),
+        Scale::Rotary { counts_per_turn } => (counts_per_turn, 1),
+    };
+    let (low, high) = own.soft_limits.unwrap_or((0.0, 0.0));
+    AxisDescription {
+        joint: axis.joint().to_owned(),
+        linear: matches!(own.scale, Scale::Linear { .. }),
+        counts_per_unit_numerator: numerator,
+        counts_per_unit_denominator: denominator,
+        has_soft_limits: own.soft_limits.is_some(),
+        soft_min: si_from_core(axis, low),
+        soft_max: si_from_core(axis, high),
+        max_velocity: si_from_core(axis, own.limits.velocity),
+        max_acceleration: si_from_core(axis, own.limits.acceleration),
+        max_jerk: si_from_core(axis, own.limits.jerk),
+        max_following_error: si_from_core(axis, own.max_following_error),
+        needs_homing: own.needs_homing,
+    }
+}

@@ -1,0 +1,284 @@
+//! From what the cyclic thread reports to messages: joint states, I/O, alarms, credit, the part.
+
+use super::ticker::{Outbound, Snapshot};
+use crate::convert::time::TickClock;
+use crate::convert::{m_from_mm, si_from_core, si_from_counts};
+use crate::cyclic::{Receiver, Waker};
+use crate::ros::{Node, Publisher, RosError, Qos};
+use camwright::machine::alarm::{Alarm as CoreAlarm, Severity};
+use camwright::machine::description::{Axis, MachineDescription};
+use camwright::machine::report::{IoState, MotionState, TickReport};
+use camwright::setpoint::{Input, Latch as CoreLatch};
+use camwright_msgs::camwright_msgs::msg::{Alarm, Latch, MachineAlarms, MachineIo, MachineStream, PartLobe};
+use camwright_msgs::rosgraph_msgs::msg::Clock;
+use camwright_msgs::sensor_msgs::msg::JointState;
+use std::time::Duration;
+
+/// Ticks between two I/O messages when nothing changes: one second at 1 ms.
+const IO_PERIOD_TICKS: u64 = 1000;
+/// Ticks between two messages of `/clock`.
+const CLOCK_PERIOD_TICKS: u64 = 10;
+/// Depth of the joint state writer: what a late reader of a burst may still get.
+const JOINT_STATE_DEPTH: i32 = 2000;
+
+/// The publishers of the machine.
+#[derive(Debug)]
+pub(super) struct Outlets {
+    joint_states: Publisher<JointState>,
+    stream: Publisher<MachineStream>,
+    io: Publisher<MachineIo>,
+    alarms: Publisher<MachineAlarms>,
+    part: Publisher<PartLobe>,
+    clock: Option<Publisher<Clock>>,
+}
+
+impl Outlets {
+    pub(super) fn new(node: &Node, publishes_clock: bool) -> Result<Self, RosError> {
+        Ok(Self {
+            joint_states: node.publisher("joint_states", &Qos::keep_last(JOINT_STATE_DEPTH))?,
+            stream: node.publisher("machine/stream", &Qos::keep_last(1000))?,
+            io: node.publisher("machine/io", &Qos::keep_last(1000))?,
+            alarms: node.publisher("machine/alarms", &Qos::latched(1))?,
+            part: node.publisher("machine/part", &Qos::latched(32))?,
+            clock: publishes_clock.then(|| node.publisher("/clock", &Qos::keep_last(100))).transpose()?,
+        })
+    }
+}
+
+/// What the pump knows besides the reports.
+#[derive(Debug)]
+pub(super) struct Context {
+    pub(super) node: Node,
+    pub(super) description: MachineDescription,
+    pub(super) clock: TickClock,
+    pub(super) pace: u8,
+    pub(super) stream_period_ticks: u64,
+}
+
+/// Builds and publishes messages until the cyclic thread ends.
+pub(super) struct Pump {
+    context: Context,
+    outlets: Outlets,
+    latches: Vec<Latch>,
+    last_io: Option<IoState>,
+    active: Vec<CoreAlarm>,
+    joint_names: Vec<String>,
+}
+
+impl Pump {
+    pub(super) fn new(context: Context, outlets: Outlets) -> Self {
+        let mut joint_names = crate::convert::setpoints::joint_names();
+        joint_names.push(WHEEL_JOINT.to_owned());
+        Self { context, outlets, latches: Vec::new(), last_io: None, active: Vec::new(), joint_names }
+    }
+
+    /// Runs until the other end of the ring is gone; `answer` takes what is not for the graph.
+    pub(super) fn run(mut self, mut reports: Receiver<Outbound>, waker: &Waker, mut answer: impl FnMut(Outbound)) {
+        waker.adopt_current_thread();
+        loop {
+            let is_last = reports.is_abandoned();
+            while let Some(report) = reports.receive() {
+                let outcome = match report {
+                    Outbound::Tick(report, state) => self.tick(&report, &state),
+                    Outbound::Snapshot(snapshot) => {
+                        let outcome = self.part(&snapshot);
+                        answer(Outbound::Snapshot(snapshot));
+                        outcome
+                    }
+                    other => {
+                        answer(other);
+                        Ok(())
+                    }
+                };
+                if let Err(error) = outcome {
+                    self.context.node.logger().warn(&format!("a report cannot be published: {error}"));
+                }
+            }
+            if is_last {
+                return;
+            }
+            let _woken = waker.wait(Duration::from_millis(100));
+        }
+    }
+
+    fn tick(&mut self, report: &TickReport, state: &StreamState) -> Result<(), RosError> {
+        if state.only_stream {
+            return self.stream(report, state);
+        }
+        let stamp = self.context.clock.stamp(report.tick);
+        self.joint_states(report)?;
+        self.latches.extend(report.latches.iter().map(|latch| latch_message(latch, &self.context.description)));
+        let io_changed = self.last_io != Some(report.io);
+        if io_changed || report.tick % IO_PERIOD_TICKS == 0 {
+            self.last_io = Some(report.io);
+            self.outlets.io.publish(&io_message(&report.io, report.tick, &self.context))?;
+        }
+        let raised: Vec<CoreAlarm> = report.raised.iter().copied().collect();
+        if !raised.is_empty() || state.alarms_reset {
+            if state.alarms_reset {
+                self.active.clear();
+            }
+            for alarm in raised {
+                self.log(&alarm);
+                self.active.push(alarm);
+            }
+            self.outlets.alarms.publish(&MachineAlarms {
+                stamp: stamp.clone(),
+                tick: report.tick,
+                alarms: self.active.iter().map(|alarm| alarm_message(alarm, self.context.clock)).collect(),
+            })?;
+        }
+        if report.tick % self.context.stream_period_ticks == 0 || state.news || !self.latches.is_empty() {
+            self.stream(report, state)?;
+        }
+        if let Some(clock) = self.outlets.clock.as_ref().filter(|_| report.tick % CLOCK_PERIOD_TICKS == 0) {
+            clock.publish(&Clock { clock: stamp })?;
+        }
+        Ok(())
+    }
+
+    fn log(&self, alarm: &CoreAlarm) {
+        let entry = alarm.kind.entry();
+        let text = format!("alarm {}: {alarm} ({})", entry.number, entry.remedy);
+        match entry.severity {
+            Severity::Warning => self.context.node.logger().warn(&text),
+            Severity::Stop | Severity::PowerOff => self.context.node.logger().error(&text),
+        }
+    }
+
+    fn joint_states(&self, report: &TickReport) -> Result<(), RosError> {
+        let description = &self.context.description;
+        let axis = |axis: Axis| &report.axes[axis.index()];
+        let mut message = JointState { name: self.joint_names.clone(), ..JointState::default() };
+        message.header.stamp = self.context.clock.stamp(report.tick);
+        for each in Axis::ALL {
+            message.position.push(si_from_counts(description.axis(each).scale, axis(each).counts));
+            message.velocity.push(si_from_core(each, axis(each).velocity));
+            message.effort.push(axis(each).effort);
+        }
+        // The wheel's angle means nothing; its speed does.
+        message.position.push(0.0);
+        message.velocity.push(report.wheel_rad_s);
+        message.effort.push(0.0);
+        self.outlets.joint_states.publish(&message)
+    }
+
+    fn stream(&mut self, report: &TickReport, state: &StreamState) -> Result<(), RosError> {
+        let clock = self.context.clock;
+        self.outlets.stream.publish(&MachineStream {
+            stamp: clock.stamp(report.tick),
+            epoch: clock.stamp(0),
+            tick: report.tick,
+            credit_tick: report.tick + u64::from(self.context.description.feedback_delay_ticks),
+            pace: self.context.pace,
+            motion: motion_number(report.motion),
+            commands_received: state.commands_received,
+            holder: if state.has_holder { state.holder_text() } else { String::new() },
+            alarms: self.active.iter().map(|alarm| alarm.kind.entry().number).collect(),
+            setpoint_counts: report.axes.iter().map(|axis| axis.setpoint_counts).collect(),
+            latches: std::mem::take(&mut self.latches),
+        })
+    }
+
+    fn part(&self, snapshot: &Snapshot) -> Result<(), RosError> {
+        for lobe in &snapshot.lobes {
+            self.outlets.part.publish(&PartLobe {
+                stamp: self.context.clock.stamp(snapshot.tick),
+                tick: snapshot.tick,
+                name: lobe.name.clone(),
+                station: lobe.station.clone(),
+                width: m_from_mm(lobe.width_mm),
+                finished: snapshot.finished,
+                radius: lobe.radii_mm.iter().map(|radius| m_from_mm(*radius)).collect(),
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// Joint name of the wheel spindle.
+pub const WHEEL_JOINT: &str = "wheel_spindle";
+
+/// What the ticker adds to a report.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct StreamState {
+    /// Machine commands received from the holder, in sequence.
+    pub(super) commands_received: u32,
+    /// Somebody has command of the setpoints.
+    pub(super) has_holder: bool,
+    /// Who, by the identity of its writer.
+    pub(super) holder: [u8; 16],
+    /// Something happened that the stream must tell at once.
+    pub(super) news: bool,
+    /// Alarms were reset since the last tick.
+    pub(super) alarms_reset: bool,
+    /// No tick was executed: only the stream has something to tell.
+    pub(super) only_stream: bool,
+}
+
+impl StreamState {
+    fn holder_text(&self) -> String {
+        self.holder.iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+}
+
+fn motion_number(motion: MotionState) -> u8 {
+    match motion {
+        MotionState::Off => MachineStream::MOTION_OFF,
+        MotionState::Standstill => MachineStream::MOTION_STANDSTILL,
+        MotionState::Running => MachineStream::MOTION_RUNNING,
+        MotionState::Stopping => MachineStream::MOTION_STOPPING,
+        MotionState::Fault => MachineStream::MOTION_FAULT,
+    }
+}
+
+fn latch_message(latch: &CoreLatch, description: &MachineDescription) -> Latch {
+    Latch {
+        tick: latch.tick,
+        input: input_name(latch.input, description).to_owned(),
+        rising: latch.rising,
+        joint: latch.axis.joint().to_owned(),
+        counts: latch.counts,
+    }
+}
+
+/// Name of an input as plans and latches have it.
+pub(crate) fn input_name(input: Input, description: &MachineDescription) -> &str {
+    match input {
+        Input::Origin => "origin",
+        Input::Station(index) => description.stations.get(index).map_or("", |station| station.switch.as_str()),
+    }
+}
+
+fn io_message(io: &IoState, tick: u64, context: &Context) -> MachineIo {
+    let stations = &context.description.stations;
+    MachineIo {
+        stamp: context.clock.stamp(tick),
+        tick,
+        origin: io.origin,
+        station_switches: stations.iter().map(|station| station.switch.clone()).collect(),
+        station_states: (0..stations.len()).map(|index| io.station(index)).collect(),
+        overtravel_x_min: io.overtravel_x_min,
+        overtravel_x_max: io.overtravel_x_max,
+        overtravel_z_min: io.overtravel_z_min,
+        overtravel_z_max: io.overtravel_z_max,
+        estop: io.estop,
+        drives_on: io.drives_on,
+        wheel_running: io.wheel_running,
+        part_present: io.part_present,
+    }
+}
+
+fn alarm_message(alarm: &CoreAlarm, clock: TickClock) -> Alarm {
+    let entry = alarm.kind.entry();
+    Alarm {
+        stamp: clock.stamp(alarm.tick),
+        tick: alarm.tick,
+        number: entry.number,
+        severity: entry.severity as u8,
+        source: alarm.kind.axis().map_or("machine_sim", Axis::joint).to_owned(),
+        text: alarm.to_string(),
+        remedy: entry.remedy.to_owned(),
+        active: true,
+    }
+}

@@ -1,0 +1,443 @@
+//! The machine's cyclic thread: one tick after the other, at the pace of the clock or of the setpoints.
+
+use super::pump::StreamState;
+use crate::convert::setpoints::ChunkBuffer;
+use crate::cyclic::{Receiver, Sender, Waker};
+use camwright::machine::alarm::{AlarmKind, Severity};
+use camwright::machine::buffer::{ChunkError, SetpointBuffer};
+use camwright::machine::description::Axis;
+use camwright::machine::fault::Fault;
+use camwright::machine::report::{MotionState, TickReport};
+use camwright::machine::state::LastingState;
+use camwright::machine::workpiece::LobeError;
+use camwright::machine::{Machine, MachineCommand, ResetRefused};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// Commands that may wait for their tick.
+const PENDING_COMMANDS: usize = 32;
+/// Wall time of an idle tick at pace fast: ticks then only show that the machine lives.
+const FAST_IDLE_TICK: Duration = Duration::from_millis(10);
+
+/// How ticks follow each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pace {
+    /// With the wall clock; a missing setpoint is an underrun.
+    Realtime,
+    /// With the setpoints; a missing one is waited for.
+    Fast,
+}
+
+/// An order with its place in the sender's sequence and the tick at which it takes effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct TimedCommand {
+    pub(super) sequence: u32,
+    pub(super) tick: u64,
+    pub(super) order: Order,
+}
+
+/// What a command does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Order {
+    Machine(MachineCommand),
+    JobBegin,
+    JobEnd,
+}
+
+/// A lobe of a raw part, on its way to the machine.
+#[derive(Debug)]
+pub(super) struct RawLobe {
+    pub(super) clear: bool,
+    pub(super) name: String,
+    pub(super) station: String,
+    pub(super) width_mm: f64,
+    pub(super) radii_mm: Vec<f64>,
+}
+
+/// The part as it stands, copied into room that the pump made.
+#[derive(Debug, Default)]
+pub(super) struct Snapshot {
+    pub(super) tick: u64,
+    pub(super) finished: bool,
+    pub(super) lobes: Vec<SnapshotLobe>,
+}
+
+/// One lobe of a snapshot.
+#[derive(Debug, Default, Clone)]
+pub(super) struct SnapshotLobe {
+    pub(super) name: String,
+    pub(super) station: String,
+    pub(super) width_mm: f64,
+    pub(super) radii_mm: Vec<f64>,
+}
+
+/// To the cyclic thread.
+#[derive(Debug)]
+pub(super) enum Inbound {
+    /// A chunk, from this writer.
+    Chunk([u8; 16], Box<ChunkBuffer>),
+    Command([u8; 16], TimedCommand),
+    Fault(Fault),
+    Reset,
+    Lobe(Box<RawLobe>),
+    Snapshot(Box<Snapshot>),
+    Active(bool),
+}
+
+/// From the cyclic thread.
+#[derive(Debug)]
+#[allow(clippy::large_enum_variant, reason = "ticks are nearly all of the traffic; a box would allocate")]
+pub(super) enum Outbound {
+    Tick(TickReport, StreamState),
+    ResetDone(Result<(), ResetRefused>),
+    LobeDone(Result<(), LobeRefused>, Box<RawLobe>),
+    Snapshot(Box<Snapshot>),
+    /// A chunk was refused; the pump tells and drops it.
+    Refused(ChunkError, [u8; 16], Box<ChunkBuffer>),
+    /// A second writer sent a chunk; the holder stays.
+    SecondWriter { holder: [u8; 16], refused: [u8; 16], chunk: Box<ChunkBuffer> },
+    /// An empty chunk to drop where dropping is allowed.
+    Used(Box<ChunkBuffer>),
+    /// The job of the last JOB_BEGIN ended; the part may be looked at.
+    JobEnded,
+    Lasting(LastingState),
+}
+
+/// Why a lobe was not put in.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum LobeRefused {
+    Moving,
+    Part(LobeError),
+}
+
+/// What other threads tell the ticker without a message.
+#[derive(Debug, Default)]
+pub(super) struct Bounds {
+    /// A recording is active.
+    pub(super) recording: AtomicBool,
+    /// Last tick that is in the bag.
+    pub(super) recorded_tick: AtomicU64,
+    /// The node is ending.
+    pub(super) stop: AtomicBool,
+}
+
+/// The cyclic thread's own state.
+pub(super) struct Ticker {
+    machine: Machine,
+    buffer: SetpointBuffer,
+    pace: Pace,
+    cycle: Duration,
+    inbound: Receiver<Inbound>,
+    outbound: Sender<Outbound>,
+    bounds: Arc<Bounds>,
+    /// Ticks that may be executed beyond what is in the bag.
+    recorder_window: u64,
+    commands: [Option<TimedCommand>; PENDING_COMMANDS],
+    now: [MachineCommand; 4],
+    faults: [Option<Fault>; 8],
+    fault_now: [Fault; 8],
+    state: StreamState,
+    active: bool,
+    job_running: bool,
+}
+
+impl Ticker {
+    pub(super) fn new(
+        machine: Machine,
+        pace: Pace,
+        inbound: Receiver<Inbound>,
+        outbound: Sender<Outbound>,
+        bounds: Arc<Bounds>,
+        recorder_window: u64,
+    ) -> Self {
+        let description = machine.description();
+        let cycle = Duration::from_nanos(u64::from(description.cycle_time_ns));
+        let buffer = SetpointBuffer::new(description, machine.setpoint());
+        Self {
+            machine,
+            buffer,
+            pace,
+            cycle,
+            inbound,
+            outbound,
+            bounds,
+            recorder_window,
+            commands: [None; PENDING_COMMANDS],
+            now: [MachineCommand::WheelStop; 4],
+            faults: [None; 8],
+            fault_now: [Fault::WheelStall(false); 8],
+            state: StreamState::default(),
+            active: false,
+            job_running: false,
+        }
+    }
+
+    /// Runs until the node ends.
+    pub(super) fn run(mut self, waker: &Waker) {
+        waker.adopt_current_thread();
+        let mut deadline = Instant::now();
+        while !self.bounds.stop.load(Ordering::Acquire) {
+            self.receive();
+            let now = Instant::now();
+            if !self.active {
+                let _woken = waker.wait(Duration::from_millis(100));
+                deadline = Instant::now();
+            } else if self.outbound.free() < 64 {
+                // The pump is behind; what it has to tell is more important than the next tick.
+                std::thread::yield_now();
+                deadline = deadline.max(now);
+            } else if self.pace == Pace::Fast && self.may_run_fast() {
+                self.tick();
+                deadline = now + FAST_IDLE_TICK;
+            } else if self.pace == Pace::Fast && self.is_moving() {
+                // Setpoints or the recorder are behind: wait for their news.
+                let _woken = waker.wait(Duration::from_millis(100));
+            } else if now >= deadline {
+                self.tick();
+                deadline += if self.pace == Pace::Fast { FAST_IDLE_TICK } else { self.cycle };
+                // After a long suspension time is not made up for: missed ticks did not happen.
+                if now > deadline + 50 * self.cycle {
+                    deadline = now;
+                }
+            } else {
+                let _woken = waker.wait(deadline - now);
+            }
+        }
+    }
+
+    /// Something is under way that must go on without the wall clock.
+    fn is_moving(&self) -> bool {
+        let next = self.machine.tick() + 1;
+        self.buffer.is_underrun(next) || self.has_work(next)
+    }
+
+    fn has_work(&self, next: u64) -> bool {
+        self.buffer.has_setpoints() || !self.machine.is_at_rest() || self.commands.iter().flatten().any(|c| c.tick >= next)
+    }
+
+    /// At pace fast a tick is executed when its setpoint is there, or when there is nothing to wait for.
+    fn may_run_fast(&self) -> bool {
+        let next = self.machine.tick() + 1;
+        if self.bounds.recording.load(Ordering::Acquire)
+            && next > self.bounds.recorded_tick.load(Ordering::Acquire).saturating_add(self.recorder_window)
+        {
+            return false;
+        }
+        if self.is_stopped_by_alarm() {
+            return !self.machine.is_at_rest();
+        }
+        self.has_work(next) && !self.buffer.is_underrun(next)
+    }
+
+    fn is_stopped_by_alarm(&self) -> bool {
+        self.machine.alarms().iter().any(|alarm| alarm.kind.entry().severity > Severity::Warning)
+    }
+
+    fn tick(&mut self) {
+        let next = self.machine.tick() + 1;
+        if self.buffer.is_underrun(next) && !self.is_stopped_by_alarm() {
+            self.machine.raise(AlarmKind::Underrun, 0.0, 0.0);
+            self.buffer.close();
+            self.state.news = true;
+        }
+        let setpoint = self.buffer.at(next);
+        let count = self.take_due(next);
+        let faults = self.take_faults();
+        let report = self.machine.step(setpoint.as_ref(), &self.now[..count], &self.fault_now[..faults]);
+        self.buffer.executed(next);
+        if self.is_stopped_by_alarm() && report.raised.iter().next().is_some() {
+            self.buffer.close();
+            self.state.news = true;
+        }
+        if self.state.has_holder && !self.buffer.has_setpoints() && self.buffer.is_finished(next) {
+            self.state.has_holder = false;
+            self.state.news = true;
+        }
+        if report.motion == MotionState::Standstill && self.state.alarms_reset {
+            self.state.news = true;
+        }
+        self.send(Outbound::Tick(report, self.state));
+        self.state.news = false;
+        self.state.alarms_reset = false;
+    }
+
+    /// Commands of a tick, into `now`; their number.
+    fn take_due(&mut self, tick: u64) -> usize {
+        let mut count = 0;
+        for index in 0..PENDING_COMMANDS {
+            let Some(command) = self.commands[index].filter(|command| command.tick <= tick) else { continue };
+            match command.order {
+                Order::Machine(order) if count < self.now.len() => {
+                    self.now[count] = order;
+                    count += 1;
+                }
+                // More than four orders of one tick: the rest follows in the next.
+                Order::Machine(_) => continue,
+                Order::JobBegin => self.job_running = true,
+                Order::JobEnd => {
+                    if std::mem::take(&mut self.job_running) {
+                        self.machine.count_part();
+                        self.send(Outbound::Lasting(*self.machine.lasting()));
+                        self.send(Outbound::JobEnded);
+                    }
+                }
+            }
+            self.commands[index] = None;
+        }
+        count
+    }
+
+    fn take_faults(&mut self) -> usize {
+        let mut count = 0;
+        for fault in self.faults.iter_mut().filter_map(Option::take) {
+            self.fault_now[count] = fault;
+            count += 1;
+        }
+        count
+    }
+
+    fn receive(&mut self) {
+        while let Some(message) = self.inbound.receive() {
+            match message {
+                Inbound::Chunk(writer, chunk) => self.take_chunk(writer, chunk),
+                Inbound::Command(writer, command) => self.take_command(writer, command),
+                Inbound::Fault(fault) => {
+                    if let Some(place) = self.faults.iter_mut().find(|place| place.is_none()) {
+                        *place = Some(fault);
+                    }
+                }
+                Inbound::Reset => self.reset(),
+                Inbound::Lobe(mut lobe) => {
+                    let outcome = self.load(&mut lobe);
+                    self.send(Outbound::LobeDone(outcome, lobe));
+                }
+                Inbound::Snapshot(mut snapshot) => {
+                    self.copy_part(&mut snapshot);
+                    self.send(Outbound::Snapshot(snapshot));
+                }
+                Inbound::Active(active) => self.active = active,
+            }
+        }
+    }
+
+    fn take_chunk(&mut self, writer: [u8; 16], chunk: Box<ChunkBuffer>) {
+        if self.state.has_holder && self.state.holder != writer {
+            self.machine.raise(AlarmKind::SecondWriter, 0.0, 0.0);
+            let holder = self.state.holder;
+            self.send(Outbound::SecondWriter { holder, refused: writer, chunk });
+            return;
+        }
+        match self.buffer.accept(&chunk.as_chunk(), self.machine.tick()) {
+            Ok(()) => {
+                if !self.state.has_holder {
+                    self.state.has_holder = true;
+                    self.state.holder = writer;
+                    self.state.news = true;
+                }
+                self.send(Outbound::Used(chunk));
+            }
+            Err(error) => {
+                // A closed buffer says that an alarm is active already: not another one.
+                if error != ChunkError::Closed {
+                    #[allow(clippy::cast_precision_loss, reason = "a tick number for people")]
+                    self.machine.raise(AlarmKind::ChunkRefused, chunk.first_tick as f64, 0.0);
+                    self.buffer.close();
+                }
+                self.send(Outbound::Refused(error, writer, chunk));
+            }
+        }
+    }
+
+    fn take_command(&mut self, writer: [u8; 16], command: TimedCommand) {
+        if self.state.has_holder && self.state.holder != writer {
+            self.machine.raise(AlarmKind::SecondWriter, 0.0, 0.0);
+            return;
+        }
+        if command.sequence == 1 {
+            self.state.commands_received = 0;
+        }
+        let expected = self.state.commands_received + 1;
+        if command.sequence != expected {
+            self.machine.raise(AlarmKind::CommandGap, f64::from(command.sequence), f64::from(expected));
+            return;
+        }
+        let executed = self.machine.tick();
+        if command.tick <= executed {
+            #[allow(clippy::cast_precision_loss, reason = "a number of ticks for people")]
+            self.machine.raise(AlarmKind::LateCommand, (executed + 1 - command.tick) as f64, 0.0);
+            return;
+        }
+        if let Order::Machine(MachineCommand::SetHome { axis, counts }) = command.order {
+            self.buffer.schedule_home(command.tick, axis, counts);
+        }
+        let Some(place) = self.commands.iter_mut().find(|place| place.is_none()) else {
+            self.machine.raise(AlarmKind::CommandGap, f64::from(command.sequence), f64::from(expected));
+            return;
+        };
+        *place = Some(command);
+        self.state.commands_received = command.sequence;
+        self.state.news = true;
+        // The sender waits for this before it sends setpoints beyond the command's tick.
+        self.tell_receipt();
+    }
+
+    /// Tells the stream at once that a command arrived, without executing a tick.
+    fn tell_receipt(&mut self) {
+        let report = self.machine.last_report();
+        self.send(Outbound::Tick(report, StreamState { only_stream: true, ..self.state }));
+        self.state.news = false;
+    }
+
+    fn reset(&mut self) {
+        let outcome = self.machine.reset();
+        if outcome.is_ok() {
+            self.buffer.open(self.machine.setpoint());
+            self.commands = [None; PENDING_COMMANDS];
+            self.job_running = false;
+            self.state = StreamState { news: true, alarms_reset: true, ..StreamState::default() };
+        }
+        self.send(Outbound::ResetDone(outcome));
+    }
+
+    fn load(&mut self, lobe: &mut RawLobe) -> Result<(), LobeRefused> {
+        if self.job_running || !self.machine.is_at_rest() || self.buffer.has_setpoints() {
+            return Err(LobeRefused::Moving);
+        }
+        if lobe.clear {
+            self.machine.clear_part();
+        }
+        let radii = std::mem::take(&mut lobe.radii_mm);
+        self.machine.load_lobe(&lobe.name, &lobe.station, lobe.width_mm, radii).map_err(LobeRefused::Part)
+    }
+
+    fn copy_part(&self, snapshot: &mut Snapshot) {
+        snapshot.tick = self.machine.tick();
+        let stations = &self.machine.description().stations;
+        snapshot.lobes.clear();
+        // Loading and copying the part are the only places where this thread allocates; both are refused while it moves.
+        snapshot.lobes.extend(self.machine.part().lobes().iter().map(|lobe| SnapshotLobe {
+            name: lobe.name().to_owned(),
+            station: stations.get(lobe.station()).map_or_else(String::new, |station| station.switch.clone()),
+            width_mm: lobe.width_mm(),
+            radii_mm: lobe.radii_mm().to_vec(),
+        }));
+    }
+
+    fn send(&mut self, message: Outbound) {
+        let mut message = message;
+        // The loop keeps room free; a full ring here means that the pump has died.
+        for _ in 0..1000 {
+            match self.outbound.send(message) {
+                Ok(()) => return,
+                Err(back) => message = back,
+            }
+            std::thread::yield_now();
+        }
+    }
+}
+
+/// Axis of a home command by its joint.
+pub(super) fn home_order(joint: &str, counts: i64) -> Option<Order> {
+    Axis::from_joint(joint).map(|axis| Order::Machine(MachineCommand::SetHome { axis, counts }))
+}
