@@ -1,0 +1,432 @@
+//! The interpolator's cyclic thread: it has no clock and computes when the machine grants credit.
+//!
+//! ```text
+//! machine/stream ─► feedback ─► step, step, step … up to the credit ─► chunk with its stop ─► machine/setpoints
+//! ```
+//! An order to the machine takes effect at a tick ahead; no setpoint from that tick on leaves before the machine has
+//! acknowledged it. So what is executed depends on ticks alone, never on when messages arrive.
+
+use crate::convert::setpoints::ChunkBuffer;
+use crate::cyclic::{Receiver, Sender, Waker};
+use camwright::interpolator::{
+    AppliedInput, Event, Interpolator, Order, Outcome, Prepared, Request, StartError, State, Status, TickInputs,
+};
+use camwright::machine::buffer::TailPoint;
+use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
+use camwright::setpoint::{Latch, Setpoint, StopPoint};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Setpoints of one chunk at most: with its stop it stays below 32 kB.
+const CHUNK_TICKS: usize = 64;
+/// Points of the stop that ends a chunk.
+const STOP_POINTS: usize = 24;
+/// Requests that may wait for the next tick.
+const REQUESTS: usize = 16;
+/// Empty chunks that go round between engine and pump.
+pub(super) const CHUNK_POOL: usize = 32;
+
+/// What the machine told.
+#[derive(Debug, Default)]
+pub(super) struct News {
+    pub(super) tick: u64,
+    pub(super) credit_tick: u64,
+    pub(super) is_standstill: bool,
+    pub(super) commands_received: u32,
+    pub(super) alarms: Vec<u16>,
+    pub(super) setpoint_counts: [i64; AXIS_COUNT],
+    pub(super) latches: Vec<Latch>,
+}
+
+/// To the engine.
+#[derive(Debug)]
+pub(super) enum ToEngine {
+    News(Box<News>),
+    Start { motion: Box<Prepared>, is_job: bool },
+    Request(Request),
+    Chunk(Box<ChunkBuffer>),
+}
+
+/// An order as the machine takes it: with its number in the sequence.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Command {
+    Interpolator(Order),
+    JobBegin { tick: u64 },
+    JobEnd { tick: u64 },
+}
+
+/// How a motion went.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Ended {
+    pub(super) outcome: Outcome,
+    pub(super) first_tick: u64,
+    pub(super) last_tick: u64,
+}
+
+/// From the engine.
+#[derive(Debug)]
+pub(super) enum FromEngine {
+    Started { tick: u64 },
+    NotStarted(StartError, Box<Prepared>),
+    Chunk(Box<ChunkBuffer>),
+    Command { sequence: u32, command: Command },
+    Applied { tick: u64, input: AppliedInput },
+    Status { tick: u64, status: Status },
+    Event { tick: u64, event: Event },
+    Ended(Ended),
+    /// To drop where dropping is allowed.
+    Used(Box<News>),
+    Done(Box<Prepared>),
+}
+
+/// A motion between its first and its last tick.
+#[derive(Debug, Clone, Copy)]
+struct Running {
+    is_job: bool,
+    first_tick: u64,
+    /// How it ended, once its last setpoint has been computed.
+    outcome: Option<(Outcome, u64)>,
+}
+
+pub(super) struct Engine {
+    machine: MachineDescription,
+    interpolator: Interpolator,
+    inbox: Receiver<ToEngine>,
+    outbox: Sender<FromEngine>,
+    stop: Arc<AtomicBool>,
+    pool: Vec<Box<ChunkBuffer>>,
+    /// A final chunk that waits until the machine knows of the job's end.
+    withheld: Option<Box<ChunkBuffer>>,
+    /// The last news; `None` before the machine has spoken.
+    seen: Option<Seen>,
+    running: Option<Running>,
+    next_tick: u64,
+    sequence: u32,
+    /// Number and tick of the order that must be acknowledged before setpoints of that tick may leave.
+    unacknowledged: Option<(u32, u64)>,
+    requests: [Option<Request>; REQUESTS],
+    known_alarms: [u16; 16],
+    last_status: Option<(u64, Status)>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    tick: u64,
+    credit_tick: u64,
+    is_standstill: bool,
+    commands_received: u32,
+    has_alarms: bool,
+    counts: [i64; AXIS_COUNT],
+}
+
+impl Engine {
+    pub(super) fn new(
+        machine: &MachineDescription,
+        inbox: Receiver<ToEngine>,
+        outbox: Sender<FromEngine>,
+        stop: Arc<AtomicBool>,
+    ) -> Self {
+        let chunk = || {
+            Box::new(ChunkBuffer {
+                dense: Vec::with_capacity(CHUNK_TICKS),
+                tail: Vec::with_capacity(STOP_POINTS + 1),
+                ..ChunkBuffer::default()
+            })
+        };
+        Self {
+            interpolator: Interpolator::new(machine),
+            machine: machine.clone(),
+            inbox,
+            outbox,
+            stop,
+            pool: (0..CHUNK_POOL).map(|_| chunk()).collect(),
+            withheld: None,
+            seen: None,
+            running: None,
+            next_tick: 0,
+            sequence: 0,
+            unacknowledged: None,
+            requests: [None; REQUESTS],
+            known_alarms: [0; 16],
+            last_status: None,
+        }
+    }
+
+    /// Runs until the node ends.
+    pub(super) fn run(mut self, waker: &Waker) {
+        waker.adopt_current_thread();
+        while !self.stop.load(Ordering::Acquire) {
+            self.receive();
+            self.compute();
+            let _woken = waker.wait(Duration::from_millis(100));
+        }
+    }
+
+    fn receive(&mut self) {
+        while let Some(message) = self.inbox.receive() {
+            match message {
+                ToEngine::News(news) => {
+                    self.take_news(&news);
+                    self.send(FromEngine::Used(news));
+                }
+                ToEngine::Start { motion, is_job } => self.start(motion, is_job),
+                ToEngine::Request(request) => {
+                    if let Some(place) = self.requests.iter_mut().find(|place| place.is_none()) {
+                        *place = Some(request);
+                    }
+                }
+                ToEngine::Chunk(chunk) => {
+                    if self.pool.len() < CHUNK_POOL {
+                        self.pool.push(chunk);
+                    }
+                }
+            }
+        }
+    }
+
+    fn take_news(&mut self, news: &News) {
+        for latch in &news.latches {
+            self.interpolator.feedback(latch);
+        }
+        for (place, number) in self.known_alarms.iter_mut().zip(news.alarms.iter().copied().chain(std::iter::repeat(0))) {
+            let is_new = number != 0 && *place != number;
+            *place = number;
+            // Warnings stop nothing; every alarm that does is in its kind's table as such.
+            if is_new && stops_motion(number) {
+                self.interpolator.alarm(news.tick, number);
+            }
+        }
+        self.seen = Some(Seen {
+            tick: news.tick,
+            credit_tick: news.credit_tick,
+            is_standstill: news.is_standstill,
+            commands_received: news.commands_received,
+            has_alarms: news.alarms.iter().copied().any(stops_motion),
+            counts: news.setpoint_counts,
+        });
+        if self.running.is_some() {
+            self.abandon_after_alarm();
+        } else if news.is_standstill && !self.has_alarms() {
+            // Between motions the machine's word counts; after an alarm's reset this is where it goes on from.
+            if self.interpolator.setpoint().counts != news.setpoint_counts || !self.interpolator.is_idle() {
+                self.interpolator.resync(news.setpoint_counts);
+            }
+        }
+        if let Some((sequence, _)) = self.unacknowledged {
+            if news.commands_received >= sequence {
+                self.unacknowledged = None;
+            }
+        }
+        self.report_end();
+    }
+
+    fn has_alarms(&self) -> bool {
+        self.seen.is_some_and(|seen| seen.has_alarms)
+    }
+
+    /// An alarm has stopped the machine: what was under way is over once it stands.
+    fn abandon_after_alarm(&mut self) {
+        let Some(seen) = self.seen.filter(|seen| seen.has_alarms) else { return };
+        let Some(running) = &mut self.running else { return };
+        let number = self.known_alarms.iter().copied().find(|number| stops_motion(*number)).unwrap_or(0);
+        running.outcome = Some((Outcome::Failed(number), seen.tick));
+        self.unacknowledged = None;
+        if let Some(mut chunk) = self.withheld.take() {
+            chunk.clear();
+            self.pool.push(chunk);
+        }
+    }
+
+    fn start(&mut self, motion: Box<Prepared>, is_job: bool) {
+        let Some(seen) = self.seen.filter(|seen| self.running.is_none() && !seen.has_alarms && seen.is_standstill) else {
+            let error = if self.running.is_some() { StartError::Busy } else { StartError::Fault };
+            self.send(FromEngine::NotStarted(error, motion));
+            return;
+        };
+        if let Err((error, motion)) = self.interpolator.start(motion) {
+            self.send(FromEngine::NotStarted(error, motion));
+            return;
+        }
+        // Far enough ahead for the first chunk to arrive in time, near enough for it to lie within the credit.
+        let lead = u64::from(self.machine.feedback_delay_ticks) * 6 / 10;
+        let first_tick = seen.tick + lead.max(1);
+        self.next_tick = first_tick;
+        self.sequence = 0;
+        self.running = Some(Running { is_job, first_tick, outcome: None });
+        self.requests = [None; REQUESTS];
+        self.send(FromEngine::Started { tick: first_tick });
+        if is_job {
+            self.command(Command::JobBegin { tick: first_tick }, first_tick);
+        }
+    }
+
+    fn command(&mut self, command: Command, tick: u64) {
+        self.sequence += 1;
+        self.unacknowledged = Some((self.sequence, tick));
+        self.send(FromEngine::Command { sequence: self.sequence, command });
+    }
+
+    /// Computes what credit and acknowledgements allow.
+    fn compute(&mut self) {
+        loop {
+            let (Some(seen), Some(running)) = (self.seen, self.running) else { return };
+            if let Some(mut chunk) = self.withheld.take() {
+                if self.unacknowledged.is_some() {
+                    self.withheld = Some(chunk);
+                    return;
+                }
+                chunk.is_final = true;
+                self.send(FromEngine::Chunk(chunk));
+                return;
+            }
+            if running.outcome.is_some() {
+                return;
+            }
+            let bound = self.unacknowledged.map_or(u64::MAX, |(_, tick)| tick - 1);
+            let last = seen.credit_tick.min(bound);
+            if self.next_tick > last {
+                return;
+            }
+            let Some(chunk) = self.pool.pop() else { return };
+            self.fill(chunk, last);
+        }
+    }
+
+    /// One chunk from the next tick on, at most to `last`.
+    fn fill(&mut self, mut chunk: Box<ChunkBuffer>, last: u64) {
+        chunk.clear();
+        chunk.first_tick = self.next_tick;
+        let mut last = last;
+        while self.next_tick <= last && chunk.dense.len() < CHUNK_TICKS {
+            let tick = self.next_tick;
+            let mut pending = [Request::Hold; REQUESTS];
+            let mut count = 0;
+            for request in self.requests.iter().flatten() {
+                pending[count] = *request;
+                count += 1;
+            }
+            let out = self.interpolator.step(&TickInputs { tick, requests: &pending[..count] });
+            self.keep_requests(&pending[..count], out.requests_taken);
+            chunk.dense.push(out.setpoint);
+            self.next_tick += 1;
+            for input in out.applied.iter() {
+                self.send(FromEngine::Applied { tick, input: *input });
+            }
+            for order in out.orders.iter() {
+                self.command(Command::Interpolator(*order), order.tick);
+                last = last.min(order.tick - 1);
+            }
+            self.tell(tick, &out.status);
+            for event in out.events.iter() {
+                self.send(FromEngine::Event { tick, event: *event });
+                if let (Event::Finished(outcome), Some(running)) = (event, &mut self.running) {
+                    running.outcome = Some((*outcome, tick));
+                }
+            }
+            if self.running.is_some_and(|running| running.outcome.is_some()) {
+                break;
+            }
+        }
+        if let Some(finished) = self.interpolator.take_finished() {
+            self.send(FromEngine::Done(finished));
+        }
+        let Some(running) = self.running else { return };
+        match running.outcome {
+            Some((_, tick)) if running.is_job => {
+                self.withheld = Some(chunk);
+                self.command(Command::JobEnd { tick }, tick);
+            }
+            Some(_) => {
+                chunk.is_final = true;
+                self.send(FromEngine::Chunk(chunk));
+            }
+            None => {
+                self.add_stop(&mut chunk);
+                self.send(FromEngine::Chunk(chunk));
+            }
+        }
+    }
+
+    /// Requests that were not taken wait for the next tick, in their order.
+    fn keep_requests(&mut self, pending: &[Request], taken: usize) {
+        self.requests = [None; REQUESTS];
+        for (place, request) in self.requests.iter_mut().zip(pending.iter().skip(taken)) {
+            *place = Some(*request);
+        }
+    }
+
+    /// The stop that the machine follows if nothing newer comes.
+    fn add_stop(&self, chunk: &mut ChunkBuffer) {
+        let last_tick = self.next_tick - 1;
+        let mut points = [StopPoint::default(); STOP_POINTS];
+        let count = self.interpolator.stop_tail(&mut points);
+        for point in &points[..count] {
+            let mut counts = [0; AXIS_COUNT];
+            for axis in Axis::ALL {
+                counts[axis.index()] = self.machine.axis(axis).scale.counts(point.position[axis.index()]);
+            }
+            let setpoint = Setpoint { counts, velocity: point.velocity, acceleration: point.acceleration };
+            chunk.tail.push(TailPoint { tick: last_tick + u64::from(point.ticks), setpoint });
+        }
+        if count == 0 {
+            // At rest already: a point of rest says that more will come.
+            let counts = self.interpolator.setpoint().counts;
+            chunk.tail.push(TailPoint { tick: last_tick + 2, setpoint: Setpoint { counts, ..Setpoint::default() } });
+        }
+    }
+
+    /// Status on change of what people watch, and every 50 ticks.
+    fn tell(&mut self, tick: u64, status: &Status) {
+        let due = self.last_status.is_none_or(|(last, before)| {
+            tick >= last + 50
+                || before.state != status.state
+                || before.segment != status.segment
+                || before.phase != status.phase
+        });
+        if due {
+            self.last_status = Some((tick, *status));
+            self.send(FromEngine::Status { tick, status: *status });
+        }
+    }
+
+    /// A motion is over when the machine has executed its last setpoint and stands.
+    fn report_end(&mut self) {
+        let (Some(seen), Some(running)) = (self.seen, self.running) else { return };
+        let Some((outcome, last_tick)) = running.outcome else { return };
+        if self.withheld.is_some() || seen.tick < last_tick || !(seen.is_standstill || seen.has_alarms) {
+            return;
+        }
+        self.running = None;
+        self.unacknowledged = None;
+        if seen.has_alarms || matches!(outcome, Outcome::Failed(_)) {
+            self.interpolator.resync(seen.counts);
+            if let Some(finished) = self.interpolator.take_finished() {
+                self.send(FromEngine::Done(finished));
+            }
+        }
+        self.send(FromEngine::Ended(Ended { outcome, first_tick: running.first_tick, last_tick }));
+        let status = Status { state: State::Idle, ..Status::default() };
+        self.last_status = None;
+        self.send(FromEngine::Status { tick: seen.tick, status });
+    }
+
+    fn send(&mut self, message: FromEngine) {
+        let mut message = message;
+        // The ring holds more than a credit's worth of everything; if it is full the pump is about to make room.
+        loop {
+            match self.outbox.send(message) {
+                Ok(()) => return,
+                Err(_) if self.outbox.is_abandoned() => return,
+                Err(back) => message = back,
+            }
+            std::thread::yield_now();
+        }
+    }
+}
+
+/// Whether an alarm with this number stops motion; numbers this program does not know do.
+fn stops_motion(number: u16) -> bool {
+    use camwright::machine::alarm::{AlarmKind, Severity};
+    number != 0 && AlarmKind::from_number(number).is_none_or(|kind| kind.entry().severity > Severity::Warning)
+}
