@@ -333,7 +333,8 @@ impl Engine {
         }
         let Some(running) = self.running else { return };
         match running.outcome {
-            Some((_, tick)) if running.is_job => {
+            // Only a job that came to its end has made a part.
+            Some((Outcome::Completed, tick)) if running.is_job => {
                 self.withheld = Some(chunk);
                 self.command(Command::JobEnd { tick }, tick);
             }

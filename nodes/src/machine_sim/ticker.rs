@@ -401,7 +401,7 @@ impl Ticker {
     }
 
     fn load(&mut self, lobe: &mut RawLobe) -> Result<(), LobeRefused> {
-        if self.job_running || !self.machine.is_at_rest() || self.buffer.has_setpoints() {
+        if !self.machine.is_at_rest() || self.buffer.has_setpoints() {
             return Err(LobeRefused::Moving);
         }
         if lobe.clear {

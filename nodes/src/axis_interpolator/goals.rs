@@ -1,0 +1,130 @@
+//! The goal that has command of the axes: a plan, a homing, a trajectory.
+
+use super::engine::Ended;
+use crate::convert::m_from_mm;
+use crate::ros::GoalHandle;
+use camwright::interpolator::{Outcome, SearchStep, Status};
+use camwright_msgs::camwright_msgs::action::{
+    ExecutePlan, ExecutePlanFeedback, ExecutePlanResult, Home, HomeFeedback, HomeResult,
+};
+use camwright_msgs::control_msgs::action::{FollowJointTrajectory, FollowJointTrajectoryResult};
+
+/// A goal in execution.
+#[derive(Debug)]
+pub(super) enum Goal {
+    Plan(GoalHandle<ExecutePlan>),
+    Home(GoalHandle<Home>),
+    Trajectory(GoalHandle<FollowJointTrajectory>),
+    /// A trajectory of the topic `~/joint_trajectory`.
+    Topic,
+}
+
+/// What is being served; nothing between motions.
+#[derive(Debug, Default)]
+pub(super) struct Served {
+    goal: Option<Goal>,
+    /// Who has command, for those who ask meanwhile.
+    name: String,
+    plan_hash: String,
+    /// The interpolator's own alarm, if it raised one.
+    pub(super) alarm: Option<(u16, String)>,
+}
+
+impl Served {
+    /// Whether somebody has command.
+    pub(super) fn is_busy(&self) -> bool {
+        self.goal.is_some()
+    }
+
+    /// Who has command, and of which plan.
+    pub(super) fn names(&self) -> (String, String) {
+        (self.name.clone(), self.plan_hash.clone())
+    }
+
+    /// Gives command to a goal.
+    pub(super) fn begin(&mut self, goal: Goal, name: String, plan_hash: String) {
+        *self = Self { goal: Some(goal), name, plan_hash, alarm: None };
+    }
+
+    /// The motion did not start.
+    pub(super) fn refuse(&mut self, reason: &str) {
+        let message = format!("not started: {reason}; nothing moved");
+        match self.goal.take() {
+            Some(Goal::Plan(goal)) => goal.abort(ExecutePlanResult { message, ..ExecutePlanResult::default() }),
+            Some(Goal::Home(goal)) => goal.abort(HomeResult { message, ..HomeResult::default() }),
+            Some(Goal::Trajectory(goal)) => goal.abort(FollowJointTrajectoryResult {
+                error_code: FollowJointTrajectoryResult::INVALID_GOAL,
+                error_string: message,
+            }),
+            Some(Goal::Topic) | None => {}
+        }
+    }
+
+    pub(super) fn feedback(&self, tick: u64, status: &Status) {
+        match &self.goal {
+            Some(Goal::Plan(goal)) => goal.feedback(&ExecutePlanFeedback {
+                tick,
+                segment: u32::try_from(status.segment).unwrap_or(u32::MAX),
+                phase: status.phase.map_or(0, |phase| phase as u8),
+                lobe: status.lobe.and_then(|lobe| i32::try_from(lobe).ok()).unwrap_or(-1),
+                turn: status.turn,
+                turns: status.turns,
+                stock: m_from_mm(status.stock_mm),
+                percent: status.percent,
+                time_left: status.time_left_s,
+            }),
+            Some(Goal::Home(goal)) => {
+                if let Some((axis, step)) = status.search {
+                    goal.feedback(&HomeFeedback { joint: axis.joint().to_owned(), step: step_name(step).to_owned() });
+                }
+            }
+            Some(Goal::Trajectory(_) | Goal::Topic) | None => {}
+        }
+    }
+
+    /// The motion is over.
+    pub(super) fn end(&mut self, ended: &Ended, text: &str) {
+        let alarm = match ended.outcome {
+            Outcome::Failed(number) => number,
+            Outcome::Completed | Outcome::Cancelled => 0,
+        };
+        let message = match &self.alarm {
+            Some((_, reason)) if alarm != 0 => format!("{text}: {reason}"),
+            _ => text.to_owned(),
+        };
+        let success = ended.outcome == Outcome::Completed;
+        match self.goal.take() {
+            Some(Goal::Plan(goal)) => {
+                let (first_tick, last_tick) = (ended.first_tick, ended.last_tick);
+                close(&goal, ended.outcome, ExecutePlanResult { success, message, alarm, first_tick, last_tick });
+            }
+            Some(Goal::Home(goal)) => close(&goal, ended.outcome, HomeResult { success, message, alarm }),
+            Some(Goal::Trajectory(goal)) => {
+                let error_code = match ended.outcome {
+                    Outcome::Completed | Outcome::Cancelled => FollowJointTrajectoryResult::SUCCESSFUL,
+                    Outcome::Failed(_) => FollowJointTrajectoryResult::PATH_TOLERANCE_VIOLATED,
+                };
+                close(&goal, ended.outcome, FollowJointTrajectoryResult { error_code, error_string: message });
+            }
+            Some(Goal::Topic) | None => {}
+        }
+        *self = Self::default();
+    }
+}
+
+fn close<A: camwright_msgs::Action>(goal: &GoalHandle<A>, outcome: Outcome, result: A::Result) {
+    match outcome {
+        Outcome::Completed => goal.succeed(result),
+        Outcome::Cancelled => goal.canceled(result),
+        Outcome::Failed(_) => goal.abort(result),
+    }
+}
+
+fn step_name(step: SearchStep) -> &'static str {
+    match step {
+        SearchStep::Search => "search",
+        SearchStep::Stop => "stop",
+        SearchStep::Return => "return",
+        SearchStep::Latch => "latch",
+    }
+}

@@ -1,0 +1,204 @@
+//! From what the engine reports to messages, and to the goal that is being served.
+
+use super::engine::{Command, Ended, FromEngine, ToEngine};
+use super::goals::Served;
+use crate::convert::m_from_mm;
+use crate::convert::setpoints::trajectory_from_chunk;
+use crate::convert::time::TickClock;
+use crate::cyclic::{Receiver, Waker};
+use crate::machine_sim::input_name;
+use crate::ros::{Node, Publisher, Qos, RosError};
+use camwright::interpolator::{AppliedInput as Applied, Event, OrderKind, Outcome, Request, State, Status};
+use camwright::machine::description::MachineDescription;
+use camwright_msgs::camwright_msgs::msg::{AppliedInput, InterpolatorState, MachineCommand};
+use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// The publishers of the interpolator.
+#[derive(Debug)]
+pub(super) struct Outlets {
+    setpoints: Publisher<JointTrajectory>,
+    commands: Publisher<MachineCommand>,
+    state: Publisher<InterpolatorState>,
+    inputs: Publisher<AppliedInput>,
+}
+
+impl Outlets {
+    pub(super) fn new(node: &Node) -> Result<Self, RosError> {
+        Ok(Self {
+            setpoints: node.publisher("machine/setpoints", &Qos::default_topic().keep_last(1000))?,
+            commands: node.publisher("machine/commands", &Qos::default_topic().keep_last(1000))?,
+            state: node.publisher("~/state", &Qos::latched(1))?,
+            inputs: node.publisher("~/inputs", &Qos::default_topic().keep_last(1000))?,
+        })
+    }
+}
+
+pub(super) struct Pump {
+    pub(super) node: Node,
+    pub(super) machine: MachineDescription,
+    pub(super) clock: Arc<Mutex<Option<TickClock>>>,
+    pub(super) outlets: Outlets,
+    pub(super) served: Arc<Mutex<Served>>,
+    pub(super) order: u32,
+    pub(super) order_tick: u64,
+}
+
+impl Pump {
+    /// Runs until the other end of the ring is gone; `back` returns empty chunks to the engine.
+    pub(super) fn run(mut self, mut reports: Receiver<FromEngine>, waker: &Waker, back: impl Fn(ToEngine)) {
+        waker.adopt_current_thread();
+        loop {
+            let is_last = reports.is_abandoned();
+            while let Some(report) = reports.receive() {
+                let clock = *self.clock.lock().unwrap_or_else(PoisonError::into_inner);
+                let Some(clock) = clock else { continue };
+                if let Err(error) = self.take(report, clock, &back) {
+                    self.node.logger().warn(&format!("a report cannot be published: {error}"));
+                }
+            }
+            if is_last {
+                return;
+            }
+            let _woken = waker.wait(Duration::from_millis(100));
+        }
+    }
+
+    fn take(&mut self, report: FromEngine, clock: TickClock, back: &impl Fn(ToEngine)) -> Result<(), RosError> {
+        match report {
+            FromEngine::Chunk(mut chunk) => {
+                let outcome = self.outlets.setpoints.publish(&trajectory_from_chunk(&chunk, &self.machine, clock));
+                chunk.clear();
+                back(ToEngine::Chunk(chunk));
+                outcome
+            }
+            FromEngine::Command { sequence, command } => self.outlets.commands.publish(&message(sequence, command, clock)),
+            FromEngine::Started { tick } => {
+                let (text, hash) = self.served().names();
+                self.node.logger().info(&format!("{text} begins at tick {tick}"));
+                self.input(clock, tick, AppliedInput { kind: AppliedInput::START, text: hash, ..AppliedInput::default() })
+            }
+            FromEngine::NotStarted(error, _motion) => {
+                self.served().refuse(&error.to_string());
+                Ok(())
+            }
+            FromEngine::Applied { tick, input } => self.input(clock, tick, self.applied(&input)),
+            FromEngine::Status { tick, status } => self.status(clock, tick, &status),
+            FromEngine::Event { tick, event } => {
+                self.event(tick, event);
+                Ok(())
+            }
+            FromEngine::Ended(ended) => {
+                self.end(ended);
+                Ok(())
+            }
+            FromEngine::Used(_) | FromEngine::Done(_) => Ok(()),
+        }
+    }
+
+    fn served(&self) -> std::sync::MutexGuard<'_, Served> {
+        // Held for a message or a look at a name, never across a wait.
+        self.served.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn input(&mut self, clock: TickClock, tick: u64, input: AppliedInput) -> Result<(), RosError> {
+        self.order = if tick == self.order_tick { self.order + 1 } else { 0 };
+        self.order_tick = tick;
+        self.outlets.inputs.publish(&AppliedInput { stamp: clock.stamp(tick), tick, order: self.order, ..input })
+    }
+
+    fn applied(&self, input: &Applied) -> AppliedInput {
+        let plain = |kind: u8| AppliedInput { kind, ..AppliedInput::default() };
+        match input {
+            Applied::Request(Request::Hold) => plain(AppliedInput::HOLD),
+            Applied::Request(Request::Unhold) => plain(AppliedInput::UNHOLD),
+            Applied::Request(Request::Cancel) => plain(AppliedInput::CANCEL),
+            Applied::Request(Request::SetOverride(value)) => {
+                AppliedInput { value: *value, ..plain(AppliedInput::OVERRIDE) }
+            }
+            Applied::Request(Request::Decision) => plain(AppliedInput::DECISION),
+            Applied::Feedback(latch) => AppliedInput {
+                text: input_name(latch.input, &self.machine).to_owned(),
+                counts: latch.counts,
+                ..plain(AppliedInput::FEEDBACK)
+            },
+            Applied::Alarm(number) => AppliedInput { counts: i64::from(*number), ..plain(AppliedInput::ALARM) },
+        }
+    }
+
+    fn status(&self, clock: TickClock, tick: u64, status: &Status) -> Result<(), RosError> {
+        let mut served = self.served();
+        served.feedback(tick, status);
+        let (holder, plan_hash) = served.names();
+        drop(served);
+        let is_idle = status.state == State::Idle;
+        self.outlets.state.publish(&InterpolatorState {
+            stamp: clock.stamp(tick),
+            tick,
+            state: status.state as u8,
+            holder: if is_idle { String::new() } else { holder },
+            plan_hash: if is_idle { String::new() } else { plan_hash },
+            segment: u32::try_from(status.segment).unwrap_or(u32::MAX),
+            phase: status.phase.map_or(0, |phase| phase as u8),
+            lobe: status.lobe.and_then(|lobe| i32::try_from(lobe).ok()).unwrap_or(-1),
+            turn: status.turn,
+            turns: status.turns,
+            stock: m_from_mm(status.stock_mm),
+            percent: status.percent,
+            time_left: status.time_left_s,
+            feed_override: status.feed_override,
+            is_homed: status.is_homed,
+        })
+    }
+
+    fn event(&self, tick: u64, event: Event) {
+        match event {
+            Event::Alarm(alarm) => {
+                self.served().alarm = Some((alarm.number(), alarm.to_string()));
+                let text = format!("alarm {} at tick {tick}: {alarm} ({})", alarm.number(), alarm.remedy());
+                self.node.logger().error(&text);
+            }
+            Event::Segment(_) | Event::Finished(_) => {}
+        }
+    }
+
+    fn end(&self, ended: Ended) {
+        let mut served = self.served();
+        let (name, _) = served.names();
+        let text = match ended.outcome {
+            Outcome::Completed => format!("{name} is complete at tick {}", ended.last_tick),
+            Outcome::Cancelled => format!("{name} was cancelled: the axes are at rest and the wheel is retracted"),
+            Outcome::Failed(number) => format!("{name} was stopped by alarm {number}"),
+        };
+        served.end(&ended, &text);
+        drop(served);
+        match ended.outcome {
+            Outcome::Failed(_) => self.node.logger().error(&text),
+            Outcome::Completed | Outcome::Cancelled => self.node.logger().info(&text),
+        }
+    }
+}
+
+fn message(sequence: u32, command: Command, clock: TickClock) -> MachineCommand {
+    let base = |tick: u64, kind: u8| MachineCommand {
+        stamp: clock.stamp(tick),
+        sequence,
+        tick,
+        kind,
+        ..MachineCommand::default()
+    };
+    match command {
+        Command::JobBegin { tick } => base(tick, MachineCommand::JOB_BEGIN),
+        Command::JobEnd { tick } => base(tick, MachineCommand::JOB_END),
+        Command::Interpolator(order) => match order.kind {
+            OrderKind::SetHome { axis, counts } => MachineCommand {
+                target: axis.joint().to_owned(),
+                counts,
+                ..base(order.tick, MachineCommand::SET_HOME)
+            },
+            OrderKind::WheelStart => base(order.tick, MachineCommand::WHEEL_START),
+            OrderKind::WheelStop => base(order.tick, MachineCommand::WHEEL_STOP),
+        },
+    }
+}
