@@ -18,6 +18,7 @@ pub mod numeric;
 pub mod path_stop;
 pub mod plan;
 pub mod point_to_point;
+pub mod rehearsal;
 pub mod setpoint;
 pub mod speed_plan;
 pub mod tool_path;

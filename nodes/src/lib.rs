@@ -1,7 +1,10 @@
 //! The ROS 2 shells around the `camwright` core.
 
+pub mod axis_interpolator;
 pub mod bag;
 pub mod config;
 pub mod convert;
 pub mod cyclic;
+pub mod machine_sim;
 pub mod ros;
+pub mod running;

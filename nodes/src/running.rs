@@ -70,3 +70,44 @@ pub mod autostart {
         }
     }
 }
+
+/// The `main` of a node's binary: starts it, waits for a signal, ends it. Exit 0 after a signal, 1 if it could not start,
+/// 2 if its arguments are malformed.
+pub fn main<N>(
+    name: &str,
+    start: impl FnOnce(&crate::ros::RosArgs) -> Result<N, NodeError>,
+    stop: impl FnOnce(N),
+) -> std::process::ExitCode {
+    use crate::ros::{RosArgs, RosLayer, Shutdown};
+    use std::process::ExitCode;
+
+    let (args, rest) = match RosArgs::from_env() {
+        Ok(parsed) => parsed,
+        Err(error) => {
+            eprintln!("{name}: {error}");
+            return ExitCode::from(2);
+        }
+    };
+    if let Some(unknown) = rest.first() {
+        let is_help = matches!(unknown.as_str(), "-h" | "--help");
+        eprintln!("{name}: a ROS 2 node of camwright; usage: {name} [--ros-args -r FROM:=TO -p NAME:=VALUE --params-file FILE --log-level LEVEL]");
+        if is_help {
+            return ExitCode::SUCCESS;
+        }
+        eprintln!("{name}: unknown argument {unknown:?}");
+        return ExitCode::from(2);
+    }
+    RosLayer::install();
+    let node = Shutdown::on_signals().map_err(NodeError::from).and_then(|shutdown| Ok((start(&args)?, shutdown)));
+    match node {
+        Ok((node, shutdown)) => {
+            shutdown.wait();
+            stop(node);
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("{name}: {error}");
+            ExitCode::from(1)
+        }
+    }
+}

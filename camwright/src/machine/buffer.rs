@@ -203,6 +203,18 @@ impl SetpointBuffer {
         self.shifts.push(Shift { tick, axis, counts })
     }
 
+    /// Whether setpoints wait for their tick.
+    #[must_use]
+    pub fn has_setpoints(&self) -> bool {
+        !self.dense.is_empty()
+    }
+
+    /// Whether a motion has come to its end: its final chunk has been executed.
+    #[must_use]
+    pub fn is_spent(&self) -> bool {
+        self.is_final && self.dense.is_empty()
+    }
+
     /// What there is for a tick.
     #[must_use]
     pub fn supply(&self, tick: u64) -> Supply {

@@ -128,7 +128,7 @@ impl Pump {
     }
 
     fn status(&self, clock: TickClock, tick: u64, status: &Status) -> Result<(), RosError> {
-        let mut served = self.served();
+        let served = self.served();
         served.feedback(tick, status);
         let (holder, plan_hash) = served.names();
         drop(served);

@@ -208,12 +208,12 @@ fn subscriptions(
     bounds: &Arc<Bounds>,
     waker: &Waker,
 ) -> Result<Vec<Subscription>, NodeError> {
-    let qos = Qos::keep_last(1000);
+    let qos = Qos::default_topic().keep_last(1000);
     let (machine, logger, chunks) = (description.clone(), node.logger().clone(), inlet.clone());
     let setpoints = node.subscribe::<JointTrajectory>("machine/setpoints", &qos, move |message, info| {
         match chunk_from_trajectory(&message, &machine, clock) {
             Ok(chunk) => {
-                chunks.send(Inbound::Chunk(info.writer_guid(), Box::new(chunk)));
+                chunks.send(Inbound::Chunk(participant(info.writer), Box::new(chunk)));
             }
             Err(error) => logger.warn(&format!("setpoints refused: {error}")),
         }
@@ -223,18 +223,25 @@ fn subscriptions(
         match order(&message) {
             Some(order) => {
                 let command = TimedCommand { sequence: message.sequence, tick: message.tick, order };
-                orders.send(Inbound::Command(info.writer_guid(), command));
+                orders.send(Inbound::Command(participant(info.writer), command));
             }
             None => logger.warn(&format!("command {} for {:?} is unknown", message.kind, message.target)),
         }
     })?;
     let (bounds, waker) = (Arc::clone(bounds), waker.clone());
-    let recorder = node.subscribe::<RecorderStatus>("run_logger/status", &Qos::keep_last(100), move |message, _| {
+    let recorder = node.subscribe::<RecorderStatus>("run_logger/status", &Qos::default_topic().keep_last(100), move |message, _| {
         bounds.recorded_tick.store(message.last_tick, Ordering::Release);
         bounds.recording.store(message.recording && !message.paused, Ordering::Release);
         waker.wake();
     })?;
     Ok(vec![setpoints, commands, recorder])
+}
+
+/// Who sends: the participant of a writer, the same for its setpoints and its commands.
+fn participant(writer: crate::ros::Guid) -> [u8; 16] {
+    let mut participant = writer;
+    participant[12..].fill(0);
+    participant
 }
 
 fn order(message: &CommandMessage) -> Option<Order> {

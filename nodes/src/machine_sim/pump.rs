@@ -19,7 +19,7 @@ const IO_PERIOD_TICKS: u64 = 1000;
 /// Ticks between two messages of `/clock`.
 const CLOCK_PERIOD_TICKS: u64 = 10;
 /// Depth of the joint state writer: what a late reader of a burst may still get.
-const JOINT_STATE_DEPTH: i32 = 2000;
+const JOINT_STATE_DEPTH: u32 = 2000;
 
 /// The publishers of the machine.
 #[derive(Debug)]
@@ -35,12 +35,12 @@ pub(super) struct Outlets {
 impl Outlets {
     pub(super) fn new(node: &Node, publishes_clock: bool) -> Result<Self, RosError> {
         Ok(Self {
-            joint_states: node.publisher("joint_states", &Qos::keep_last(JOINT_STATE_DEPTH))?,
-            stream: node.publisher("machine/stream", &Qos::keep_last(1000))?,
-            io: node.publisher("machine/io", &Qos::keep_last(1000))?,
+            joint_states: node.publisher("joint_states", &Qos::default_topic().keep_last(JOINT_STATE_DEPTH))?,
+            stream: node.publisher("machine/stream", &Qos::default_topic().keep_last(1000))?,
+            io: node.publisher("machine/io", &Qos::default_topic().keep_last(1000))?,
             alarms: node.publisher("machine/alarms", &Qos::latched(1))?,
             part: node.publisher("machine/part", &Qos::latched(32))?,
-            clock: publishes_clock.then(|| node.publisher("/clock", &Qos::keep_last(100))).transpose()?,
+            clock: publishes_clock.then(|| node.publisher("/clock", &Qos::default_topic().keep_last(100))).transpose()?,
         })
     }
 }

@@ -138,6 +138,7 @@ pub(super) struct Ticker {
     faults: [Option<Fault>; 8],
     fault_now: [Fault; 8],
     state: StreamState,
+    last_report: Option<TickReport>,
     active: bool,
     job_running: bool,
 }
@@ -168,6 +169,7 @@ impl Ticker {
             faults: [None; 8],
             fault_now: [Fault::WheelStall(false); 8],
             state: StreamState::default(),
+            last_report: None,
             active: false,
             job_running: false,
         }
@@ -250,13 +252,14 @@ impl Ticker {
             self.buffer.close();
             self.state.news = true;
         }
-        if self.state.has_holder && !self.buffer.has_setpoints() && self.buffer.is_finished(next) {
+        if self.state.has_holder && self.buffer.is_spent() {
             self.state.has_holder = false;
             self.state.news = true;
         }
         if report.motion == MotionState::Standstill && self.state.alarms_reset {
             self.state.news = true;
         }
+        self.last_report = Some(report);
         self.send(Outbound::Tick(report, self.state));
         self.state.news = false;
         self.state.alarms_reset = false;
@@ -384,9 +387,10 @@ impl Ticker {
 
     /// Tells the stream at once that a command arrived, without executing a tick.
     fn tell_receipt(&mut self) {
-        let report = self.machine.last_report();
-        self.send(Outbound::Tick(report, StreamState { only_stream: true, ..self.state }));
-        self.state.news = false;
+        if let Some(report) = self.last_report {
+            self.send(Outbound::Tick(report, StreamState { only_stream: true, ..self.state }));
+            self.state.news = false;
+        }
     }
 
     fn reset(&mut self) {

@@ -1,0 +1,406 @@
+//! `camwright run`: the whole cell in one process, or the job on a cell that runs already.
+
+use crate::axis_interpolator::AxisInterpolator;
+use crate::job_planner::JobPlanner;
+use crate::machine_sim::MachineSim;
+use crate::ros::{
+    ClientGoal, GoalStatus, Lifecycle, Node, NodeOptions, ParameterValue, Qos, RosArgs, RosLayer, Shutdown, Subscription,
+    Transition,
+};
+use crate::run_logger::RunLogger;
+use crate::running::NodeError;
+use camwright::units::deg_from_rad;
+use camwright_msgs::camwright_msgs::action::{RunJob, RunJobFeedback, RunJobGoal, RunJobResult};
+use camwright_msgs::camwright_msgs::msg::{JobStatus, LobeResult, RecorderStatus};
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+/// How long the nodes may take to find each other.
+const MEETING: Duration = Duration::from_secs(20);
+/// How long a cancelled job may take to come to rest.
+const STOPPING: Duration = Duration::from_secs(30);
+/// The lobes of a good part lie within this of the design (µm): the usual tolerance of a lift is ±5 µm.
+const TOLERANCE_UM: f64 = 5.0;
+
+/// Arguments of `camwright run`.
+#[derive(Debug, Clone, Args, Default)]
+pub struct RunArgs {
+    /// Job, by name or path.
+    #[arg(default_value = "four_lobe_camshaft")]
+    job: Option<String>,
+    /// Ticks follow the wall clock, or go as fast as they can.
+    #[arg(long, value_enum, default_value_t = PaceArg::Fast)]
+    pace: PaceArg,
+    /// Directory of the bag, which must not exist; default: bags/<job>_<time>.
+    #[arg(long, value_name = "DIR")]
+    bag: Option<PathBuf>,
+    /// Set a key of the job, for example infeed.total_mm=0.72 or lobes.I1.phase_deg=75; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Set a key of the machine, for example x_axis.drive.kv_1_s=150; may be repeated.
+    #[arg(long = "set-machine", value_name = "KEY=VALUE")]
+    set_machine: Vec<String>,
+    /// Run the job on nodes that are running already, in other processes.
+    #[arg(long)]
+    attach: bool,
+    /// Print the result as JSON on standard output.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Default)]
+enum PaceArg {
+    Realtime,
+    #[default]
+    Fast,
+}
+
+/// The four nodes in this process.
+struct Cell {
+    logger: RunLogger,
+    machine: MachineSim,
+    interpolator: AxisInterpolator,
+    planner: JobPlanner,
+}
+
+/// Entry point.
+pub(super) fn main(args: &RunArgs, ros_args: &RosArgs) -> ExitCode {
+    RosLayer::install();
+    match run(args, ros_args) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("camwright run: {error}");
+            ExitCode::from(1)
+        }
+    }
+}
+
+fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
+    let started = Instant::now();
+    let shutdown = Shutdown::on_signals()?;
+    let job = args.job.clone().unwrap_or_else(|| "four_lobe_camshaft".to_owned());
+    let bag = args.bag.clone().unwrap_or_else(|| default_bag(&job));
+    let client = Client::new(ros_args)?;
+    let cell = if args.attach { None } else { Some(Cell::start(args, ros_args, &bag)?) };
+    client.meet(cell.is_some(), &shutdown)?;
+    let outcome = client.run_job(&job, &args.set, &shutdown);
+    if let Some(cell) = cell {
+        cell.stop();
+    }
+    client.node.shutdown();
+    let (status, result) = outcome?;
+    let report = Report { job: &job, status, result: &result, bag: (!args.attach).then_some(&bag), took: started.elapsed() };
+    if args.json { report.print_json() } else { report.print() }
+    Ok(report.exit_code())
+}
+
+fn default_bag(job: &str) -> PathBuf {
+    let name = std::path::Path::new(job).file_stem().map_or_else(|| job.to_owned(), |stem| stem.to_string_lossy().into());
+    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+    PathBuf::from("bags").join(format!("{name}_{seconds}"))
+}
+
+impl Cell {
+    fn start(args: &RunArgs, ros_args: &RosArgs, bag: &std::path::Path) -> Result<Self, NodeError> {
+        let pace = match args.pace {
+            PaceArg::Realtime => "realtime",
+            PaceArg::Fast => "fast",
+        };
+        let text = |text: &str| ParameterValue::String(text.to_owned());
+        let args_of_cell = ros_args
+            .clone()
+            .with_parameter(None, "autostart", ParameterValue::Bool(false))
+            .with_parameter(Some("machine_sim"), "pace", text(pace))
+            .with_parameter(
+                Some("machine_sim"),
+                "machine_overrides",
+                ParameterValue::StringArray(args.set_machine.clone()),
+            )
+            .with_parameter(Some("run_logger"), "bag_dir", text(&bag.to_string_lossy()));
+        let cell = Self {
+            logger: RunLogger::start(&args_of_cell)?,
+            machine: MachineSim::start(&args_of_cell)?,
+            interpolator: AxisInterpolator::start(&args_of_cell)?,
+            planner: JobPlanner::start(&args_of_cell)?,
+        };
+        // Recorder first, so that the bag begins before anything happens; then from the axes upwards.
+        for lifecycle in cell.lifecycles() {
+            lifecycle.trigger(Transition::Configure)?;
+            lifecycle.trigger(Transition::Activate)?;
+        }
+        Ok(cell)
+    }
+
+    fn lifecycles(&self) -> [&Lifecycle; 4] {
+        [self.logger.lifecycle(), self.machine.lifecycle(), self.interpolator.lifecycle(), self.planner.lifecycle()]
+    }
+
+    /// Ends the cell from the top down, the recorder last.
+    fn stop(self) {
+        self.planner.stop();
+        self.interpolator.stop();
+        self.machine.stop();
+        self.logger.stop();
+    }
+}
+
+/// What the client waits for: set by callbacks, watched by the main thread.
+#[derive(Debug, Default)]
+struct Heard {
+    recorder: Option<RecorderStatus>,
+    job: Option<JobStatus>,
+}
+
+/// The part of the command that talks to the cell like any other ROS client.
+struct Client {
+    node: Node,
+    action: crate::ros::ActionClient<RunJob>,
+    heard: Arc<(Mutex<Heard>, Condvar)>,
+    _spin: crate::ros::SpinThread,
+    _subscriptions: Vec<Subscription>,
+}
+
+impl Client {
+    fn new(ros_args: &RosArgs) -> Result<Self, NodeError> {
+        let node = Node::new(NodeOptions::new("camwright", ros_args))?;
+        let heard: Arc<(Mutex<Heard>, Condvar)> = Arc::default();
+        let for_recorder = Arc::clone(&heard);
+        let recorder =
+            node.subscribe::<RecorderStatus>("run_logger/status", &Qos::default_topic(), move |message, _| {
+                tell(&for_recorder, |heard| heard.recorder = Some(message));
+            })?;
+        let for_job = Arc::clone(&heard);
+        let job = node.subscribe::<JobStatus>("job_planner/job_status", &Qos::latched(1), move |message, _| {
+            tell(&for_job, |heard| heard.job = Some(message));
+        })?;
+        let action = node.action_client::<RunJob>("job_planner/run_job")?;
+        let spin = node.spin_in_thread()?;
+        Ok(Self { node, action, heard, _spin: spin, _subscriptions: vec![recorder, job] })
+    }
+
+    /// Waits until the planner can be asked and, with a recorder, until it records what matters.
+    fn meet(&self, with_recorder: bool, shutdown: &Shutdown) -> Result<(), NodeError> {
+        self.action.wait_for_server(MEETING)?;
+        if !with_recorder {
+            return Ok(());
+        }
+        let wanted = ["joint_states", "machine/stream", "machine/setpoints", "machine/part", "job_planner/plan"];
+        let wanted: Vec<String> =
+            wanted.iter().map(|topic| self.node.resolve_topic(topic)).collect::<Result<_, _>>()?;
+        let missing = |status: Option<&RecorderStatus>| -> Vec<&String> {
+            let recorded = |topic: &String| status.is_some_and(|s| s.topics.iter().any(|t| t.topic == *topic));
+            wanted.iter().filter(|topic| !recorded(topic)).collect()
+        };
+        let deadline = Instant::now() + MEETING;
+        let (mutex, changed) = &*self.heard;
+        let mut heard = mutex.lock().unwrap_or_else(PoisonError::into_inner);
+        loop {
+            let missing = missing(heard.recorder.as_ref());
+            if missing.is_empty() {
+                return Ok(());
+            }
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() || shutdown.is_requested() {
+                return Err(NodeError::Parameter(format!("the recorder does not record {missing:?}")));
+            }
+            let slice = left.min(Duration::from_millis(200));
+            heard = changed.wait_timeout(heard, slice).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    fn run_job(
+        &self,
+        job: &str,
+        overrides: &[String],
+        shutdown: &Shutdown,
+    ) -> Result<(GoalStatus, RunJobResult), NodeError> {
+        let progress = ProgressBar::new(1000);
+        let style = ProgressStyle::with_template("{bar:30} {msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
+        progress.set_style(style);
+        progress.set_message("planning");
+        let bar = progress.clone();
+        let goal = RunJobGoal { job: job.to_owned(), overrides: overrides.to_vec() };
+        let goal = self.action.send_goal(&goal, move |feedback| show(&bar, &feedback), MEETING)?;
+        if !goal.accepted() {
+            progress.finish_and_clear();
+            let (mutex, _) = &*self.heard;
+            let reason = mutex.lock().unwrap_or_else(PoisonError::into_inner).job.clone().map(|status| status.message);
+            let reason = reason.filter(|reason| !reason.is_empty()).unwrap_or_else(|| "no reason was given".into());
+            return Err(NodeError::Parameter(format!("the job is refused, nothing moved: {reason}")));
+        }
+        let outcome = wait_for_result(&goal, shutdown);
+        progress.finish_and_clear();
+        outcome
+    }
+}
+
+/// Waits for the result; a signal cancels the goal and waits for the axes to come to rest.
+fn wait_for_result(goal: &ClientGoal<RunJob>, shutdown: &Shutdown) -> Result<(GoalStatus, RunJobResult), NodeError> {
+    type Slot = Arc<(Mutex<Option<(GoalStatus, RunJobResult)>>, Condvar)>;
+    let slot: Slot = Arc::default();
+    let place = Arc::clone(&slot);
+    goal.result_with(move |status, result| {
+        let (mutex, changed) = &*place;
+        *mutex.lock().unwrap_or_else(PoisonError::into_inner) = Some((status, result));
+        changed.notify_all();
+    })?;
+    let (mutex, changed) = &*slot;
+    let mut given_up: Option<Instant> = None;
+    let mut result = mutex.lock().unwrap_or_else(PoisonError::into_inner);
+    loop {
+        if let Some(result) = result.take() {
+            return Ok(result);
+        }
+        if shutdown.is_requested() && given_up.is_none() {
+            given_up = Some(Instant::now() + STOPPING);
+            goal.cancel_with(|_| {})?;
+        }
+        if given_up.is_some_and(|end| Instant::now() > end) {
+            return Err(NodeError::Parameter("the cancelled job did not come to rest in time".into()));
+        }
+        result = changed.wait_timeout(result, Duration::from_millis(100)).unwrap_or_else(PoisonError::into_inner).0;
+    }
+}
+
+fn tell(heard: &(Mutex<Heard>, Condvar), change: impl FnOnce(&mut Heard)) {
+    change(&mut heard.0.lock().unwrap_or_else(PoisonError::into_inner));
+    heard.1.notify_all();
+}
+
+fn show(progress: &ProgressBar, feedback: &RunJobFeedback) {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a percentage")]
+    progress.set_position((feedback.percent.clamp(0.0, 100.0) * 10.0) as u64);
+    let mut text = format!("{:>3.0} %  {} {}", feedback.percent, feedback.lobe, feedback.phase_name);
+    if feedback.turns > 0.0 {
+        let _infallible = write!(text, ", turn {:.1} of {:.0}", feedback.turn, feedback.turns);
+        let _infallible = write!(text, ", stock {:.0} um", um(feedback.stock));
+    }
+    let _infallible = write!(text, ", {:.0} s left", feedback.time_left);
+    progress.set_message(text);
+}
+
+/// A length for people (µm) from a message (m).
+fn um(m: f64) -> f64 {
+    camwright::units::um_from_mm(crate::convert::mm_from_m(m))
+}
+
+/// What is printed at the end.
+struct Report<'a> {
+    job: &'a str,
+    status: GoalStatus,
+    result: &'a RunJobResult,
+    bag: Option<&'a PathBuf>,
+    took: Duration,
+}
+
+impl Report<'_> {
+    fn worst(&self) -> Option<&LobeResult> {
+        self.result.lobes.iter().max_by(|a, b| a.form_error_max.abs().total_cmp(&b.form_error_max.abs()))
+    }
+
+    fn is_good(&self) -> bool {
+        self.status == GoalStatus::Succeeded
+            && self.result.success
+            && self.worst().is_some_and(|lobe| um(lobe.form_error_max.abs()) <= TOLERANCE_UM)
+    }
+
+    fn exit_code(&self) -> ExitCode {
+        match self.status {
+            GoalStatus::Succeeded if self.is_good() => ExitCode::SUCCESS,
+            GoalStatus::Succeeded => ExitCode::from(4),
+            _ => ExitCode::from(3),
+        }
+    }
+
+    #[allow(clippy::print_stdout, reason = "the result of the command")]
+    fn print(&self) {
+        let result = self.result;
+        if !result.lobes.is_empty() {
+            println!("lobe  station  start      turns   time      form error max          rms");
+        }
+        for lobe in &result.lobes {
+            println!(
+                "{:<5} {:<8} {:>5.1} deg  {:>5.1}  {:>6.2} s  {:>+7.3} um at {:>5.1} deg  {:>6.3} um",
+                lobe.name,
+                lobe.station,
+                deg_from_rad(lobe.start_angle),
+                lobe.turns,
+                lobe.duration,
+                um(lobe.form_error_max),
+                deg_from_rad(lobe.form_error_max_angle),
+                um(lobe.form_error_rms),
+            );
+        }
+        if result.duration > 0.0 {
+            println!(
+                "machine time {:.2} s; with rotary indexing before each lobe {:.2} s, saved {:.2} s; took {:.1} s",
+                result.duration,
+                result.duration_with_indexing,
+                result.duration_with_indexing - result.duration,
+                self.took.as_secs_f64(),
+            );
+        }
+        if !result.message.is_empty() {
+            println!("{}", result.message);
+        }
+        if let Some(bag) = self.bag {
+            println!("bag: {}", bag.display());
+        }
+        println!("{}", self.verdict());
+    }
+
+    fn verdict(&self) -> String {
+        match (self.worst(), self.status) {
+            (Some(worst), GoalStatus::Succeeded) => format!(
+                "{}: {}, worst form error {:.3} um on lobe {} (tolerance {TOLERANCE_UM} um)",
+                if self.is_good() { "GOOD" } else { "NOT GOOD" },
+                self.job,
+                um(worst.form_error_max.abs()),
+                worst.name,
+            ),
+            _ => format!("NOT COMPLETE: {}, {:?}", self.job, self.status),
+        }
+    }
+
+    #[allow(clippy::print_stdout, reason = "the result of the command")]
+    fn print_json(&self) {
+        let lobes: Vec<serde_json::Value> = self
+            .result
+            .lobes
+            .iter()
+            .map(|lobe| {
+                serde_json::json!({
+                    "name": lobe.name,
+                    "station": lobe.station,
+                    "start_deg": deg_from_rad(lobe.start_angle),
+                    "turns": lobe.turns,
+                    "duration_s": lobe.duration,
+                    "form_error_max_um": um(lobe.form_error_max),
+                    "form_error_max_deg": deg_from_rad(lobe.form_error_max_angle),
+                    "form_error_rms_um": um(lobe.form_error_rms),
+                })
+            })
+            .collect();
+        let report = serde_json::json!({
+            "job": self.job,
+            "good": self.is_good(),
+            "status": format!("{:?}", self.status),
+            "message": self.result.message,
+            "alarm": self.result.alarm,
+            "plan_hash": self.result.plan_hash,
+            "first_tick": self.result.first_tick,
+            "last_tick": self.result.last_tick,
+            "duration_s": self.result.duration,
+            "duration_with_indexing_s": self.result.duration_with_indexing,
+            "bag": self.bag,
+            "took_s": self.took.as_secs_f64(),
+            "lobes": lobes,
+        });
+        println!("{report}");
+    }
+}
