@@ -115,7 +115,6 @@ struct Seen {
     tick: u64,
     credit_tick: u64,
     is_standstill: bool,
-    commands_received: u32,
     has_alarms: bool,
     counts: [i64; AXIS_COUNT],
 }
@@ -201,7 +200,6 @@ impl Engine {
             tick: news.tick,
             credit_tick: news.credit_tick,
             is_standstill: news.is_standstill,
-            commands_received: news.commands_received,
             has_alarms: news.alarms.iter().copied().any(stops_motion),
             counts: news.setpoint_counts,
         });

@@ -50,12 +50,16 @@ impl Served {
     pub(super) fn refuse(&mut self, reason: &str) {
         let message = format!("not started: {reason}; nothing moved");
         match self.goal.take() {
-            Some(Goal::Plan(goal)) => goal.abort(ExecutePlanResult { message, ..ExecutePlanResult::default() }),
-            Some(Goal::Home(goal)) => goal.abort(HomeResult { message, ..HomeResult::default() }),
-            Some(Goal::Trajectory(goal)) => goal.abort(FollowJointTrajectoryResult {
-                error_code: FollowJointTrajectoryResult::INVALID_GOAL,
-                error_string: message,
-            }),
+            Some(Goal::Plan(goal)) => {
+                goal.abort(ExecutePlanResult { message, ..ExecutePlanResult::default() });
+            }
+            Some(Goal::Home(goal)) => {
+                goal.abort(HomeResult { message, ..HomeResult::default() });
+            }
+            Some(Goal::Trajectory(goal)) => {
+                let error_code = FollowJointTrajectoryResult::INVALID_GOAL;
+                goal.abort(FollowJointTrajectoryResult { error_code, error_string: message });
+            }
             Some(Goal::Topic) | None => {}
         }
     }
@@ -113,11 +117,12 @@ impl Served {
 }
 
 fn close<A: camwright_msgs::Action>(goal: &GoalHandle<A>, outcome: Outcome, result: A::Result) {
-    match outcome {
+    // False where the goal has ended already, which then is its end.
+    let _first_end = match outcome {
         Outcome::Completed => goal.succeed(result),
         Outcome::Cancelled => goal.canceled(result),
         Outcome::Failed(_) => goal.abort(result),
-    }
+    };
 }
 
 fn step_name(step: SearchStep) -> &'static str {

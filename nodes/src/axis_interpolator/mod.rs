@@ -11,7 +11,7 @@ use crate::convert::time::{TickClock, ns_from_time};
 use crate::cyclic::{Sender, Waker, ring};
 use crate::ros::{
     ActionHandler, ActionServer, GoalDecision, GoalHandle, GoalId, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos,
-    RosArgs, ServiceHandle, Subscription,
+    RosArgs, ServiceHandle, SpinThread, Subscription,
 };
 use crate::running::{NodeError, Threads, autostart};
 use camwright::interpolator::{Motion, Prepared, Request};
@@ -21,6 +21,7 @@ use camwright_msgs::camwright_msgs::action::{ExecutePlan, ExecutePlanGoal, Home,
 use camwright_msgs::camwright_msgs::msg::{
     Latch as LatchMessage, MachineDescription as DescriptionMessage, MachineStream, PlanPage,
 };
+use camwright_msgs::control_msgs::action::FollowJointTrajectory;
 use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldResponse, SetOverride, SetOverrideResponse};
 use engine::{Engine, News, ToEngine};
 use goals::{Goal, Served};
@@ -41,7 +42,15 @@ pub struct AxisInterpolator {
     shared: Arc<Shared>,
     _subscriptions: Vec<Subscription>,
     _services: Vec<ServiceHandle>,
-    _actions: Vec<ActionServer>,
+    _spin: SpinThread,
+    _actions: Actions,
+}
+
+#[derive(Debug)]
+struct Actions {
+    _plan: ActionServer<ExecutePlan>,
+    _home: ActionServer<Home>,
+    _trajectory: ActionServer<FollowJointTrajectory>,
 }
 
 /// What the callbacks of the executor thread and the pump share.
@@ -101,12 +110,14 @@ impl AxisInterpolator {
         });
         let subscriptions = subscriptions(&shared)?;
         let services = services(&shared)?;
-        let actions = vec![
-            node.action_server::<ExecutePlan>("~/execute_plan", PlanHandler(Arc::clone(&shared)))?,
-            node.action_server::<Home>("~/home", HomeHandler(Arc::clone(&shared)))?,
-            node.action_server("~/follow_joint_trajectory", trajectory_goal::Handler(Arc::clone(&shared)))?,
-        ];
+        let trajectory = trajectory_goal::Handler(Arc::clone(&shared));
+        let actions = Actions {
+            _plan: node.action_server("~/execute_plan", PlanHandler(Arc::clone(&shared)))?,
+            _home: node.action_server("~/home", HomeHandler(Arc::clone(&shared)))?,
+            _trajectory: node.action_server("~/follow_joint_trajectory", trajectory)?,
+        };
         let lifecycle = node.lifecycle(Activation(Arc::clone(&shared)))?;
+        let spin = node.spin_in_thread()?;
         autostart::begin(&node, &lifecycle);
         Ok(Self {
             node,
@@ -114,6 +125,7 @@ impl AxisInterpolator {
             shared,
             _subscriptions: subscriptions,
             _services: services,
+            _spin: spin,
             _actions: actions,
         })
     }
@@ -349,7 +361,7 @@ fn services(shared: &Arc<Shared>) -> Result<Vec<ServiceHandle>, NodeError> {
 struct PlanHandler(Arc<Shared>);
 
 impl ActionHandler<ExecutePlan> for PlanHandler {
-    fn goal(&mut self, _id: &GoalId, goal: &ExecutePlanGoal) -> GoalDecision {
+    fn goal(&mut self, _id: GoalId, goal: &ExecutePlanGoal) -> GoalDecision {
         match self.0.obstacle() {
             Some(reason) => GoalDecision::Reject(reason),
             None if goal.plan_hash.is_empty() => GoalDecision::Reject("the goal names no plan".into()),
@@ -368,7 +380,7 @@ impl ActionHandler<ExecutePlan> for PlanHandler {
         self.0.begin_plan();
     }
 
-    fn cancel(&mut self, _id: &GoalId) -> bool {
+    fn cancel(&mut self, _id: GoalId) -> bool {
         if lock(&self.0.plans).waiting().is_some() {
             lock(&self.0.plans).forget_waiting();
             lock(&self.0.served).refuse("cancelled before its plan was complete");
@@ -387,7 +399,7 @@ fn short(hash: &str) -> &str {
 struct HomeHandler(Arc<Shared>);
 
 impl ActionHandler<Home> for HomeHandler {
-    fn goal(&mut self, _id: &GoalId, goal: &HomeGoal) -> GoalDecision {
+    fn goal(&mut self, _id: GoalId, goal: &HomeGoal) -> GoalDecision {
         if let Some(joint) = goal.joints.iter().find(|joint| Axis::from_joint(joint).is_none()) {
             return GoalDecision::Reject(format!("there is no joint {joint:?}"));
         }
@@ -404,7 +416,7 @@ impl ActionHandler<Home> for HomeHandler {
         self.0.begin(Motion::Home(axes), false);
     }
 
-    fn cancel(&mut self, _id: &GoalId) -> bool {
+    fn cancel(&mut self, _id: GoalId) -> bool {
         self.0.request(Request::Cancel)
     }
 }

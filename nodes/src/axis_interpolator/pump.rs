@@ -93,7 +93,14 @@ impl Pump {
                 self.end(ended);
                 Ok(())
             }
-            FromEngine::Used(_) | FromEngine::Done(_) => Ok(()),
+            FromEngine::Used(news) => {
+                drop(news);
+                Ok(())
+            }
+            FromEngine::Done(motion) => {
+                drop(motion);
+                Ok(())
+            }
         }
     }
 

@@ -17,7 +17,7 @@ use std::sync::Arc;
 pub(super) struct Handler(pub(super) Arc<Shared>);
 
 impl ActionHandler<FollowJointTrajectory> for Handler {
-    fn goal(&mut self, _id: &GoalId, goal: &FollowJointTrajectoryGoal) -> GoalDecision {
+    fn goal(&mut self, _id: GoalId, goal: &FollowJointTrajectoryGoal) -> GoalDecision {
         if let Some(reason) = self.0.obstacle() {
             return GoalDecision::Reject(reason);
         }
@@ -39,7 +39,7 @@ impl ActionHandler<FollowJointTrajectory> for Handler {
         }
     }
 
-    fn cancel(&mut self, _id: &GoalId) -> bool {
+    fn cancel(&mut self, _id: GoalId) -> bool {
         self.0.request(Request::Cancel)
     }
 }

@@ -16,7 +16,7 @@ use crate::cyclic::{Sender, Waker, ring};
 use crate::running::{NodeError, Threads, autostart};
 use crate::ros::{
     Level, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Parameter, Publisher, Qos, Responder, RosArgs, ServiceHandle,
-    Subscription,
+    SpinThread, Subscription,
 };
 use camwright::machine::description::{Axis, MachineDescription, Scale};
 use camwright::machine::fault::{FAULTS, Fault};
@@ -48,6 +48,7 @@ pub struct MachineSim {
     threads: Threads,
     bounds: Arc<Bounds>,
     waker: Waker,
+    _spin: SpinThread,
     _endpoints: Endpoints,
 }
 
@@ -151,10 +152,11 @@ impl MachineSim {
         let subscriptions = subscriptions(&node, &file.description, clock, &inlet, &bounds, &waker)?;
         let services = services(&node, &file.description, &inlet, &resets, &loads)?;
         let lifecycle = node.lifecycle(Activation(inlet))?;
+        let spin = node.spin_in_thread()?;
         autostart::begin(&node, &lifecycle);
         let endpoints =
             Endpoints { _subscriptions: subscriptions, _services: services, _description: description };
-        Ok(Self { node, lifecycle, threads, bounds, waker, _endpoints: endpoints })
+        Ok(Self { node, lifecycle, threads, bounds, waker, _spin: spin, _endpoints: endpoints })
     }
 
     /// The node.
@@ -337,10 +339,12 @@ fn answers(
                 responder.send(&LoadLobeResponse { success, message });
             }
         }
-        Outbound::Refused(error, writer, _) => {
+        Outbound::Refused(error, writer, chunk) => {
+            drop(chunk);
             node.log(Level::Warn, &format!("setpoints of {} refused: {error}", hex(&writer)));
         }
-        Outbound::SecondWriter { holder, refused, .. } => {
+        Outbound::SecondWriter { holder, refused, chunk } => {
+            drop(chunk);
             let text = format!("setpoints of {} refused: {} has command", hex(&refused), hex(&holder));
             node.log(Level::Warn, &text);
         }
@@ -352,7 +356,8 @@ fn answers(
                 node.log(Level::Error, &error.to_string());
             }
         }
-        Outbound::Tick(..) | Outbound::Snapshot(_) | Outbound::Used(_) => {}
+        Outbound::Used(chunk) => drop(chunk),
+        Outbound::Tick(..) | Outbound::Snapshot(_) => {}
     }
 }
 
