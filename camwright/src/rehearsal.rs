@@ -102,4 +102,3 @@ fn machine_command(kind: OrderKind) -> MachineCommand {
         OrderKind::WheelStop => MachineCommand::WheelStop,
     }
 }
-

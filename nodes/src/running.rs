@@ -90,7 +90,9 @@ pub fn main<N>(
     };
     if let Some(unknown) = rest.first() {
         let is_help = matches!(unknown.as_str(), "-h" | "--help");
-        eprintln!("{name}: a ROS 2 node of camwright; usage: {name} [--ros-args -r FROM:=TO -p NAME:=VALUE --params-file FILE --log-level LEVEL]");
+        eprintln!(
+            "{name}: a ROS 2 node of camwright; usage: {name} [--ros-args -r FROM:=TO -p NAME:=VALUE --params-file FILE --log-level LEVEL]"
+        );
         if is_help {
             return ExitCode::SUCCESS;
         }

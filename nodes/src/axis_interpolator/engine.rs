@@ -67,13 +67,27 @@ pub(super) struct Ended {
 /// From the engine.
 #[derive(Debug)]
 pub(super) enum FromEngine {
-    Started { tick: u64 },
+    Started {
+        tick: u64,
+    },
     NotStarted(StartError, Box<Prepared>),
     Chunk(Box<ChunkBuffer>),
-    Command { sequence: u32, command: Command },
-    Applied { tick: u64, input: AppliedInput },
-    Status { tick: u64, status: Status },
-    Event { tick: u64, event: Event },
+    Command {
+        sequence: u32,
+        command: Command,
+    },
+    Applied {
+        tick: u64,
+        input: AppliedInput,
+    },
+    Status {
+        tick: u64,
+        status: Status,
+    },
+    Event {
+        tick: u64,
+        event: Event,
+    },
     Ended(Ended),
     /// To drop where dropping is allowed.
     Used(Box<News>),
@@ -188,7 +202,8 @@ impl Engine {
         for latch in &news.latches {
             self.interpolator.feedback(latch);
         }
-        for (place, number) in self.known_alarms.iter_mut().zip(news.alarms.iter().copied().chain(std::iter::repeat(0))) {
+        for (place, number) in self.known_alarms.iter_mut().zip(news.alarms.iter().copied().chain(std::iter::repeat(0)))
+        {
             let is_new = number != 0 && *place != number;
             *place = number;
             // Warnings stop nothing; every alarm that does is in its kind's table as such.
@@ -237,7 +252,8 @@ impl Engine {
     }
 
     fn start(&mut self, motion: Box<Prepared>, is_job: bool) {
-        let Some(seen) = self.seen.filter(|seen| self.running.is_none() && !seen.has_alarms && seen.is_standstill) else {
+        let Some(seen) = self.seen.filter(|seen| self.running.is_none() && !seen.has_alarms && seen.is_standstill)
+        else {
             let error = if self.running.is_some() { StartError::Busy } else { StartError::Fault };
             self.send(FromEngine::NotStarted(error, motion));
             return;

@@ -10,8 +10,8 @@ use crate::config::machine_file;
 use crate::convert::time::{TickClock, ns_from_time};
 use crate::cyclic::{Sender, Waker, ring};
 use crate::ros::{
-    ActionHandler, ActionServer, GoalDecision, GoalHandle, GoalId, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos,
-    RosArgs, ServiceHandle, SpinThread, Subscription,
+    ActionHandler, ActionServer, GoalDecision, GoalHandle, GoalId, Lifecycle, LifecycleCallbacks, Node, NodeOptions,
+    Qos, RosArgs, ServiceHandle, SpinThread, Subscription,
 };
 use crate::running::{NodeError, Threads, autostart};
 use camwright::interpolator::{Motion, Prepared, Request};
@@ -21,8 +21,8 @@ use camwright_msgs::camwright_msgs::action::{ExecutePlan, ExecutePlanGoal, Home,
 use camwright_msgs::camwright_msgs::msg::{
     Latch as LatchMessage, MachineDescription as DescriptionMessage, MachineStream, PlanPage,
 };
-use camwright_msgs::control_msgs::action::FollowJointTrajectory;
 use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldResponse, SetOverride, SetOverrideResponse};
+use camwright_msgs::control_msgs::action::FollowJointTrajectory;
 use engine::{Engine, News, ToEngine};
 use goals::{Goal, Served};
 use plans::Plans;
@@ -231,8 +231,7 @@ impl Shared {
     fn hear(&self, message: &MachineStream) {
         let cell = lock(&self.cell);
         let Some(cell) = cell.as_ref() else { return };
-        let clock =
-            TickClock { epoch_ns: ns_from_time(&message.epoch), cycle_time_ns: cell.machine.cycle_time_ns };
+        let clock = TickClock { epoch_ns: ns_from_time(&message.epoch), cycle_time_ns: cell.machine.cycle_time_ns };
         *lock(&self.clock) = Some(clock);
         let mut counts = [0; AXIS_COUNT];
         for (place, value) in counts.iter_mut().zip(&message.setpoint_counts) {
@@ -320,9 +319,10 @@ fn core_latch(message: &LatchMessage, machine: &MachineDescription) -> Option<La
 fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
     let node = &shared.node;
     let this = Arc::clone(shared);
-    let description = node.subscribe::<DescriptionMessage>("machine/description", &Qos::latched(1), move |message, _| {
-        this.meet(&message);
-    })?;
+    let description =
+        node.subscribe::<DescriptionMessage>("machine/description", &Qos::latched(1), move |message, _| {
+            this.meet(&message);
+        })?;
     let this = Arc::clone(shared);
     let qos = Qos::default_topic().keep_last(1000);
     let stream = node.subscribe::<MachineStream>("machine/stream", &qos, move |message, _| this.hear(&message))?;
@@ -338,8 +338,8 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
 fn services(shared: &Arc<Shared>) -> Result<Vec<ServiceHandle>, NodeError> {
     let this = Arc::clone(shared);
     let hold = shared.node.service::<FeedHold>("~/feed_hold", move |request| {
-        let success = lock(&this.served).is_busy()
-            && this.request(if request.hold { Request::Hold } else { Request::Unhold });
+        let success =
+            lock(&this.served).is_busy() && this.request(if request.hold { Request::Hold } else { Request::Unhold });
         let message = if success { "" } else { "nothing is being executed" };
         FeedHoldResponse { success, message: message.to_owned() }
     })?;

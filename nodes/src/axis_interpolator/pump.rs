@@ -73,11 +73,17 @@ impl Pump {
                 back(ToEngine::Chunk(chunk));
                 outcome
             }
-            FromEngine::Command { sequence, command } => self.outlets.commands.publish(&message(sequence, command, clock)),
+            FromEngine::Command { sequence, command } => {
+                self.outlets.commands.publish(&message(sequence, command, clock))
+            }
             FromEngine::Started { tick } => {
                 let (text, hash) = self.served().names();
                 self.node.logger().info(&format!("{text} begins at tick {tick}"));
-                self.input(clock, tick, AppliedInput { kind: AppliedInput::START, text: hash, ..AppliedInput::default() })
+                self.input(
+                    clock,
+                    tick,
+                    AppliedInput { kind: AppliedInput::START, text: hash, ..AppliedInput::default() },
+                )
             }
             FromEngine::NotStarted(error, _motion) => {
                 self.served().refuse(&error.to_string());
@@ -199,11 +205,9 @@ fn message(sequence: u32, command: Command, clock: TickClock) -> MachineCommand 
         Command::JobBegin { tick } => base(tick, MachineCommand::JOB_BEGIN),
         Command::JobEnd { tick } => base(tick, MachineCommand::JOB_END),
         Command::Interpolator(order) => match order.kind {
-            OrderKind::SetHome { axis, counts } => MachineCommand {
-                target: axis.joint().to_owned(),
-                counts,
-                ..base(order.tick, MachineCommand::SET_HOME)
-            },
+            OrderKind::SetHome { axis, counts } => {
+                MachineCommand { target: axis.joint().to_owned(), counts, ..base(order.tick, MachineCommand::SET_HOME) }
+            }
             OrderKind::WheelStart => base(order.tick, MachineCommand::WHEEL_START),
             OrderKind::WheelStop => base(order.tick, MachineCommand::WHEEL_STOP),
         },

@@ -2,8 +2,8 @@
 
 use super::goals::Goal;
 use super::{Shared, lock};
-use crate::convert::time::ns_from_duration;
 use crate::convert::core_from_si;
+use crate::convert::time::ns_from_duration;
 use crate::ros::{ActionHandler, GoalDecision, GoalHandle, GoalId, Qos, RosError, Subscription};
 use camwright::interpolator::trajectory::{Trajectory, TrajectoryPoint};
 use camwright::interpolator::{Motion, Request};

@@ -94,8 +94,11 @@ pub fn trajectory_from_chunk(chunk: &ChunkBuffer, machine: &MachineDescription, 
     };
     let dense = (chunk.first_tick..).zip(&chunk.dense).map(|(tick, setpoint)| point(tick, setpoint));
     let tail = chunk.tail.iter().map(|tail| point(tail.tick, &tail.setpoint));
-    let mut trajectory =
-        JointTrajectory { joint_names: joint_names(), points: dense.chain(tail).collect(), ..JointTrajectory::default() };
+    let mut trajectory = JointTrajectory {
+        joint_names: joint_names(),
+        points: dense.chain(tail).collect(),
+        ..JointTrajectory::default()
+    };
     trajectory.header.stamp = clock.stamp(chunk.first_tick);
     trajectory
 }

@@ -47,7 +47,10 @@ pub fn load(path: &Path, description: &MachineDescription) -> Result<LastingStat
     }
     let (low, high) = (description.wheel.min_radius_mm, description.wheel.new_radius_mm);
     if !(low..=high).contains(&file.wheel_radius_mm) {
-        return Err(refuse(format!("wheel_radius_mm is {}, the machine's wheel has {low} to {high}", file.wheel_radius_mm)));
+        return Err(refuse(format!(
+            "wheel_radius_mm is {}, the machine's wheel has {low} to {high}",
+            file.wheel_radius_mm
+        )));
     }
     Ok(LastingState {
         wheel_radius_mm: file.wheel_radius_mm,

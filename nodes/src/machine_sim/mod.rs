@@ -13,11 +13,11 @@ use crate::convert::setpoints::chunk_from_trajectory;
 use crate::convert::time::TickClock;
 use crate::convert::{m_from_mm, mm_from_m, si_from_core};
 use crate::cyclic::{Sender, Waker, ring};
-use crate::running::{NodeError, Threads, autostart};
 use crate::ros::{
-    Level, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Parameter, Publisher, Qos, Responder, RosArgs, ServiceHandle,
-    SpinThread, Subscription,
+    Level, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Parameter, Publisher, Qos, Responder, RosArgs,
+    ServiceHandle, SpinThread, Subscription,
 };
+use crate::running::{NodeError, Threads, autostart};
 use camwright::machine::description::{Axis, MachineDescription, Scale};
 use camwright::machine::fault::{FAULTS, Fault};
 use camwright::machine::{Machine, MachineCommand};
@@ -119,8 +119,10 @@ impl MachineSim {
         };
         let machine = Machine::new(file.description.clone(), lasting_state)
             .map_err(|error| NodeError::Parameter(format!("machine {}: {error}", located.path.display())))?;
-        let clock =
-            TickClock { epoch_ns: node.now_ns() / 1_000_000_000 * 1_000_000_000, cycle_time_ns: file.description.cycle_time_ns };
+        let clock = TickClock {
+            epoch_ns: node.now_ns() / 1_000_000_000 * 1_000_000_000,
+            cycle_time_ns: file.description.cycle_time_ns,
+        };
 
         let description = node.publisher("machine/description", &Qos::latched(1))?;
         description.publish(&description_message(&file, machine.lasting().wheel_radius_mm))?;
@@ -154,8 +156,7 @@ impl MachineSim {
         let lifecycle = node.lifecycle(Activation(inlet))?;
         let spin = node.spin_in_thread()?;
         autostart::begin(&node, &lifecycle);
-        let endpoints =
-            Endpoints { _subscriptions: subscriptions, _services: services, _description: description };
+        let endpoints = Endpoints { _subscriptions: subscriptions, _services: services, _description: description };
         Ok(Self { node, lifecycle, threads, bounds, waker, _spin: spin, _endpoints: endpoints })
     }
 
@@ -212,30 +213,36 @@ fn subscriptions(
 ) -> Result<Vec<Subscription>, NodeError> {
     let qos = Qos::default_topic().keep_last(1000);
     let (machine, logger, chunks) = (description.clone(), node.logger().clone(), inlet.clone());
-    let setpoints = node.subscribe::<JointTrajectory>("machine/setpoints", &qos, move |message, info| {
-        match chunk_from_trajectory(&message, &machine, clock) {
-            Ok(chunk) => {
-                chunks.send(Inbound::Chunk(participant(info.writer), Box::new(chunk)));
-            }
-            Err(error) => logger.warn(&format!("setpoints refused: {error}")),
-        }
-    })?;
+    let setpoints =
+        node.subscribe::<JointTrajectory>(
+            "machine/setpoints",
+            &qos,
+            move |message, info| match chunk_from_trajectory(&message, &machine, clock) {
+                Ok(chunk) => {
+                    chunks.send(Inbound::Chunk(participant(info.writer), Box::new(chunk)));
+                }
+                Err(error) => logger.warn(&format!("setpoints refused: {error}")),
+            },
+        )?;
     let (logger, orders) = (node.logger().clone(), inlet.clone());
-    let commands = node.subscribe::<CommandMessage>("machine/commands", &qos, move |message, info| {
-        match order(&message) {
+    let commands =
+        node.subscribe::<CommandMessage>("machine/commands", &qos, move |message, info| match order(&message) {
             Some(order) => {
                 let command = TimedCommand { sequence: message.sequence, tick: message.tick, order };
                 orders.send(Inbound::Command(participant(info.writer), command));
             }
             None => logger.warn(&format!("command {} for {:?} is unknown", message.kind, message.target)),
-        }
-    })?;
+        })?;
     let (bounds, waker) = (Arc::clone(bounds), waker.clone());
-    let recorder = node.subscribe::<RecorderStatus>("run_logger/status", &Qos::default_topic().keep_last(100), move |message, _| {
-        bounds.recorded_tick.store(message.last_tick, Ordering::Release);
-        bounds.recording.store(message.recording && !message.paused, Ordering::Release);
-        waker.wake();
-    })?;
+    let recorder = node.subscribe::<RecorderStatus>(
+        "run_logger/status",
+        &Qos::default_topic().keep_last(100),
+        move |message, _| {
+            bounds.recorded_tick.store(message.last_tick, Ordering::Release);
+            bounds.recording.store(message.recording && !message.paused, Ordering::Release);
+            waker.wake();
+        },
+    )?;
     Ok(vec![setpoints, commands, recorder])
 }
 

@@ -4,7 +4,7 @@ use super::ticker::{Outbound, Snapshot};
 use crate::convert::time::TickClock;
 use crate::convert::{m_from_mm, si_from_core, si_from_counts};
 use crate::cyclic::{Receiver, Waker};
-use crate::ros::{Node, Publisher, RosError, Qos};
+use crate::ros::{Node, Publisher, Qos, RosError};
 use camwright::machine::alarm::{Alarm as CoreAlarm, Severity};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::machine::report::{IoState, MotionState, TickReport};
@@ -40,7 +40,9 @@ impl Outlets {
             io: node.publisher("machine/io", &Qos::default_topic().keep_last(1000))?,
             alarms: node.publisher("machine/alarms", &Qos::latched(1))?,
             part: node.publisher("machine/part", &Qos::latched(32))?,
-            clock: publishes_clock.then(|| node.publisher("/clock", &Qos::default_topic().keep_last(100))).transpose()?,
+            clock: publishes_clock
+                .then(|| node.publisher("/clock", &Qos::default_topic().keep_last(100)))
+                .transpose()?,
         })
     }
 }

@@ -96,7 +96,11 @@ pub(super) enum Outbound {
     /// A chunk was refused; the pump tells and drops it.
     Refused(ChunkError, [u8; 16], Box<ChunkBuffer>),
     /// A second writer sent a chunk; the holder stays.
-    SecondWriter { holder: [u8; 16], refused: [u8; 16], chunk: Box<ChunkBuffer> },
+    SecondWriter {
+        holder: [u8; 16],
+        refused: [u8; 16],
+        chunk: Box<ChunkBuffer>,
+    },
     /// An empty chunk to drop where dropping is allowed.
     Used(Box<ChunkBuffer>),
     /// The job of the last JOB_BEGIN ended; the part may be looked at.
@@ -215,7 +219,9 @@ impl Ticker {
     }
 
     fn has_work(&self, next: u64) -> bool {
-        self.buffer.has_setpoints() || !self.machine.is_at_rest() || self.commands.iter().flatten().any(|c| c.tick >= next)
+        self.buffer.has_setpoints()
+            || !self.machine.is_at_rest()
+            || self.commands.iter().flatten().any(|c| c.tick >= next)
     }
 
     /// At pace fast a tick is executed when its setpoint is there, or when there is nothing to wait for.
