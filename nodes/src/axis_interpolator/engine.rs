@@ -109,6 +109,7 @@ pub(super) struct Engine {
     inbox: Receiver<ToEngine>,
     outbox: Sender<FromEngine>,
     stop: Arc<AtomicBool>,
+    #[allow(clippy::vec_box, reason = "chunks travel through the ring in their box; moving them would copy")]
     pool: Vec<Box<ChunkBuffer>>,
     /// A final chunk that waits until the machine knows of the job's end.
     withheld: Option<Box<ChunkBuffer>>,
@@ -226,11 +227,7 @@ impl Engine {
                 self.interpolator.resync(news.setpoint_counts);
             }
         }
-        if let Some((sequence, _)) = self.unacknowledged {
-            if news.commands_received >= sequence {
-                self.unacknowledged = None;
-            }
-        }
+        self.unacknowledged = self.unacknowledged.filter(|(sequence, _)| news.commands_received < *sequence);
         self.report_end();
     }
 

@@ -10,8 +10,8 @@ use crate::config::machine_file;
 use crate::convert::time::{TickClock, ns_from_time};
 use crate::cyclic::{Sender, Waker, ring};
 use crate::ros::{
-    ActionHandler, ActionServer, GoalDecision, GoalHandle, GoalId, Lifecycle, LifecycleCallbacks, Node, NodeOptions,
-    Qos, RosArgs, ServiceHandle, SpinThread, Subscription,
+    ActionHandler, ActionServer, Diagnostics, GoalDecision, GoalHandle, GoalId, Lifecycle, LifecycleCallbacks, Node,
+    NodeOptions, Qos, RosArgs, ServiceHandle, SpinThread, Subscription, diagnostic_status,
 };
 use crate::running::{NodeError, Threads, autostart};
 use camwright::interpolator::{Motion, Prepared, Request};
@@ -23,6 +23,7 @@ use camwright_msgs::camwright_msgs::msg::{
 };
 use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldResponse, SetOverride, SetOverrideResponse};
 use camwright_msgs::control_msgs::action::FollowJointTrajectory;
+use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use engine::{Engine, News, ToEngine};
 use goals::{Goal, Served};
 use plans::Plans;
@@ -44,6 +45,7 @@ pub struct AxisInterpolator {
     _services: Vec<ServiceHandle>,
     _spin: SpinThread,
     _actions: Actions,
+    _diagnostics: Diagnostics,
 }
 
 #[derive(Debug)]
@@ -117,6 +119,8 @@ impl AxisInterpolator {
             _trajectory: node.action_server("~/follow_joint_trajectory", trajectory)?,
         };
         let lifecycle = node.lifecycle(Activation(Arc::clone(&shared)))?;
+        let this = Arc::clone(&shared);
+        let diagnostics = node.diagnostics("axis_interpolator", move || vec![this.health()])?;
         let spin = node.spin_in_thread()?;
         autostart::begin(&node, &lifecycle);
         Ok(Self {
@@ -127,6 +131,7 @@ impl AxisInterpolator {
             _services: services,
             _spin: spin,
             _actions: actions,
+            _diagnostics: diagnostics,
         })
     }
 
@@ -137,7 +142,6 @@ impl AxisInterpolator {
     }
 
     /// Its life cycle.
-    #[must_use]
     pub fn lifecycle(&self) -> &Lifecycle {
         &self.lifecycle
     }
@@ -285,6 +289,17 @@ impl Shared {
         if let Err(reason) = sent {
             lock(&self.served).refuse(&reason);
         }
+    }
+
+    /// One status: who has command, and whether the machine is heard.
+    fn health(&self) -> DiagnosticStatus {
+        let (holder, plan) = lock(&self.served).names();
+        let (level, message) = match (lock(&self.clock).is_some(), holder.is_empty()) {
+            (false, _) => (DiagnosticStatus::WARN, "the machine has not been heard of yet".to_owned()),
+            (true, true) => (DiagnosticStatus::OK, "idle".to_owned()),
+            (true, false) => (DiagnosticStatus::OK, format!("{holder} has command")),
+        };
+        diagnostic_status(level, "", &message, &[("plan", plan)])
     }
 
     fn machine(&self) -> Option<MachineDescription> {

@@ -5,5 +5,5 @@ use camwright_nodes::running;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    running::main("axis_interpolator", |args| AxisInterpolator::start(args), AxisInterpolator::stop)
+    running::main("axis_interpolator", AxisInterpolator::start, AxisInterpolator::stop)
 }

@@ -252,11 +252,10 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
     check_stations(document, file)
 }
 
-fn check_drive(
-    within: &dyn Fn(&str, f64, f64, f64) -> Result<(), ConfigError>,
-    axis: &str,
-    drive: &DriveFile,
-) -> Result<(), ConfigError> {
+/// Checks a value under a key against a range.
+type RangeCheck<'a> = dyn Fn(&str, f64, f64, f64) -> Result<(), ConfigError> + 'a;
+
+fn check_drive(within: &RangeCheck<'_>, axis: &str, drive: &DriveFile) -> Result<(), ConfigError> {
     let key = |name: &str| if axis.is_empty() { format!("drive.{name}") } else { format!("{axis}.drive.{name}") };
     within(&key("kv_1_s"), drive.kv_1_s, 1.0, 2000.0)?;
     within(&key("velocity_feed_forward"), drive.velocity_feed_forward, 0.0, 1.0)?;

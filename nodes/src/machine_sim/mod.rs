@@ -14,8 +14,8 @@ use crate::convert::time::TickClock;
 use crate::convert::{m_from_mm, mm_from_m, si_from_core};
 use crate::cyclic::{Sender, Waker, ring};
 use crate::ros::{
-    Level, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Parameter, Publisher, Qos, Responder, RosArgs,
-    ServiceHandle, SpinThread, Subscription,
+    Diagnostics, Level, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Parameter, Publisher, Qos, Responder,
+    RosArgs, ServiceHandle, SpinThread, Subscription, diagnostic_status,
 };
 use crate::running::{NodeError, Threads, autostart};
 use camwright::machine::description::{Axis, MachineDescription, Scale};
@@ -26,12 +26,13 @@ use camwright_msgs::camwright_msgs::msg::{
     RecorderStatus, StationDescription,
 };
 use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultResponse, LoadLobe, LoadLobeResponse};
+use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 use pump::{Context, Outlets, Pump};
 use std::collections::VecDeque;
 use std::path::PathBuf;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use ticker::{Bounds, Inbound, LobeRefused, Order, Outbound, RawLobe, Snapshot, Ticker, TimedCommand, home_order};
 
@@ -57,6 +58,7 @@ struct Endpoints {
     _subscriptions: Vec<Subscription>,
     _services: Vec<ServiceHandle>,
     _description: Publisher<DescriptionMessage>,
+    _diagnostics: Diagnostics,
 }
 
 /// The way into the cyclic thread, shared by the callbacks of the executor thread.
@@ -167,7 +169,6 @@ impl MachineSim {
     }
 
     /// Its life cycle.
-    #[must_use]
     pub fn lifecycle(&self) -> &Lifecycle {
         &self.lifecycle
     }
@@ -201,6 +202,25 @@ impl Activation {
     fn switch(&self, active: bool) -> Result<(), String> {
         if self.0.send(Inbound::Active(active)) { Ok(()) } else { Err("the machine's cycle does not answer".into()) }
     }
+}
+
+/// One status: alarms, and how well ticks keep the pace of the clock.
+fn diagnostics(node: &Node, machine: &MachineDescription, bounds: &Arc<Bounds>) -> Result<Diagnostics, NodeError> {
+    let bounds = Arc::clone(bounds);
+    let mut late_before = 0;
+    let report = move || {
+        let read = |value: &AtomicU64| value.load(Ordering::Relaxed);
+        let (alarms, late) = (read(&bounds.alarms), read(&bounds.late_ticks));
+        let late_now = late - std::mem::replace(&mut late_before, late);
+        let (level, message) = match (alarms, late_now) {
+            (0, 0) => (DiagnosticStatus::OK, "running".to_owned()),
+            (0, late) => (DiagnosticStatus::WARN, format!("{late} ticks late in the last second")),
+            (alarms, _) => (DiagnosticStatus::ERROR, format!("{alarms} alarms need a reset")),
+        };
+        let values = [("tick", read(&bounds.tick).to_string()), ("late_ticks", late.to_string())];
+        vec![diagnostic_status(level, "", &message, &values)]
+    };
+    Ok(node.diagnostics(&machine.name, report)?)
 }
 
 fn subscriptions(

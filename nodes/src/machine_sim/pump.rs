@@ -111,7 +111,7 @@ impl Pump {
         self.joint_states(report)?;
         self.latches.extend(report.latches.iter().map(|latch| latch_message(latch, &self.context.description)));
         let io_changed = self.last_io != Some(report.io);
-        if io_changed || report.tick % IO_PERIOD_TICKS == 0 {
+        if io_changed || report.tick.is_multiple_of(IO_PERIOD_TICKS) {
             self.last_io = Some(report.io);
             self.outlets.io.publish(&io_message(&report.io, report.tick, &self.context))?;
         }
@@ -130,10 +130,10 @@ impl Pump {
                 alarms: self.active.iter().map(|alarm| alarm_message(alarm, self.context.clock)).collect(),
             })?;
         }
-        if report.tick % self.context.stream_period_ticks == 0 || state.news || !self.latches.is_empty() {
+        if report.tick.is_multiple_of(self.context.stream_period_ticks) || state.news || !self.latches.is_empty() {
             self.stream(report, state)?;
         }
-        if let Some(clock) = self.outlets.clock.as_ref().filter(|_| report.tick % CLOCK_PERIOD_TICKS == 0) {
+        if let Some(clock) = self.outlets.clock.as_ref().filter(|_| report.tick.is_multiple_of(CLOCK_PERIOD_TICKS)) {
             clock.publish(&Clock { clock: stamp })?;
         }
         Ok(())

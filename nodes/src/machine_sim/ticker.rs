@@ -103,7 +103,7 @@ pub(super) enum Outbound {
     },
     /// An empty chunk to drop where dropping is allowed.
     Used(Box<ChunkBuffer>),
-    /// The job of the last JOB_BEGIN ended; the part may be looked at.
+    /// The job that was begun has ended; the part may be looked at.
     JobEnded,
     Lasting(LastingState),
 }
@@ -124,6 +124,10 @@ pub(super) struct Bounds {
     pub(super) recorded_tick: AtomicU64,
     /// The node is ending.
     pub(super) stop: AtomicBool,
+    /// For diagnostics: the last tick, ticks that began more than a period late, active alarms that stop motion.
+    pub(super) tick: AtomicU64,
+    pub(super) late_ticks: AtomicU64,
+    pub(super) alarms: AtomicU64,
 }
 
 /// The cyclic thread's own state.
@@ -200,6 +204,9 @@ impl Ticker {
                 // Setpoints or the recorder are behind: wait for their news.
                 let _woken = waker.wait(Duration::from_millis(100));
             } else if now >= deadline {
+                if now > deadline + self.cycle && self.pace == Pace::Realtime {
+                    self.bounds.late_ticks.fetch_add(1, Ordering::Relaxed);
+                }
                 self.tick();
                 deadline += if self.pace == Pace::Fast { FAST_IDLE_TICK } else { self.cycle };
                 // After a long suspension time is not made up for: missed ticks did not happen.
@@ -266,6 +273,10 @@ impl Ticker {
             self.state.news = true;
         }
         self.last_report = Some(report);
+        self.bounds.tick.store(next, Ordering::Relaxed);
+        let alarms =
+            self.machine.alarms().iter().filter(|alarm| alarm.kind.entry().severity > Severity::Warning).count();
+        self.bounds.alarms.store(alarms as u64, Ordering::Relaxed);
         self.send(Outbound::Tick(report, self.state));
         self.state.news = false;
         self.state.alarms_reset = false;
