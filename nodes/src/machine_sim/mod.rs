@@ -158,7 +158,13 @@ impl MachineSim {
         let lifecycle = node.lifecycle(Activation(inlet))?;
         let spin = node.spin_in_thread()?;
         autostart::begin(&node, &lifecycle);
-        let endpoints = Endpoints { _subscriptions: subscriptions, _services: services, _description: description };
+        let diagnostics = diagnostics(&node, &file.description, &bounds)?;
+        let endpoints = Endpoints {
+            _subscriptions: subscriptions,
+            _services: services,
+            _description: description,
+            _diagnostics: diagnostics,
+        };
         Ok(Self { node, lifecycle, threads, bounds, waker, _spin: spin, _endpoints: endpoints })
     }
 
