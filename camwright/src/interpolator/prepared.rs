@@ -300,7 +300,8 @@ fn homing_plan(axes: &[Axis], machine: &MachineDescription) -> Result<Plan, Prep
                 axis: *axis,
                 input: "origin".to_string(),
                 travel_counts: counts_per_turn + counts_per_turn / 4,
-                offset_counts: 0,
+                // The detector closes half a window before its centre, which is the zero.
+                offset_counts: description.scale.counts(machine.origin_half_window_rad),
                 limits,
             },
             "search the origin",
