@@ -8,8 +8,9 @@
 //! rotation sense σ, the azimuth of the wheel line seen from the part is σ·C, measured from the key-way, and in the
 //! frame of lobe j it is θ = σ·C − αj. Block k of a table of N blocks begins at θ = k·2π/N.
 
+use crate::follower::Follower;
+use crate::lift::LiftLaw;
 use crate::machine::description::MachineDescription;
-use crate::numeric::periodic_spline::PeriodicSpline;
 use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -19,8 +20,10 @@ use thiserror::Error;
 pub struct ProfileSpec {
     /// Name, for people.
     pub name: String,
-    /// Lift law: follower displacement above the base circle (mm) over the follower angle (rad).
-    pub lift: PeriodicSpline,
+    /// Lift law: follower displacement above the base circle over the cam angle.
+    pub lift: LiftLaw,
+    /// The follower for which the lift is given.
+    pub follower: Follower,
     /// Radius of the base circle (mm).
     pub base_radius_mm: f64,
 }
@@ -32,8 +35,8 @@ pub struct LobeSpec {
     pub name: String,
     /// Limit switch of the station at which the lobe stands in front of the wheel.
     pub station: String,
-    /// Phase angle α: from the key-way to the centre of the lobe's base, positive in the direction in which the table is
-    /// read (rad). The patent's own α counts the other way.
+    /// Phase angle α: from the key-way to cam angle 0 of the lobe (block 0 of its table, with the patent the centre of its
+    /// base), positive in the direction in which the table is read (rad). The patent's own α counts the other way.
     pub phase_rad: f64,
     /// Index of its profile in [`JobSpec::profiles`].
     pub profile: usize,
@@ -117,6 +120,25 @@ pub enum JobError {
         second: usize,
         /// Their name.
         name: String,
+    },
+    /// The wheel reaches a neighbouring lobe.
+    #[error(
+        "lobe {lobe}: the wheel, {wheel_mm} mm wide, would also grind lobe {other}, {other_mm} mm wide and {apart_mm} mm \
+         away; at least {least_mm} mm are needed"
+    )]
+    NeighbourInReach {
+        /// The lobe being machined.
+        lobe: String,
+        /// Width of the wheel.
+        wheel_mm: f64,
+        /// The lobe it would touch.
+        other: String,
+        /// Its width.
+        other_mm: f64,
+        /// Distance between their stations.
+        apart_mm: f64,
+        /// Smallest distance allowed.
+        least_mm: f64,
     },
     /// Two lobes stand at one station.
     #[error("lobes {first} and {second} both stand at station {station}; a station holds one lobe")]
@@ -215,10 +237,7 @@ impl JobSpec {
         for (index, lobe) in self.lobes.iter().enumerate() {
             self.check_lobe(index, lobe, machine)?;
         }
-        for profile in &self.profiles {
-            let place = || alloc::format!("profile {}: ", profile.name);
-            positive(place, "base_radius_mm", profile.base_radius_mm)?;
-        }
+        self.check_reach(machine)?;
         for pass in &self.passes {
             let place = || alloc::format!("pass {}: ", pass.name);
             positive(place, "total_infeed_mm", pass.total_infeed_mm)?;
@@ -276,6 +295,29 @@ impl JobSpec {
                 width_mm: lobe.width_mm,
                 wheel_mm: machine.wheel.width_mm,
             });
+        }
+        Ok(())
+    }
+
+    /// Lobes stand far enough apart for the wheel to grind one at a time. Both are centred on their stations.
+    fn check_reach(&self, machine: &MachineDescription) -> Result<(), JobError> {
+        let place = |lobe: &LobeSpec| machine.station(&lobe.station).map(|station| station.position_mm);
+        let wheel_mm = machine.wheel.width_mm;
+        for (index, lobe) in self.lobes.iter().enumerate() {
+            for (other_index, other) in self.lobes.iter().enumerate() {
+                let (Some(here), Some(there)) = (place(lobe), place(other)) else { continue };
+                let (apart_mm, least_mm) = ((here - there).abs(), 0.5 * (wheel_mm + other.width_mm));
+                if index != other_index && apart_mm < least_mm {
+                    return Err(JobError::NeighbourInReach {
+                        lobe: lobe.name.clone(),
+                        wheel_mm,
+                        other: other.name.clone(),
+                        other_mm: other.width_mm,
+                        apart_mm,
+                        least_mm,
+                    });
+                }
+            }
         }
         Ok(())
     }

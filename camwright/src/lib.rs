@@ -6,6 +6,7 @@ extern crate alloc;
 
 pub mod contour;
 pub mod cut_motion;
+pub mod cycle;
 pub mod follower;
 pub mod form;
 pub mod infeed;
@@ -17,6 +18,7 @@ pub mod motion_law;
 pub mod numeric;
 pub mod path_stop;
 pub mod plan;
+pub mod plan_check;
 pub mod point_to_point;
 pub mod rehearsal;
 pub mod setpoint;

@@ -67,7 +67,7 @@ pub struct LimitUse {
     pub value: f64,
     /// Most allowed (mm or rad, s).
     pub allowed: f64,
-    /// Path angle at which it was met (rad): σ times the cam angle.
+    /// Cam angle at which it was met (rad): that of the wheel line in the lobe's frame.
     pub angle_rad: f64,
     /// Time since the start of the motion at which it was met (s).
     pub time_s: f64,
@@ -97,7 +97,7 @@ impl core::fmt::Display for LimitUse {
 }
 
 /// A number at five significant digits, without an exponent.
-pub(super) fn figures(value: f64) -> String {
+pub(crate) fn figures(value: f64) -> String {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and 9")]
     let decimals = (4.0 - libm::floor(libm::log10(value.abs().max(1e-9)))).clamp(0.0, 9.0) as usize;
     let text = alloc::format!("{value:.decimals$}");
@@ -109,7 +109,7 @@ pub(super) fn figures(value: f64) -> String {
 
 /// The stretches of a cut in which everything happens that can happen: ramps with a turn beside them, and the end of the
 /// infeed. In between speed and infeed repeat from turn to turn.
-pub(super) fn windows(
+pub(crate) fn windows(
     motion: &CutMotion<'_>,
     plateau_s: (f64, f64),
     turn_s: f64,
@@ -155,7 +155,7 @@ fn collect(
     uses
 }
 
-/// Use of every limit by the chain rule on a grid, against the share a path may use.
+/// Use of every limit by the chain rule on a grid, against the share a path may use. Angles are those of the path.
 pub(super) fn uses_by_chain_rule(
     motion: &CutMotion<'_>,
     windows: &[(f64, f64)],
@@ -181,7 +181,8 @@ pub(super) fn uses_by_chain_rule(
     collect(motion, &found, c, x, PATH_SHARE)
 }
 
-/// Use of every limit by differencing positions over time, against the whole limit.
+/// Use of every limit by differencing positions over time, against the whole limit. Angles are those of the path, σ times
+/// cam angles.
 #[must_use]
 pub fn uses_by_differences(
     motion: &CutMotion<'_>,

@@ -15,6 +15,8 @@ mod limit_use;
 mod stop;
 
 pub use limit_use::{LimitUse, Quantity, uses_by_differences};
+pub(crate) use limit_use::{figures, windows};
+pub use stop::shortest_on_line;
 
 use crate::cut_motion::CutMotion;
 use crate::infeed::{InfeedLaw, InfeedSchedule};
@@ -26,7 +28,7 @@ use crate::point_to_point::{PointToPointError, velocity_ramp};
 use crate::units::{TURN_RAD, deg_from_rad, wrap_turn};
 use alloc::string::String;
 use alloc::vec::Vec;
-use limit_use::{figures, uses_by_chain_rule, windows};
+use limit_use::uses_by_chain_rule;
 use thiserror::Error;
 
 /// Share of acceleration and jerk limits a speed plan may use. A stop on the path adds to both while it slows down, the
@@ -60,6 +62,8 @@ pub struct SpeedRequest<'a> {
     pub spark_out_turns: u32,
     /// Speed wanted.
     pub speed: SpeedLaw,
+    /// σ of the machine: the path angle is σ times the cam angle, which is what people are told.
+    pub rotation_sense: i8,
     /// Limits of C.
     pub c: MotionLimits,
     /// Limits of X.
@@ -199,7 +203,7 @@ impl SpeedPlan {
             &request.c,
             &request.x,
         );
-        if let Some(exceeded) = found.into_iter().find(|found| found.ratio() > 1.0) {
+        if let Some(exceeded) = request.seen_from_lobe(found).into_iter().find(|found| found.ratio() > 1.0) {
             return Err(SpeedPlanError::Check(exceeded));
         }
         let stop_ticks = stop::shortest(&motion, candidate.turn_s, request.cycle_time_s, &request.c, &request.x)
@@ -296,6 +300,14 @@ impl<'a> SpeedRequest<'a> {
         }
     }
 
+    /// Path angles become cam angles.
+    fn seen_from_lobe(&self, mut uses: Vec<LimitUse>) -> Vec<LimitUse> {
+        for found in &mut uses {
+            found.angle_rad *= f64::from(self.rotation_sense.signum());
+        }
+        uses
+    }
+
     /// Angles since the start between which the infeed ends.
     fn blend(&self, candidate: &Candidate) -> (f64, f64) {
         let end = f64::from(self.infeed.turns()) * TURN_RAD;
@@ -325,13 +337,13 @@ fn constant_speed(request: &SpeedRequest<'_>, speed: f64) -> Result<Candidate, M
         let candidate =
             Candidate { law, infeed: infeed.clone(), plateau_s, turn_s: TURN_RAD / speed, uses: Vec::new() };
         let motion = request.motion(&candidate);
-        let uses = uses_by_chain_rule(
+        let uses = request.seen_from_lobe(uses_by_chain_rule(
             &motion,
             &windows(&motion, plateau_s, candidate.turn_s, request.blend(&candidate)),
             request.step(candidate.turn_s),
             &request.c,
             &request.x,
-        );
+        ));
         let worst = uses.iter().copied().max_by(|a, b| a.ratio().total_cmp(&b.ratio()));
         match worst {
             Some(worst) if worst.ratio() > 1.0 => {

@@ -4,6 +4,7 @@
 use crate::cut_motion::CutMotion;
 use crate::machine::description::MotionLimits;
 use crate::numeric::differences::largest_derivatives;
+use crate::point_to_point::{JerkLaw, MOVE_SHARE};
 use alloc::vec::Vec;
 
 /// Longest stop tried (s).
@@ -45,8 +46,8 @@ impl Rate {
     }
 }
 
-/// Velocity, acceleration and jerk of C and X.
-type Derivatives = [[f64; 3]; 2];
+/// Velocity, acceleration and jerk of each axis.
+type Derivatives<const N: usize> = [[f64; 3]; N];
 
 /// Ticks of the shortest stop that keeps both axes' limits from every point of a cut; `None` beyond [`LONGEST_S`].
 pub(super) fn shortest(
@@ -60,20 +61,61 @@ pub(super) fn shortest(
     let count = (duration / turn_s * STARTS_PER_TURN).min(MOST_STARTS);
     let step = duration / count;
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most MOST_STARTS")]
-    let grid: Vec<Derivatives> = (0..=count as u32)
+    let grid: Vec<Derivatives<2>> = (0..=count as u32)
         .map(|k| {
             let s = motion.at(f64::from(k) * step);
             [[s.c.first, s.c.second, s.c.third], [s.x.first, s.x.second, s.x.third]]
         })
         .collect();
+    let mut ticks = search(&grid, step, cycle_time_s, [c, x])?;
+    // What slipped between the points of the grid costs a somewhat longer stop, not a defect.
+    while !passes_check(motion, seconds(ticks, cycle_time_s), turn_s, [c, x]) {
+        ticks += 1 + ticks / 16;
+        if seconds(ticks, cycle_time_s) > LONGEST_S {
+            return None;
+        }
+    }
+    Some(ticks)
+}
+
+/// Ticks of the shortest stop on a straight move that keeps the limits of its axes; `None` beyond [`LONGEST_S`].
+///
+/// `limits` are those with which the law was made, of which it used [`MOVE_SHARE`] in acceleration and jerk.
+#[must_use]
+pub fn shortest_on_line(law: &JerkLaw, limits: &MotionLimits, cycle_time_s: f64) -> Option<u64> {
+    const POINTS: u32 = 2000;
+    let step = law.duration() / f64::from(POINTS);
+    let grid: Vec<Derivatives<1>> = (0..=POINTS)
+        .map(|k| {
+            let s = law.sample(f64::from(k) * step);
+            [[s.first, s.second, s.third]]
+        })
+        .collect();
+    if step <= 0.0 {
+        return Some(0);
+    }
+    let whole =
+        MotionLimits { acceleration: limits.acceleration / MOVE_SHARE, jerk: limits.jerk / MOVE_SHARE, ..*limits };
+    search(&grid, step, cycle_time_s, [&whole])
+}
+
+#[allow(clippy::cast_precision_loss, reason = "a few thousand ticks")]
+fn seconds(ticks: u64, cycle_time_s: f64) -> f64 {
+    ticks as f64 * cycle_time_s
+}
+
+fn search<const N: usize>(
+    grid: &[Derivatives<N>],
+    step: f64,
+    cycle_time_s: f64,
+    limits: [&MotionLimits; N],
+) -> Option<u64> {
     let rates: Vec<Rate> = (0..=WITHIN).map(|i| Rate::at(f64::from(i) / f64::from(WITHIN))).collect();
-    #[allow(clippy::cast_precision_loss, reason = "a few thousand ticks")]
-    let seconds = |ticks: u64| ticks as f64 * cycle_time_s;
-    let keeps = |ticks: u64| keeps_limits(&grid, step, &rates, seconds(ticks), [c, x]);
+    let keeps = |ticks: u64| keeps_limits(grid, step, &rates, seconds(ticks, cycle_time_s), limits);
     let mut high = SHORTEST_TICKS;
     while !keeps(high) {
         high *= 2;
-        if seconds(high) > LONGEST_S {
+        if seconds(high, cycle_time_s) > LONGEST_S {
             return None;
         }
     }
@@ -82,17 +124,16 @@ pub(super) fn shortest(
         let middle = low + (high - low) / 2;
         if keeps(middle) { high = middle } else { low = middle }
     }
-    // What slipped between the points of the grid costs a somewhat longer stop, not a defect.
-    while !passes_check(motion, seconds(high), turn_s, [c, x]) {
-        high += 1 + high / 16;
-        if seconds(high) > LONGEST_S {
-            return None;
-        }
-    }
     Some(high)
 }
 
-fn keeps_limits(grid: &[Derivatives], step: f64, rates: &[Rate], stop_s: f64, limits: [&MotionLimits; 2]) -> bool {
+fn keeps_limits<const N: usize>(
+    grid: &[Derivatives<N>],
+    step: f64,
+    rates: &[Rate],
+    stop_s: f64,
+    limits: [&MotionLimits; N],
+) -> bool {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a stop of at most LONGEST_S")]
     let points: Vec<(usize, Rate)> = rates
         .iter()

@@ -22,6 +22,7 @@ fn request<'a>(path: &'a PeriodicSpline, infeed: &'a InfeedSchedule, speed: f64)
         infeed,
         spark_out_turns: 2,
         speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: speed },
+        rotation_sense: 1,
         c: C,
         x: X,
         cycle_time_s: 1e-3,

@@ -1,0 +1,119 @@
+//! Why a job cannot be planned.
+
+use crate::contour::ContourError;
+use crate::infeed::InfeedError;
+use crate::job::JobError;
+use crate::machine::description::Axis;
+use crate::plan_check::PlanCheckError;
+use crate::point_to_point::PointToPointError;
+use crate::speed_plan::SpeedPlanError;
+use crate::tool_path::ToolPathError;
+use alloc::string::String;
+use thiserror::Error;
+
+/// Why a job cannot be planned: what, how much, how much is allowed, and where.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum PlanError {
+    /// The job asks for something that no path could give.
+    #[error(transparent)]
+    Job(#[from] JobError),
+    /// A profile has no contour.
+    #[error("profile {profile}: {source}")]
+    Contour {
+        /// Name of the profile.
+        profile: String,
+        /// Why.
+        source: ContourError,
+    },
+    /// The wheel cannot make a profile.
+    #[error("profile {profile}: {source}")]
+    Path {
+        /// Name of the profile.
+        profile: String,
+        /// Why.
+        source: ToolPathError,
+    },
+    /// The infeed fits no whole turns.
+    #[error("pass {pass}: {source}")]
+    Infeed {
+        /// Name of the pass.
+        pass: String,
+        /// Why.
+        source: InfeedError,
+    },
+    /// C cannot turn as wanted.
+    #[error("lobe {lobe}: {source}")]
+    Speed {
+        /// Name of the lobe.
+        lobe: String,
+        /// Why.
+        source: SpeedPlanError,
+    },
+    /// A position lies beyond a soft limit.
+    #[error("{place}{what} needs {} at {position_mm:.4} mm; its soft limits are {low_mm} to {high_mm} mm", axis.joint())]
+    SoftLimit {
+        /// `lobe I1: ` or nothing.
+        place: String,
+        /// What for.
+        what: &'static str,
+        /// The axis.
+        axis: Axis,
+        /// Position needed (mm).
+        position_mm: f64,
+        /// Smallest allowed (mm).
+        low_mm: f64,
+        /// Largest allowed (mm).
+        high_mm: f64,
+    },
+    /// The wheel would meet the blank before the cut.
+    #[error(
+        "lobe {lobe}: the rapid advance ends {gap_mm:.4} mm off the contour, inside the {stock_mm} mm of stock: the wheel \
+         would touch the blank in rapid; the total infeed of {total_infeed_mm} mm must be more than {least_mm:.4} mm there"
+    )]
+    TouchesBlank {
+        /// Name of the lobe.
+        lobe: String,
+        /// Distance of the wheel from the finished contour (mm).
+        gap_mm: f64,
+        /// Stock of the blank (mm).
+        stock_mm: f64,
+        /// Total infeed (mm).
+        total_infeed_mm: f64,
+        /// Total infeed that would just touch (mm).
+        least_mm: f64,
+    },
+    /// The wheel is not clear of the part while the table or the part moves.
+    #[error(
+        "{place}{what} leaves x_axis at {x_mm:.3} mm while {moving} moves; lobe {highest} reaches {reach_mm:.3} mm with its \
+         stock: {remedy} at least {lacking_mm:.3} mm more"
+    )]
+    NotClear {
+        /// `lobe I1: ` or nothing.
+        place: String,
+        /// What leaves it there.
+        what: &'static str,
+        /// Position of X (mm).
+        x_mm: f64,
+        /// Joint that moves meanwhile.
+        moving: &'static str,
+        /// The lobe that reaches farthest.
+        highest: String,
+        /// How far (mm).
+        reach_mm: f64,
+        /// What to enlarge.
+        remedy: &'static str,
+        /// By how much (mm).
+        lacking_mm: f64,
+    },
+    /// A move cannot be made.
+    #[error("{what}: {source}")]
+    Move {
+        /// Label of the step.
+        what: String,
+        /// Why.
+        source: PointToPointError,
+    },
+    /// The finished plan failed its forward check: a defect of the planner, told rather than driven.
+    #[error("the plan failed its forward check: {0}")]
+    Check(#[from] PlanCheckError),
+}

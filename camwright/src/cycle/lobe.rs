@@ -1,0 +1,316 @@
+//! Each lobe by itself: its shape, the phase it begins at, its speed plan, and whether there is room.
+
+use super::error::PlanError;
+use crate::contour::Contour;
+use crate::infeed::InfeedSchedule;
+use crate::job::{JobSpec, LobeSpec};
+use crate::machine::description::{Axis, MachineDescription};
+use crate::numeric::periodic_spline::PeriodicSpline;
+use crate::speed_plan::{SpeedPlan, SpeedRequest};
+use crate::tool_path::ToolPath;
+use crate::units::{TURN_RAD, wrap_turn};
+use alloc::string::String;
+use alloc::vec::Vec;
+
+/// How a lobe shall be: its contour and where it sits on the part. What a measurement is compared with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LobeDesign {
+    /// Name of the lobe.
+    pub name: String,
+    /// Limit switch of its station.
+    pub station: String,
+    /// Contour in the lobe's own frame.
+    pub contour: Contour,
+    /// Azimuth of the lobe's cam angle 0 on the part, measured from the key-way (rad).
+    pub phase_rad: f64,
+    /// Width (mm).
+    pub width_mm: f64,
+}
+
+impl LobeDesign {
+    /// Radius of the finished lobe at an azimuth of the part, measured from the key-way (mm, rad).
+    #[must_use]
+    pub fn radius_at(&self, part_azimuth_rad: f64) -> f64 {
+        self.contour.radius_at(part_azimuth_rad - self.phase_rad)
+    }
+}
+
+/// A lobe, planned.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedLobe {
+    /// How it shall be.
+    pub design: LobeDesign,
+    /// Path of the wheel over the wheel-line angle in the lobe's frame.
+    pub tool_path: ToolPath,
+    /// Wheel-line angle in the lobe's frame at which cutting begins (rad, in 0..2π).
+    pub start_rad: f64,
+    /// Block of the table from which it is read: the one that begins at or before the start angle.
+    pub start_block: u32,
+    /// Speed and infeed.
+    pub speed: SpeedPlan,
+}
+
+/// A profile as the wheel sees it.
+#[derive(Debug, Clone)]
+pub(super) struct Shape {
+    pub(super) contour: Contour,
+    pub(super) tool_path: ToolPath,
+    /// The path over σ times the wheel-line angle, as plans carry it.
+    pub(super) path: PeriodicSpline,
+}
+
+/// Where C stands when a lobe begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Begin {
+    /// C (counts).
+    pub(super) c_counts: i64,
+    /// σ times the wheel-line angle in the lobe's frame (rad, in 0..2π).
+    pub(super) path_rad: f64,
+}
+
+/// How every lobe of a job shall be.
+///
+/// # Errors
+/// A profile without a contour, a lobe without a profile.
+pub fn designs(job: &JobSpec) -> Result<Vec<LobeDesign>, PlanError> {
+    let contours = contours(job)?;
+    let design = |lobe: &LobeSpec| {
+        let count = contours.len();
+        let contour = contours.get(lobe.profile).cloned().ok_or_else(|| crate::job::JobError::UnknownProfile {
+            lobe: lobe.name.clone(),
+            profile: lobe.profile,
+            count,
+        })?;
+        Ok(designed(lobe, contour))
+    };
+    job.lobes.iter().map(design).collect()
+}
+
+fn designed(lobe: &LobeSpec, contour: Contour) -> LobeDesign {
+    LobeDesign {
+        name: lobe.name.clone(),
+        station: lobe.station.clone(),
+        contour,
+        phase_rad: lobe.phase_rad,
+        width_mm: lobe.width_mm,
+    }
+}
+
+fn contours(job: &JobSpec) -> Result<Vec<Contour>, PlanError> {
+    job.profiles
+        .iter()
+        .map(|profile| {
+            Contour::from_lift(&profile.lift, &profile.follower, profile.base_radius_mm)
+                .map_err(|source| PlanError::Contour { profile: profile.name.clone(), source })
+        })
+        .collect()
+}
+
+/// Contour and path of every profile, in the order of the job.
+pub(super) fn shapes(
+    job: &JobSpec,
+    machine: &MachineDescription,
+    wheel_radius_mm: f64,
+) -> Result<Vec<Shape>, PlanError> {
+    let contours = contours(job)?;
+    job.profiles
+        .iter()
+        .zip(contours)
+        .map(|(profile, contour)| {
+            let tool_path = ToolPath::for_wheel(&contour, wheel_radius_mm)
+                .map_err(|source| PlanError::Path { profile: profile.name.clone(), source })?;
+            let path =
+                if machine.rotation_sense < 0 { mirrored(tool_path.spline()) } else { tool_path.spline().clone() };
+            Ok(Shape { contour, tool_path, path })
+        })
+        .collect()
+}
+
+/// f(−φ): the basis is symmetric about its knots, so the coefficients only change places.
+fn mirrored(spline: &PeriodicSpline) -> PeriodicSpline {
+    let mut coefficients = spline.coefficients().to_vec();
+    coefficients[1..].reverse();
+    PeriodicSpline::from_coefficients(coefficients).expect("as many and as finite as before")
+}
+
+/// Smallest and largest value, on four points per knot.
+fn extremes(spline: &PeriodicSpline) -> (f64, f64) {
+    #[allow(clippy::cast_possible_truncation, reason = "knots are far below 2^30")]
+    let count = 4 * spline.coefficients().len() as u32;
+    let values = (0..count).map(|i| spline.sample(f64::from(i) * TURN_RAD / f64::from(count)).value);
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+}
+
+/// Where C stands when each lobe begins. After homing C is 0; each lobe turns it by whole turns; rotary indexing turns it
+/// the shorter way to the lobe's cam angle 0 first.
+pub(super) fn begins(
+    job: &JobSpec,
+    machine: &MachineDescription,
+    schedule: &InfeedSchedule,
+    rotary_indexing: bool,
+) -> Vec<Begin> {
+    let scale = machine.axis(Axis::C).scale;
+    let turn_counts = scale.counts(TURN_RAD);
+    let sense = f64::from(machine.rotation_sense.signum());
+    let spark_out: u32 = job.passes.iter().map(|pass| pass.spark_out_turns).sum();
+    let turns = i64::from(schedule.turns() + spark_out);
+    let mut c_counts = 0_i64;
+    job.lobes
+        .iter()
+        .map(|lobe| {
+            if rotary_indexing {
+                let there = (scale.counts(sense * lobe.phase_rad) - c_counts).rem_euclid(turn_counts);
+                c_counts += if 2 * there > turn_counts { there - turn_counts } else { there };
+            }
+            let path_rad = wrap_turn(scale.position(c_counts.rem_euclid(turn_counts)) - sense * lobe.phase_rad);
+            let begin = Begin { c_counts, path_rad };
+            c_counts += turns * turn_counts;
+            begin
+        })
+        .collect()
+}
+
+/// The block that begins at or before an angle. A millionth of a block below the next one counts as the next: an angle
+/// of whole blocks, given in degrees, may round to just below itself.
+pub(super) fn block_at(angle_rad: f64, blocks: u32) -> u32 {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an angle within one turn")]
+    let block = libm::floor(wrap_turn(angle_rad) / TURN_RAD * f64::from(blocks) + 1e-6) as u32;
+    block % blocks
+}
+
+/// Start, speed and room of every lobe.
+pub(super) fn plan_lobes(
+    job: &JobSpec,
+    machine: &MachineDescription,
+    shapes: &[Shape],
+    schedule: &InfeedSchedule,
+    begins: &[Begin],
+) -> Result<Vec<PlannedLobe>, PlanError> {
+    let pass = &job.passes[0];
+    let sense = f64::from(machine.rotation_sense.signum());
+    job.lobes
+        .iter()
+        .zip(begins)
+        .map(|(lobe, begin)| {
+            let shape = &shapes[lobe.profile];
+            let start_rad = wrap_turn(sense * begin.path_rad);
+            check_blank(job, lobe, shape, schedule, start_rad)?;
+            let speed = SpeedPlan::new(&SpeedRequest {
+                path: &shape.path,
+                path_start_rad: begin.path_rad,
+                infeed: schedule,
+                spark_out_turns: pass.spark_out_turns,
+                speed: pass.speed,
+                rotation_sense: machine.rotation_sense,
+                c: machine.axis(Axis::C).limits,
+                x: machine.axis(Axis::X).limits,
+                cycle_time_s: machine.cycle_time_s(),
+            })
+            .map_err(|source| PlanError::Speed { lobe: lobe.name.clone(), source })?;
+            Ok(PlannedLobe {
+                design: designed(lobe, shape.contour.clone()),
+                tool_path: shape.tool_path.clone(),
+                start_rad,
+                start_block: block_at(start_rad, job.blocks_per_turn),
+                speed,
+            })
+        })
+        .collect()
+}
+
+/// At the end of the rapid advance the wheel stands off the blank, which is the contour and its stock.
+fn check_blank(
+    job: &JobSpec,
+    lobe: &LobeSpec,
+    shape: &Shape,
+    schedule: &InfeedSchedule,
+    start_rad: f64,
+) -> Result<(), PlanError> {
+    let wheel_mm = shape.tool_path.wheel_radius_mm();
+    let at_size_mm = shape.tool_path.sample(start_rad).value + wheel_mm;
+    let gap_at = |offset_mm: f64| {
+        let centre = at_size_mm + offset_mm;
+        let (x, y) = (centre * libm::cos(start_rad), centre * libm::sin(start_rad));
+        // Every 0.1 deg: the distance to a circle of ordinary curvature errs by square of spacing, under 1e-5 mm.
+        (0..3600_u32)
+            .map(|i| shape.contour.point(f64::from(i) * TURN_RAD / 3600.0))
+            .map(|point| libm::hypot(point.x - x, point.y - y) - wheel_mm)
+            .fold(f64::INFINITY, f64::min)
+    };
+    let gap_mm = gap_at(schedule.total_mm());
+    if gap_mm > job.stock_mm {
+        return Ok(());
+    }
+    let (mut low, mut high) = (0.0, 100.0 * (job.stock_mm + schedule.total_mm()));
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if gap_at(middle) > job.stock_mm { high = middle } else { low = middle }
+    }
+    Err(PlanError::TouchesBlank {
+        lobe: lobe.name.clone(),
+        gap_mm,
+        stock_mm: job.stock_mm,
+        total_infeed_mm: schedule.total_mm(),
+        least_mm: high,
+    })
+}
+
+/// X keeps within its soft limits on every lobe and is clear of the part whenever table or part move.
+pub(super) fn check_travel(
+    job: &JobSpec,
+    machine: &MachineDescription,
+    schedule: &InfeedSchedule,
+    lobes: &[PlannedLobe],
+) -> Result<(), PlanError> {
+    // X is largest with the farthest point of the contour on the wheel line, and is its radius there.
+    let reach = |lobe: &PlannedLobe| {
+        let (_, reach_mm) = extremes(lobe.tool_path.spline());
+        reach_mm + job.stock_mm
+    };
+    let highest = lobes.iter().max_by(|a, b| reach(a).total_cmp(&reach(b)));
+    let clear = |place: String, what: &'static str, x_mm: f64, moving: Axis, remedy: &'static str| match highest {
+        Some(highest) if x_mm <= reach(highest) => Err(PlanError::NotClear {
+            place,
+            what,
+            x_mm,
+            moving: moving.joint(),
+            highest: highest.design.name.clone(),
+            reach_mm: reach(highest),
+            remedy,
+            lacking_mm: reach(highest) - x_mm,
+        }),
+        _ => Ok(()),
+    };
+    clear(String::new(), "home.x_mm", job.home.x_mm, Axis::Z, "home.x_mm must be")?;
+    soft_limit(machine, Axis::X, job.home.x_mm, String::new(), "the home position")?;
+    soft_limit(machine, Axis::Z, job.home.z_mm, String::new(), "the home position")?;
+    for (index, lobe) in lobes.iter().enumerate() {
+        let place = || alloc::format!("lobe {}: ", lobe.design.name);
+        let (low_mm, high_mm) = extremes(lobe.tool_path.spline());
+        let retracted_mm = lobe.tool_path.sample(lobe.start_rad).value + schedule.total_mm() + job.rapid_advance_mm;
+        soft_limit(machine, Axis::X, low_mm, place(), "the lowest point of the path")?;
+        let held_mm = high_mm + schedule.total_mm() + job.retract_clearance_mm;
+        soft_limit(machine, Axis::X, held_mm, place(), "a hold on the highest point of the path")?;
+        soft_limit(machine, Axis::X, retracted_mm, place(), "the start of the rapid advance")?;
+        if index + 1 < lobes.len() {
+            clear(place(), "the rapid retract", retracted_mm, Axis::Z, "the rapid advance must be")?;
+        }
+    }
+    Ok(())
+}
+
+/// A position against the soft limits of its axis, if it has any.
+pub(super) fn soft_limit(
+    machine: &MachineDescription,
+    axis: Axis,
+    position_mm: f64,
+    place: String,
+    what: &'static str,
+) -> Result<(), PlanError> {
+    match machine.axis(axis).soft_limits {
+        Some((low_mm, high_mm)) if !(low_mm..=high_mm).contains(&position_mm) => {
+            Err(PlanError::SoftLimit { place, what, axis, position_mm, low_mm, high_mm })
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,126 @@
+//! From a job to its plan: the main routine of JPS6156064B2 (its Fig. 6), complete, before anything moves.
+//!
+//! ```text
+//! home C on the origin detector · wheel up to speed
+//! for each lobe:
+//!     table to the lobe's limit switch                    Index
+//!    (C to the lobe's cam angle 0, conventional way only  RotaryIndex)
+//!     X corrected by the lift at the phase C stands at    Position   (Fig. 7)
+//!     rapid advance R0 at F0, to just before the blank    Approach
+//!     C and X together: infeed turns, spark-out turns     Cut        (Fig. 8), ends on the phase it began at
+//!     rapid retract                                       Retract
+//! X, then the table, to the home position                 Return
+//! ```
+//!
+//! Turns are whole, so C stands after each lobe at the phase it had before: without rotary indexing lobe j is read from
+//! the angle σ·C − αj on, wherever in its table that is. Both ways are always built, and the time of both is told.
+
+mod error;
+mod lobe;
+mod sequence;
+
+pub use error::PlanError;
+pub use lobe::{LobeDesign, PlannedLobe, designs};
+
+use crate::infeed::InfeedSchedule;
+use crate::job::{JobSpec, PassSpec};
+use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
+use crate::plan::Plan;
+use crate::plan_check::{PlanReport, check_plan};
+use lobe::Shape;
+use sequence::Sequence;
+
+use alloc::vec::Vec;
+
+/// Where the axes stand before the part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlanStart {
+    /// Positions (counts).
+    pub counts: [i64; AXIS_COUNT],
+    /// Whether C knows its zero: then the way to the origin is known, else half a turn is predicted.
+    pub c_homed: bool,
+}
+
+/// A job planned: what to execute, and what it was made of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedJob {
+    /// The plan.
+    pub plan: Plan,
+    /// Per lobe: geometry, start and speed, in the order of machining.
+    pub lobes: Vec<PlannedLobe>,
+    /// What the forward check found.
+    pub report: PlanReport,
+}
+
+impl PlannedJob {
+    /// Predicted time saved by not turning the part to each lobe's base (s), the claim of the patent; negative times
+    /// the job's own way if that is the conventional one.
+    #[must_use]
+    pub fn saved_by_not_indexing_s(&self) -> f64 {
+        self.plan.duration_with_indexing_s - self.plan.duration_s
+    }
+}
+
+/// Plans a job for a machine and a wheel.
+///
+/// `start` is where the axes stand; without it X and Z are taken to be at the home position and C unhomed. It changes
+/// the predicted duration, and nothing else but the first moves.
+///
+/// # Errors
+/// Everything that cannot be made, in one sentence; nothing has moved.
+pub fn plan_job(
+    job: &JobSpec,
+    machine: &MachineDescription,
+    wheel_radius_mm: f64,
+    start: Option<PlanStart>,
+) -> Result<PlannedJob, PlanError> {
+    job.check(machine)?;
+    // `check` has seen that there is one pass.
+    let pass = &job.passes[0];
+    let schedule = schedule(job, pass, machine)?;
+    let shapes = lobe::shapes(job, machine, wheel_radius_mm)?;
+    let begins = lobe::begins(job, machine, &schedule, job.rotary_indexing);
+    let lobes = lobe::plan_lobes(job, machine, &shapes, &schedule, &begins)?;
+    lobe::check_travel(job, machine, &schedule, &lobes)?;
+
+    let start = start.unwrap_or_else(|| {
+        let counts = |axis: Axis, at: f64| machine.axis(axis).scale.counts(at);
+        PlanStart { counts: [0, counts(Axis::X, job.home.x_mm), counts(Axis::Z, job.home.z_mm)], c_homed: false }
+    });
+    let mut plan = build(job, machine, &schedule, &shapes, &lobes, start, job.rotary_indexing)?;
+    plan.duration_with_indexing_s = if job.rotary_indexing {
+        plan.duration_s
+    } else {
+        // Same cuts from other phases: a ramp may differ by hundredths of a second there, which is left out.
+        build(job, machine, &schedule, &shapes, &lobes, start, true)?.duration_s
+    };
+    let report = check_plan(&plan, machine, start.counts)?;
+    Ok(PlannedJob { plan, lobes, report })
+}
+
+fn schedule(job: &JobSpec, pass: &PassSpec, machine: &MachineDescription) -> Result<InfeedSchedule, PlanError> {
+    let scale = machine.axis(Axis::X).scale;
+    InfeedSchedule::new(pass.total_infeed_mm, pass.infeed_per_block_mm, job.blocks_per_turn, scale)
+        .map_err(|source| PlanError::Infeed { pass: pass.name.clone(), source })
+}
+
+fn build(
+    job: &JobSpec,
+    machine: &MachineDescription,
+    schedule: &InfeedSchedule,
+    shapes: &[Shape],
+    lobes: &[PlannedLobe],
+    start: PlanStart,
+    rotary_indexing: bool,
+) -> Result<Plan, PlanError> {
+    let begins = lobe::begins(job, machine, schedule, rotary_indexing);
+    let mut sequence = Sequence::new(job, machine, schedule, shapes, start);
+    sequence.prepare()?;
+    for (index, (lobe, begin)) in lobes.iter().zip(begins).enumerate() {
+        sequence.grind(index, lobe, begin, rotary_indexing)?;
+    }
+    sequence.finish()
+}
+
+#[cfg(test)]
+mod tests;

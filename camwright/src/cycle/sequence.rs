@@ -1,0 +1,291 @@
+//! The steps of a part, one after the other, with the time each is predicted to take.
+
+use super::PlanStart;
+use super::error::PlanError;
+use super::lobe::{Begin, PlannedLobe, Shape, soft_limit};
+use crate::cut_motion::CutMotion;
+use crate::infeed::InfeedSchedule;
+use crate::job::JobSpec;
+use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits, Station};
+use crate::numeric::hermite::HermiteSpline;
+use crate::plan::{AxisTarget, Command, CutSegment, Phase, Plan, Segment, SegmentKind};
+use crate::point_to_point::{MoveLaw, PointToPointError, rest_to_rest, velocity_ramp, whole_ticks};
+use crate::speed_plan::shortest_on_line;
+use crate::units::{TURN_RAD, wrap_turn};
+use alloc::string::String;
+use alloc::vec::Vec;
+
+/// How far before a station's switch the table stands when the search for it begins (mm), and how far beyond the switch
+/// the search may go. It covers a switch that has shifted and lets the table reach its search speed; longer costs time
+/// at the slow search speed.
+const RUN_IN_MM: f64 = 5.0;
+
+/// Turns in which the search for the origin must meet it: one, and a quarter for a start inside its window.
+const HOMING_TURNS: f64 = 1.25;
+
+/// A plan in the making.
+pub(super) struct Sequence<'a> {
+    job: &'a JobSpec,
+    machine: &'a MachineDescription,
+    schedule: &'a InfeedSchedule,
+    start: PlanStart,
+    at: [i64; AXIS_COUNT],
+    ticks: u64,
+    plan: Plan,
+}
+
+/// Who a step is for.
+#[derive(Clone, Copy)]
+struct Of<'a> {
+    phase: Phase,
+    lobe: Option<(usize, &'a str)>,
+    stock_mm: f64,
+}
+
+impl Of<'_> {
+    const fn part(phase: Phase) -> Self {
+        Self { phase, lobe: None, stock_mm: 0.0 }
+    }
+}
+
+impl<'a> Sequence<'a> {
+    pub(super) fn new(
+        job: &'a JobSpec,
+        machine: &'a MachineDescription,
+        schedule: &'a InfeedSchedule,
+        shapes: &[Shape],
+        start: PlanStart,
+    ) -> Self {
+        let plan = Plan {
+            job: job.name.clone(),
+            lobes: job.lobes.iter().map(|lobe| lobe.name.clone()).collect(),
+            paths: shapes.iter().map(|shape| shape.path.clone()).collect(),
+            ..Plan::default()
+        };
+        Self { job, machine, schedule, start, at: start.counts, ticks: 0, plan }
+    }
+
+    /// Wheel clear of the part, C on its origin, wheel up to speed.
+    pub(super) fn prepare(&mut self) -> Result<(), PlanError> {
+        let of = Of::part(Phase::Home);
+        self.move_axis(of, Axis::X, self.counts(Axis::X, self.job.home.x_mm), None, "wheel clear of the part")?;
+        let half_window = self.machine.origin_half_window_rad;
+        let distance = if self.start.c_homed {
+            wrap_turn(-half_window - self.machine.axis(Axis::C).scale.position(self.at[Axis::C.index()]))
+        } else {
+            0.5 * TURN_RAD
+        };
+        // The detector closes half a window before its centre, where the key-way faces the wheel.
+        let offset = self.counts(Axis::C, half_window);
+        self.search(of, Axis::C, "origin", HOMING_TURNS * TURN_RAD, distance, offset, "headstock to its origin")?;
+        self.at[Axis::C.index()] = 0;
+        self.command(of, Command::SetHome(Axis::C), "origin is zero");
+        self.move_axis(of, Axis::C, 0, None, "key-way to the wheel")?;
+        self.command(of, Command::WheelStart, "wheel start");
+        let spin_up = whole_ticks(self.machine.wheel.spin_up_s, self.machine.cycle_time_s());
+        self.push(of, SegmentKind::Dwell, spin_up, 0, "wheel to its speed");
+        Ok(())
+    }
+
+    /// One lobe, from the table's index to the rapid retract.
+    pub(super) fn grind(
+        &mut self,
+        index: usize,
+        lobe: &PlannedLobe,
+        begin: Begin,
+        rotary_indexing: bool,
+    ) -> Result<(), PlanError> {
+        let name = lobe.design.name.as_str();
+        let of = |phase: Phase, stock_mm: f64| Of { phase, lobe: Some((index, name)), stock_mm };
+        let stock_mm = self.job.stock_mm;
+        if let Some(station) = self.machine.station(&lobe.design.station) {
+            self.index_table(of(Phase::Index, stock_mm), name, station)?;
+        }
+        if rotary_indexing {
+            let of = of(Phase::RotaryIndex, stock_mm);
+            self.move_axis(of, Axis::C, begin.c_counts, None, "part to the lobe's cam angle 0")?;
+        }
+        let cut = self.cut_segment(self.job.lobes[index].profile, lobe, begin);
+        // The same arithmetic as in the cut, so that the wheel stands where the cut begins to the count.
+        let motion = CutMotion {
+            path: &self.plan.paths[cut.path],
+            path_start_rad: cut.path_start_rad,
+            infeed: lobe.speed.infeed().law(),
+            law: lobe.speed.law(),
+        };
+        let first = self.counts(Axis::X, motion.over_angle(0.0).value);
+        let last = self.counts(Axis::X, motion.over_angle(lobe.speed.law().sample(motion.duration_s()).value).value);
+        let retracted = first + self.counts(Axis::X, self.job.rapid_advance_mm);
+        let rapid = Some(self.job.rapid_speed_mm_s);
+        self.move_axis(of(Phase::Position, stock_mm), Axis::X, retracted, None, "wheel corrected by the lift")?;
+        self.move_axis(of(Phase::Approach, stock_mm), Axis::X, first, rapid, "rapid advance")?;
+        let label = alloc::format!("{} turns with infeed, {} without", cut.infeed_turns, cut.turns - cut.infeed_turns);
+        let ticks = whole_ticks(lobe.speed.law().end(), self.machine.cycle_time_s());
+        let turn_counts = self.machine.axis(Axis::C).scale.counts(TURN_RAD);
+        self.at[Axis::C.index()] += i64::from(cut.turns) * turn_counts;
+        self.at[Axis::X.index()] = last;
+        self.push(of(Phase::Cut, stock_mm), SegmentKind::Cut(cut), ticks, lobe.speed.stop_ticks(), &label);
+        self.move_axis(of(Phase::Retract, 0.0), Axis::X, retracted, rapid, "rapid retract")
+    }
+
+    /// X, then the table, to the home position; the plan.
+    pub(super) fn finish(mut self) -> Result<Plan, PlanError> {
+        let of = Of::part(Phase::Return);
+        self.move_axis(of, Axis::X, self.counts(Axis::X, self.job.home.x_mm), None, "wheel to its home position")?;
+        self.command(of, Command::WheelStop, "wheel stop");
+        self.move_axis(of, Axis::Z, self.counts(Axis::Z, self.job.home.z_mm), None, "table to its home position")?;
+        #[allow(clippy::cast_precision_loss, reason = "a part takes far less than 2^53 ticks")]
+        let duration_s = self.ticks as f64 * self.machine.cycle_time_s();
+        self.plan.duration_s = duration_s;
+        Ok(self.plan)
+    }
+
+    /// The table goes to just before the switch, whichever side it comes from, then searches for it in its positive
+    /// direction: a switch closes at one place only when approached from one side.
+    fn index_table(&mut self, of: Of<'_>, lobe: &str, station: &Station) -> Result<(), PlanError> {
+        let axis = self.machine.axis(Axis::Z);
+        let before_mm = station.position_mm - RUN_IN_MM;
+        let speed = axis.search_velocity.min(axis.limits.velocity);
+        let after_mm = RUN_IN_MM + self.overshoot(Axis::Z, speed);
+        let place = || alloc::format!("lobe {lobe}: ");
+        soft_limit(self.machine, Axis::Z, before_mm, place(), "the start of the search for the station's switch")?;
+        soft_limit(
+            self.machine,
+            Axis::Z,
+            station.position_mm + after_mm,
+            place(),
+            "the end of the search for the station's switch",
+        )?;
+        let label = alloc::format!("table to before {}", station.switch);
+        self.move_axis(of, Axis::Z, self.counts(Axis::Z, before_mm), None, &label)?;
+        let label = alloc::format!("table to {}", station.switch);
+        self.search(of, Axis::Z, &station.switch, RUN_IN_MM + after_mm, RUN_IN_MM, 0, &label)?;
+        self.at[Axis::Z.index()] = self.counts(Axis::Z, station.position_mm);
+        Ok(())
+    }
+
+    fn cut_segment(&mut self, profile: usize, lobe: &PlannedLobe, begin: Begin) -> CutSegment {
+        let turn_counts = self.machine.axis(Axis::C).scale.counts(TURN_RAD);
+        CutSegment {
+            path: profile,
+            speed: shared(&mut self.plan.time_laws, lobe.speed.law()),
+            infeed: shared(&mut self.plan.angle_laws, lobe.speed.infeed().law()),
+            start_counts: begin.c_counts.rem_euclid(turn_counts),
+            path_start_rad: begin.path_rad,
+            turns: lobe.speed.turns(),
+            infeed_turns: self.schedule.turns(),
+            plateau_s: lobe.speed.plateau_s(),
+            turn_s: lobe.speed.turn_s(),
+            retract_mm: self.job.retract_clearance_mm,
+        }
+    }
+
+    fn counts(&self, axis: Axis, position: f64) -> i64 {
+        self.machine.axis(axis).scale.counts(position)
+    }
+
+    /// How far an axis runs on after an edge at a speed: until the edge is known, and until it stands.
+    fn overshoot(&self, axis: Axis, speed: f64) -> f64 {
+        let limits = self.machine.axis(axis).limits;
+        let known_s = f64::from(self.machine.feedback_delay_ticks + 2) * self.machine.cycle_time_s();
+        // A stop takes v/a + a/j at most, at half the speed in the mean; doubled for the share that moves leave unused.
+        speed * known_s + speed * (speed / limits.acceleration + limits.acceleration / limits.jerk)
+    }
+
+    fn push(&mut self, of: Of<'_>, kind: SegmentKind, ticks: u64, stop_ticks: u64, label: &str) {
+        let label = match of.lobe {
+            Some((_, name)) => alloc::format!("{name}: {label}"),
+            None => String::from(label),
+        };
+        self.ticks += ticks;
+        self.plan.segments.push(Segment {
+            kind,
+            phase: of.phase,
+            lobe: of.lobe.map(|(index, _)| index),
+            label,
+            ticks,
+            stop_ticks,
+            stock_mm: of.stock_mm,
+        });
+    }
+
+    fn command(&mut self, of: Of<'_>, command: Command, label: &str) {
+        // To the machine and back.
+        let ticks = 2 * u64::from(self.machine.feedback_delay_ticks).max(1);
+        self.push(of, SegmentKind::Command(command), ticks, 0, label);
+    }
+
+    fn move_axis(
+        &mut self,
+        of: Of<'_>,
+        axis: Axis,
+        target_counts: i64,
+        speed: Option<f64>,
+        label: &str,
+    ) -> Result<(), PlanError> {
+        let own = self.machine.axis(axis).limits;
+        let limits = speed.map_or(own, |speed| own.at_most(speed));
+        let targets = alloc::vec![AxisTarget { axis, target_counts, limits }];
+        let (ticks, stop_ticks) = self.time_of_move(self.at, &targets, label)?;
+        self.at[axis.index()] = target_counts;
+        self.push(of, SegmentKind::Move(targets), ticks, stop_ticks, label);
+        Ok(())
+    }
+
+    fn time_of_move(&self, from: [i64; AXIS_COUNT], to: &[AxisTarget], label: &str) -> Result<(u64, u64), PlanError> {
+        let wrong = |source| PlanError::Move { what: String::from(label), source };
+        let law = MoveLaw::new(from, to, self.machine).map_err(wrong)?;
+        let cycle_time_s = self.machine.cycle_time_s();
+        let ticks = law.ticks(cycle_time_s);
+        // A law too lazy to be stopped early is stopped by letting it end.
+        Ok((ticks, shortest_on_line(law.law(), law.limits(), cycle_time_s).unwrap_or(ticks)))
+    }
+
+    /// A search with the time it takes if the edge lies `distance` ahead (mm or rad).
+    #[allow(clippy::too_many_arguments, reason = "each is one field of the search")]
+    fn search(
+        &mut self,
+        of: Of<'_>,
+        axis: Axis,
+        input: &str,
+        travel: f64,
+        distance: f64,
+        offset_counts: i64,
+        label: &str,
+    ) -> Result<(), PlanError> {
+        let description = self.machine.axis(axis);
+        let limits = description.limits.at_most(description.search_velocity);
+        let travel_counts = self.counts(axis, travel + self.overshoot(axis, limits.velocity));
+        let mut target = self.at;
+        target[axis.index()] += travel_counts;
+        let whole = AxisTarget { axis, target_counts: target[axis.index()], limits };
+        let (_, stop_ticks) = self.time_of_move(self.at, &[whole], label)?;
+        let offset = description.scale.position(offset_counts);
+        let seconds = self
+            .search_s(&limits, distance, offset)
+            .map_err(|source| PlanError::Move { what: String::from(label), source })?;
+        let kind = SegmentKind::Search { axis, input: String::from(input), travel_counts, offset_counts, limits };
+        self.push(of, kind, whole_ticks(seconds, self.machine.cycle_time_s()), stop_ticks, label);
+        Ok(())
+    }
+
+    /// Run to the edge, run on until it is known and the axis stands, back to the edge plus offset.
+    fn search_s(&self, limits: &MotionLimits, distance: f64, offset: f64) -> Result<f64, PointToPointError> {
+        let speed = limits.velocity;
+        let ramp = velocity_ramp(0.0, speed, limits)?;
+        let ramp_length = ramp.knots()[ramp.knots().len() - 1].value;
+        let run_s = ramp.end() + (distance - ramp_length).max(0.0) / speed;
+        let known_s = f64::from(self.machine.feedback_delay_ticks) * self.machine.cycle_time_s();
+        let beyond = speed * known_s + ramp_length;
+        let back = rest_to_rest(offset - beyond, limits)?;
+        Ok(run_s + known_s + ramp.end() + back.end())
+    }
+}
+
+/// Index of a law among those of the plan; a new one is added.
+fn shared(laws: &mut Vec<HermiteSpline>, law: &HermiteSpline) -> usize {
+    laws.iter().position(|known| known == law).unwrap_or_else(|| {
+        laws.push(law.clone());
+        laws.len() - 1
+    })
+}

@@ -1,0 +1,322 @@
+//! A whole plan, walked through once more before anything moves: positions join in counts, every segment keeps the limits
+//! by differencing its positions, nothing leaves the soft limits, and turns close.
+//!
+//! Nothing of how the plan was made is used, only what it says.
+
+use crate::cut_motion::CutMotion;
+use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
+use crate::numeric::differences::largest_derivatives;
+use crate::plan::{AxisTarget, Command, CutSegment, Plan, Segment, SegmentKind};
+use crate::point_to_point::{MoveLaw, PointToPointError};
+use crate::speed_plan::{LimitUse, Quantity, uses_by_differences, windows};
+use crate::units::TURN_RAD;
+use alloc::string::String;
+use alloc::vec::Vec;
+use thiserror::Error;
+
+/// What the walk found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanReport {
+    /// For each segment that moves, the limit it uses most.
+    pub uses: Vec<(usize, LimitUse)>,
+    /// Positions after the last segment (counts).
+    pub end_counts: [i64; AXIS_COUNT],
+}
+
+impl PlanReport {
+    /// The largest use of a limit over the whole plan, 1 for all of it.
+    #[must_use]
+    pub fn max_ratio(&self) -> f64 {
+        self.uses.iter().map(|(_, found)| found.ratio()).fold(0.0, f64::max)
+    }
+}
+
+/// A plan that must not be executed.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("segment {segment} ({label}): {fault}")]
+pub struct PlanCheckError {
+    /// Index of the segment.
+    pub segment: usize,
+    /// Its label.
+    pub label: String,
+    /// What is wrong.
+    pub fault: PlanFault,
+}
+
+/// What is wrong with a segment.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum PlanFault {
+    /// It names a spline that the plan does not have.
+    #[error("it names a spline that the plan does not have")]
+    UnknownSpline,
+    /// It names an input that the machine does not have.
+    #[error("the machine has no input {input}")]
+    UnknownInput {
+        /// The input.
+        input: String,
+    },
+    /// It begins elsewhere than the one before ended.
+    #[error("{} begins at {begins} counts, the segment before ended at {ended}", axis.joint())]
+    Jump {
+        /// The axis.
+        axis: Axis,
+        /// Where it begins (counts).
+        begins: i64,
+        /// Where the one before ended (counts).
+        ended: i64,
+    },
+    /// A cut does not end where it should.
+    #[error("{} ends {counts} counts off the place it should come back to", axis.joint())]
+    NotClosed {
+        /// The axis.
+        axis: Axis,
+        /// By how much (counts).
+        counts: i64,
+    },
+    /// A cut does not begin and end at rest, or turns back.
+    #[error("c_axis turns at {speed_rad_s} rad/s at {time_s} s of the cut")]
+    BadSpeed {
+        /// The speed.
+        speed_rad_s: f64,
+        /// When.
+        time_s: f64,
+    },
+    /// A limit is exceeded.
+    #[error("{0}")]
+    Limit(LimitUse),
+    /// A soft limit is exceeded.
+    #[error("{} goes to {position} mm; its soft limits are {low} to {high} mm", axis.joint())]
+    SoftLimit {
+        /// The axis.
+        axis: Axis,
+        /// Position (mm).
+        position: f64,
+        /// Smallest allowed (mm).
+        low: f64,
+        /// Largest allowed (mm).
+        high: f64,
+    },
+    /// A search cannot meet what it searches for.
+    #[error("the search goes from {from} to {to} mm and its switch is at {switch} mm")]
+    OutOfReach {
+        /// Start (mm).
+        from: f64,
+        /// Farthest position (mm).
+        to: f64,
+        /// The switch (mm).
+        switch: f64,
+    },
+    /// A move cannot be made.
+    #[error(transparent)]
+    Move(#[from] PointToPointError),
+}
+
+/// Points at which a straight move is differenced.
+const MOVE_GRID: f64 = 4096.0;
+
+/// Points per turn at which a cut is differenced where something happens in it, and everywhere. The first is eight times
+/// the planner's least; steps below 5 µs would drown a jerk in rounding.
+const FINE_GRID: f64 = 28_800.0;
+const COARSE_GRID: f64 = 1_000.0;
+const SHORTEST_STEP_S: f64 = 5e-6;
+
+/// Walks through a plan.
+///
+/// # Errors
+/// The first segment that must not be executed, and why.
+pub fn check_plan(
+    plan: &Plan,
+    machine: &MachineDescription,
+    start_counts: [i64; AXIS_COUNT],
+) -> Result<PlanReport, PlanCheckError> {
+    let mut walk = Walk { plan, machine, at: start_counts, uses: Vec::new() };
+    for (index, segment) in plan.segments.iter().enumerate() {
+        let worst = walk.step(segment).map_err(|fault| PlanCheckError {
+            segment: index,
+            label: segment.label.clone(),
+            fault,
+        })?;
+        walk.uses.extend(worst.map(|worst| (index, worst)));
+    }
+    Ok(PlanReport { uses: walk.uses, end_counts: walk.at })
+}
+
+struct Walk<'a> {
+    plan: &'a Plan,
+    machine: &'a MachineDescription,
+    at: [i64; AXIS_COUNT],
+    uses: Vec<(usize, LimitUse)>,
+}
+
+impl Walk<'_> {
+    /// One segment; the limit it uses most, if it moves.
+    fn step(&mut self, segment: &Segment) -> Result<Option<LimitUse>, PlanFault> {
+        match &segment.kind {
+            SegmentKind::Move(targets) => self.line(targets),
+            SegmentKind::Search { axis, input, travel_counts, offset_counts, limits } => {
+                let mut to = self.at;
+                to[axis.index()] += travel_counts;
+                let target = AxisTarget { axis: *axis, target_counts: to[axis.index()], limits: *limits };
+                let from = self.at;
+                let worst = self.line(&[target])?;
+                self.at = from;
+                self.found(*axis, input, *travel_counts, *offset_counts)?;
+                Ok(worst)
+            }
+            SegmentKind::Cut(cut) => self.cut(cut).map(Some),
+            SegmentKind::Command(Command::SetHome(axis)) => {
+                self.at[axis.index()] = 0;
+                Ok(None)
+            }
+            SegmentKind::Command(Command::WheelStart | Command::WheelStop) | SegmentKind::Dwell | SegmentKind::Wait => {
+                Ok(None)
+            }
+        }
+    }
+
+    /// Where an axis stands after a search. The origin's place is unknown until it is the zero.
+    fn found(&mut self, axis: Axis, input: &str, travel_counts: i64, offset_counts: i64) -> Result<(), PlanFault> {
+        if input == "origin" {
+            return Ok(());
+        }
+        let unknown = || PlanFault::UnknownInput { input: String::from(input) };
+        let station = self.machine.station(input).ok_or_else(unknown)?;
+        let scale = self.machine.axis(axis).scale;
+        let (from, switch) = (self.at[axis.index()], scale.counts(station.position_mm));
+        if switch <= from || switch >= from + travel_counts {
+            let (from, to) = (scale.position(from), scale.position(from + travel_counts));
+            return Err(PlanFault::OutOfReach { from, to, switch: station.position_mm });
+        }
+        self.at[axis.index()] = switch + offset_counts;
+        Ok(())
+    }
+
+    fn soft_limit(&self, axis: Axis, position: f64) -> Result<(), PlanFault> {
+        match self.machine.axis(axis).soft_limits {
+            Some((low, high)) if !(low..=high).contains(&position) => {
+                Err(PlanFault::SoftLimit { axis, position, low, high })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// A straight line from where the axes stand.
+    fn line(&mut self, targets: &[AxisTarget]) -> Result<Option<LimitUse>, PlanFault> {
+        let law = MoveLaw::new(self.at, targets, self.machine)?;
+        let step = law.duration_s() / MOVE_GRID;
+        let mut worst: Option<LimitUse> = None;
+        for target in targets {
+            let index = target.axis.index();
+            let description = self.machine.axis(target.axis);
+            self.soft_limit(target.axis, description.scale.position(target.target_counts))?;
+            if step > 0.0 {
+                let per_unit = description.scale.counts_per_unit();
+                let at = |t: f64| law.along(index, law.law().sample(t.max(0.0)).value) / per_unit;
+                let extremes = largest_derivatives(at, -3.0 * step, law.duration_s() + 3.0 * step, step);
+                for (quantity, extreme) in Quantity::ALL.into_iter().zip(extremes) {
+                    let allowed = quantity.limit(&description.limits).min(quantity.limit(&target.limits));
+                    let (axis, angle_rad) = (target.axis, 0.0);
+                    let found =
+                        LimitUse { axis, quantity, value: extreme.value, allowed, angle_rad, time_s: extreme.at };
+                    worst = larger(worst, found);
+                }
+            }
+            self.at[index] = target.target_counts;
+        }
+        within(worst)
+    }
+
+    fn cut(&mut self, cut: &CutSegment) -> Result<LimitUse, PlanFault> {
+        let motion = self.plan.motion_of(cut).ok_or(PlanFault::UnknownSpline)?;
+        let (c, x) = (self.machine.axis(Axis::C), self.machine.axis(Axis::X));
+        let turn_counts = c.scale.counts(TURN_RAD);
+        let (c_at, x_at) = (self.at[Axis::C.index()], self.at[Axis::X.index()]);
+        if (c_at - cut.start_counts).rem_euclid(turn_counts) != 0 {
+            let (begins, ended) = (cut.start_counts, c_at.rem_euclid(turn_counts));
+            return Err(PlanFault::Jump { axis: Axis::C, begins, ended });
+        }
+        let begins = x.scale.counts(motion.over_angle(0.0).value);
+        if begins != x_at {
+            return Err(PlanFault::Jump { axis: Axis::X, begins, ended: x_at });
+        }
+        speed_is_sane(&motion, cut)?;
+
+        let end_s = motion.duration_s();
+        let angle = motion.law.sample(end_s).value;
+        let turned = c.scale.counts(angle);
+        let wanted = i64::from(cut.turns) * turn_counts;
+        if turned != wanted {
+            return Err(PlanFault::NotClosed { axis: Axis::C, counts: turned - wanted });
+        }
+        let infeed_counts = x.scale.counts(motion.infeed.sample(0.0).value);
+        let ends = x.scale.counts(motion.over_angle(angle).value);
+        if ends != begins - infeed_counts {
+            return Err(PlanFault::NotClosed { axis: Axis::X, counts: ends - (begins - infeed_counts) });
+        }
+
+        let infeed_knots = motion.infeed.knots();
+        let blend = (infeed_knots[infeed_knots.len() - 2].at, motion.infeed.end());
+        let fine = (cut.turn_s / FINE_GRID).max(SHORTEST_STEP_S);
+        let mut worst: Option<LimitUse> = None;
+        for (stretches, step) in [
+            (windows(&motion, cut.plateau_s, cut.turn_s, blend), fine),
+            (alloc::vec![(0.0, end_s)], cut.turn_s / COARSE_GRID),
+        ] {
+            for mut found in uses_by_differences(&motion, &stretches, step, &c.limits, &x.limits) {
+                found.angle_rad *= f64::from(self.machine.rotation_sense.signum());
+                worst = larger(worst, found);
+            }
+        }
+        for k in 0..=3600_u32 {
+            let at_angle = f64::from(k) * TURN_RAD / 3600.0;
+            self.soft_limit(Axis::X, motion.over_angle(at_angle).value)?;
+            self.soft_limit(Axis::X, motion.over_angle(angle - at_angle).value)?;
+        }
+        self.at[Axis::C.index()] += wanted;
+        self.at[Axis::X.index()] = ends;
+        within(worst)?.ok_or(PlanFault::UnknownSpline)
+    }
+}
+
+/// C rests at both ends, never turns back, and repeats from turn to turn on its plateau.
+fn speed_is_sane(motion: &CutMotion<'_>, cut: &CutSegment) -> Result<(), PlanFault> {
+    const ROUNDING: f64 = 1e-9;
+    let end_s = motion.duration_s();
+    let knots = motion.law.knots();
+    for knot in [knots[0], knots[knots.len() - 1]] {
+        if knot.first.abs() > ROUNDING || knot.second.abs() > ROUNDING {
+            return Err(PlanFault::BadSpeed { speed_rad_s: knot.first, time_s: knot.at });
+        }
+    }
+    for k in 0..=4096_u32 {
+        let time_s = end_s * f64::from(k) / 4096.0;
+        let here = motion.law.sample(time_s);
+        if here.first < -ROUNDING {
+            return Err(PlanFault::BadSpeed { speed_rad_s: here.first, time_s });
+        }
+        let later = time_s + cut.turn_s;
+        if time_s >= cut.plateau_s.0 && later <= cut.plateau_s.1 {
+            let after = motion.law.sample(later);
+            let turned = after.value - here.value - TURN_RAD;
+            if turned.abs() > ROUNDING || (after.first - here.first).abs() > ROUNDING * (1.0 + here.first.abs()) {
+                return Err(PlanFault::BadSpeed { speed_rad_s: after.first, time_s: later });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn larger(worst: Option<LimitUse>, found: LimitUse) -> Option<LimitUse> {
+    match worst {
+        Some(worst) if worst.ratio() >= found.ratio() => Some(worst),
+        _ => Some(found),
+    }
+}
+
+fn within(worst: Option<LimitUse>) -> Result<Option<LimitUse>, PlanFault> {
+    match worst {
+        // Differences of a law that sits on its limit may round a digit above it.
+        Some(worst) if worst.ratio() > 1.0 + 1e-6 => Err(PlanFault::Limit(worst)),
+        other => Ok(other),
+    }
+}
