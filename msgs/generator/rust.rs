@@ -343,4 +343,15 @@ fn registry(out: &mut String, library: &Library) {
         put!(out, "&{},", info_name(&ty.name));
     }
     put!(out, "];\n}}");
+    for_each(out, &all);
+}
+
+/// Writes a macro that hands the Rust types of all messages to another macro, for code that wants one of each.
+fn for_each(out: &mut String, all: &[&Type]) {
+    put!(out, "/// Calls the named macro with the path of every message type, in the order of names.");
+    put!(out, "#[macro_export]\nmacro_rules! for_each_message {{\n($callback:ident) => {{\n$callback! {{");
+    for ty in all.iter().filter(|ty| matches!(ty.role, Role::Message)) {
+        put!(out, "${},", ty.name.rust_path());
+    }
+    put!(out, "}}\n}};\n}}");
 }

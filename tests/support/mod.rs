@@ -1,0 +1,16 @@
+//! What the tests of the whole share: the Python environment of the ROS 2 peers, ROS domains of their own, guarded processes, and a
+//! real rclpy node that takes orders.
+#![allow(dead_code, reason = "each test binary uses its own part of this module")]
+#![allow(unused_imports, reason = "as above")]
+#![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
+#![allow(clippy::print_stderr, reason = "a skipped test must say so where people look")]
+
+mod domain;
+mod env;
+mod peer;
+mod process;
+
+pub use domain::Domain;
+pub use env::{PeerEnv, peer_env};
+pub use peer::Peer;
+pub use process::{Guarded, PATIENCE};

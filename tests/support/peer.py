@@ -1,0 +1,331 @@
+"""A real ROS 2 node (rclpy, Fast DDS) that the tests steer: one JSON object a line on stdin, answers and events on stdout.
+
+    peer.py NAME [--namespace NS] [--sim-time]
+
+Each command has an `id` and an `op` (the functions `op_*` below); each gets one answer {"id", "ok": true, ...} or {"id", "ok": false,
+"error"}. What happens by itself comes as {"event": ...}. End of stdin ends the peer. The tests hold what is expected, not this file.
+"""
+
+import argparse
+import json
+import os
+import queue
+import sys
+import threading
+import time
+
+import rclpy
+from action_msgs.srv import CancelGoal
+from plain import from_plain, interface, to_plain
+from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.task import Future
+
+# How long a command that waits (for a node, an answer, a goal) may take unless it says so itself.
+PATIENCE_S = 60.0
+
+
+def say(**what):
+    print(json.dumps(what, allow_nan=False), flush=True)
+
+
+def qos(text):
+    """"reliable", "best_effort", "latched", each with a depth if wanted: "reliable:1000"."""
+    kind, _, depth = (text or "reliable").partition(":")
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=int(depth or 10),
+        reliability=ReliabilityPolicy.BEST_EFFORT if kind == "best_effort" else ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if kind == "latched" else DurabilityPolicy.VOLATILE,
+    )
+
+
+class Waiting:
+    """A command whose answer comes once `look` returns something."""
+
+    def __init__(self, command, look, what):
+        self.id, self.look, self.what = command["id"], look, what
+        self.deadline = time.monotonic() + command.get("timeout", PATIENCE_S)
+
+
+class Peer:
+    def __init__(self, arguments):
+        self.node = rclpy.create_node(
+            arguments.name,
+            namespace=arguments.namespace,
+            parameter_overrides=[Parameter("use_sim_time", value=True)] if arguments.sim_time else [],
+        )
+        self.executor = SingleThreadedExecutor()
+        self.executor.add_node(self.node)
+        self.commands = queue.Queue()
+        self.wake = self.node.create_guard_condition(self.work)
+        self.waiting = []
+        self.publishers, self.clients, self.action_clients, self.kept = {}, {}, {}, []
+        self.goals, self.served_goals = {}, {}
+        self.running = True
+        threading.Thread(target=self.read, daemon=True).start()
+
+    def read(self):
+        for line in sys.stdin:
+            self.commands.put(json.loads(line))
+            self.wake.trigger()
+        self.commands.put({"op": "quit", "id": 0})
+        self.wake.trigger()
+
+    def work(self):
+        while not self.commands.empty():
+            command = self.commands.get()
+            try:
+                answer = getattr(self, "op_" + command["op"])(command)
+            except Exception as error:  # whatever goes wrong is the test's to judge
+                say(id=command["id"], ok=False, error=f"{type(error).__name__}: {error}")
+                continue
+            if isinstance(answer, Waiting):
+                self.waiting.append(answer)
+            elif answer is not None:
+                say(id=command["id"], ok=True, **answer)
+
+    def look(self):
+        for entry in list(self.waiting):
+            found = entry.look()
+            if found is not None:
+                say(id=entry.id, ok=True, **found)
+            elif time.monotonic() > entry.deadline:
+                say(id=entry.id, ok=False, error=f"timed out waiting for {entry.what}")
+            else:
+                continue
+            self.waiting.remove(entry)
+
+    def spin(self):
+        say(event="ready")
+        while self.running:
+            # Waiting commands look at the graph, which tells nobody when it changes: look every few milliseconds while any waits.
+            self.executor.spin_once(timeout_sec=0.01 if self.waiting else 1.0)
+            self.look()
+
+    def when_done(self, command, future, answer):
+        """Answers the command from the future's result, or gives up after its patience."""
+        self.waiting.append(Waiting(command, lambda: answer(future.result()) if future.done() else None, command["op"]))
+
+    # --- topics
+
+    def op_advertise(self, c):
+        self.publishers[c["topic"]] = self.node.create_publisher(interface(c["type"]), c["topic"], qos(c.get("qos")))
+        return {}
+
+    def op_publish(self, c):
+        publisher = self.publishers[c["topic"]]
+        publisher.publish(from_plain(publisher.msg_type, c["data"]))
+        return {}
+
+    def op_subscribe(self, c):
+        counted = {"n": 0}
+
+        def got(message):
+            counted["n"] += 1
+            if c.get("keep", "all") == "all" or counted["n"] <= c["keep"]:
+                say(event="message", topic=c["topic"], n=counted["n"], data=to_plain(message))
+
+        self.kept.append(self.node.create_subscription(interface(c["type"]), c["topic"], got, qos(c.get("qos"))))
+        self.clients[("count", c["topic"])] = counted
+        return {}
+
+    def op_received(self, c):
+        """How many messages came on a subscribed topic so far; with `at_least`, waits for so many."""
+        counted, at_least = self.clients[("count", c["topic"])], c.get("at_least", 0)
+        return Waiting(c, lambda: {"n": counted["n"]} if counted["n"] >= at_least else None, f"{at_least} messages on {c['topic']}")
+
+    # --- the graph
+
+    def op_wait_node(self, c):
+        wanted = (c["name"], c.get("namespace", "/"))
+        return Waiting(c, lambda: {} if wanted in self.node.get_node_names_and_namespaces() else None, f"node {wanted}")
+
+    def op_wait_publishers(self, c):
+        count = lambda: self.node.count_publishers(c["topic"])
+        return Waiting(c, lambda: {} if count() >= c.get("n", 1) else None, f"publishers of {c['topic']}")
+
+    def op_wait_subscribers(self, c):
+        count = lambda: self.node.count_subscribers(c["topic"])
+        return Waiting(c, lambda: {} if count() >= c.get("n", 1) else None, f"subscribers of {c['topic']}")
+
+    def op_wait_matched(self, c):
+        """Waits until the peer's own publisher has matched so many subscriptions."""
+        publisher = self.publishers[c["topic"]]
+        return Waiting(c, lambda: {} if publisher.get_subscription_count() >= c.get("n", 1) else None, f"a match on {c['topic']}")
+
+    def op_graph(self, _):
+        return {
+            "nodes": [(ns.rstrip("/") + "/" + name) for name, ns in self.node.get_node_names_and_namespaces()],
+            "topics": dict(self.node.get_topic_names_and_types()),
+            "services": dict(self.node.get_service_names_and_types()),
+        }
+
+    def op_endpoints(self, c):
+        def plain(info):
+            return {
+                "node": info.node_namespace.rstrip("/") + "/" + info.node_name,
+                "type": info.topic_type,
+                "hash": str(info.topic_type_hash),
+                "reliability": info.qos_profile.reliability.name,
+                "durability": info.qos_profile.durability.name,
+            }
+
+        return {
+            "publishers": [plain(i) for i in self.node.get_publishers_info_by_topic(c["topic"])],
+            "subscribers": [plain(i) for i in self.node.get_subscriptions_info_by_topic(c["topic"])],
+        }
+
+    # --- services
+
+    def op_call(self, c):
+        key = ("service", c["service"])
+        kind = interface(c["type"])
+        if key not in self.clients:
+            self.clients[key] = self.node.create_client(kind, c["service"])
+        client, state = self.clients[key], {}
+        request = from_plain(kind.Request, c.get("request", {}))
+
+        def look():
+            if "future" not in state:
+                if client.service_is_ready():
+                    state["future"] = client.call_async(request)
+                return None
+            return {"response": to_plain(state["future"].result())} if state["future"].done() else None
+
+        return Waiting(c, look, f"service {c['service']}")
+
+    def op_serve(self, c):
+        """Offers a service that answers with the fields of `response`; each request is told as an event."""
+        kind = interface(c["type"])
+
+        def answer(request, _):
+            say(event="request", service=c["service"], data=to_plain(request))
+            return from_plain(kind.Response, c.get("response", {}))
+
+        self.kept.append(self.node.create_service(kind, c["service"], answer))
+        return {}
+
+    # --- actions, as a client
+
+    def op_send_goal(self, c):
+        kind = interface(c["type"])
+        if c["action"] not in self.action_clients:
+            self.action_clients[c["action"]] = ActionClient(self.node, kind, c["action"])
+        client, state = self.action_clients[c["action"]], {}
+
+        def feedback(message):
+            goal = bytes(message.goal_id.uuid).hex()
+            say(event="feedback", goal=goal, data=to_plain(message.feedback))
+
+        def look():
+            if "future" not in state:
+                if client.server_is_ready():
+                    state["future"] = client.send_goal_async(from_plain(kind.Goal, c.get("goal", {})), feedback)
+                return None
+            if not state["future"].done():
+                return None
+            handle = state["future"].result()
+            goal = bytes(handle.goal_id.uuid).hex()
+            if handle.accepted:
+                self.goals[goal] = (client, handle)
+            return {"accepted": handle.accepted, "goal": goal}
+
+        return Waiting(c, look, f"action {c['action']}")
+
+    def op_result(self, c):
+        _, handle = self.goals[c["goal"]]
+        self.when_done(c, handle.get_result_async(), lambda r: {"status": r.status, "result": to_plain(r.result)})
+
+    def op_cancel(self, c):
+        _, handle = self.goals[c["goal"]]
+        self.when_done(c, handle.cancel_goal_async(), self.cancel_answer)
+
+    def op_cancel_request(self, c):
+        """A cancel request as it stands in action_msgs, for all goals or those before a time."""
+        key = ("cancel", c["action"])
+        if key not in self.clients:
+            self.clients[key] = self.node.create_client(CancelGoal, c["action"] + "/_action/cancel_goal")
+        client, state = self.clients[key], {}
+
+        def look():
+            if "future" not in state:
+                if client.service_is_ready():
+                    state["future"] = client.call_async(from_plain(CancelGoal.Request, c.get("request", {})))
+                return None
+            return self.cancel_answer(state["future"].result()) if state["future"].done() else None
+
+        return Waiting(c, look, f"cancel service of {c['action']}")
+
+    @staticmethod
+    def cancel_answer(response):
+        return {
+            "return_code": response.return_code,
+            "goals": [bytes(info.goal_id.uuid).hex() for info in response.goals_canceling],
+        }
+
+    # --- actions, as a server
+
+    def op_serve_action(self, c):
+        """Offers an action. Every goal gets the `feedback` messages at once; it then ends with `result`, or, with `hold`, only when it
+        is cancelled. `reject` refuses every goal."""
+        kind = interface(c["type"])
+
+        async def execute(handle):
+            goal = bytes(handle.goal_id.uuid).hex()
+            for feedback in c.get("feedback", []):
+                handle.publish_feedback(from_plain(kind.Feedback, feedback))
+            if c.get("hold"):
+                self.served_goals[goal] = cancelled = Future(executor=self.executor)
+                await cancelled
+                handle.canceled()
+            else:
+                handle.succeed()
+            return from_plain(kind.Result, c.get("result", {}))
+
+        def goal_asked(goal):
+            say(event="goal", action=c["action"], data=to_plain(goal))
+            return GoalResponse.REJECT if c.get("reject") else GoalResponse.ACCEPT
+
+        def cancel_asked(handle):
+            goal = bytes(handle.goal_id.uuid).hex()
+            say(event="cancel", action=c["action"], goal=goal)
+            # The goal changes to cancelling only after this returns, so its end has to wait for the next round of the executor.
+            future = self.served_goals[goal]
+            self.executor.create_task(lambda: future.set_result(None))
+            return CancelResponse.ACCEPT
+
+        self.kept.append(ActionServer(self.node, kind, c["action"], execute, goal_callback=goal_asked, cancel_callback=cancel_asked))
+        return {}
+
+    # --- the peer itself
+
+    def op_now(self, c):
+        """The node's clock (ns); with `at_least`, waits for it."""
+        def look():
+            now = self.node.get_clock().now().nanoseconds
+            return {"now": now} if now >= c.get("at_least", 0) else None
+
+        return Waiting(c, look, "the clock")
+
+    def op_quit(self, c):
+        self.running = False
+        return {}
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("name")
+    parser.add_argument("--namespace", default="/")
+    parser.add_argument("--sim-time", action="store_true")
+    rclpy.init(args=[])
+    peer = Peer(parser.parse_args())
+    peer.spin()
+    sys.stdout.flush()
+    # rclpy's teardown takes seconds and has crashed; nobody waits for what it would tidy.
+    os._exit(0)
+
+
+main()
