@@ -39,7 +39,12 @@ fn check(path: &Path) -> (i32, String) {
 }
 
 /// A copy of the default job with changes to its text and to its intake table.
-fn refused(name: &str, change: impl Fn(String) -> String, table: impl Fn(Vec<String>) -> Vec<String>, expected: &[&str]) {
+fn refused(
+    name: &str,
+    change: impl Fn(String) -> String,
+    table: impl Fn(Vec<String>) -> Vec<String>,
+    expected: &[&str],
+) {
     let folder = Folder::new(name);
     let rows = table(params("lifts/intake.csv").lines().map(str::to_owned).collect());
     folder.write("intake.csv", &(rows.join("\n") + "\n"));
@@ -113,7 +118,9 @@ fn a_step() {
 
 #[test]
 fn an_undercut_lobe() {
-    let undercut = |text: String| text.replacen("radius_mm: 8.5", "radius_mm: 45.0", 1).replacen("base_radius_mm: 16.0", "base_radius_mm: 6.0", 1);
+    let undercut = |text: String| {
+        text.replacen("radius_mm: 8.5", "radius_mm: 45.0", 1).replacen("base_radius_mm: 16.0", "base_radius_mm: 6.0", 1)
+    };
     let steep = |rows: Vec<String>| {
         let triple = |row: String| match row.split_once(',') {
             Some((angle, lift)) if !row.starts_with(['#', 'c']) => {

@@ -2,9 +2,11 @@
 
 pub mod axis_interpolator;
 pub mod bag;
+pub mod cli;
 pub mod config;
 pub mod convert;
 pub mod cyclic;
 pub mod machine_sim;
+pub mod planning;
 pub mod ros;
 pub mod running;

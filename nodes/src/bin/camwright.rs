@@ -1,2 +1,7 @@
 //! The command line: the whole cell in one process, and the tools around it.
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    camwright_nodes::cli::main()
+}

@@ -2,10 +2,10 @@
 
 mod check;
 mod plan;
-mod run;
 
 use crate::ros::RosArgs;
 use clap::{Parser, Subcommand};
+use std::io::Write;
 use std::process::ExitCode;
 
 /// Grinds parts that are not round: plans, runs, records and replays jobs of a simulated cam grinding cell over ROS 2.
@@ -15,40 +15,34 @@ use std::process::ExitCode;
 #[command(name = "camwright", version, max_term_width = 110)]
 struct Cli {
     #[command(subcommand)]
-    command: Option<CommandLine>,
+    command: CommandLine,
 }
 
 #[derive(Debug, Subcommand)]
 enum CommandLine {
-    /// Run a job on the whole cell, in this process, and leave a bag.
-    Run(run::RunArgs),
     /// Plan a job without ROS and write contour, tool path and speed plan of every lobe.
     Plan(plan::PlanArgs),
     /// Check a job or a lift table: every finding with file, line, value and bound.
     Check(check::CheckArgs),
     /// Look into a bag.
-    #[command(subcommand)]
-    Bag(crate::bag::cli::BagCommand),
-    /// Play a bag to the ROS graph.
-    Replay(crate::replay::ReplayArgs),
+    Bag(crate::bag::cli::BagArgs),
 }
 
 /// Entry point of the binary.
 #[must_use]
 pub fn main() -> ExitCode {
-    let (ros_args, rest) = match RosArgs::from_env() {
-        Ok(parsed) => parsed,
+    let rest = match RosArgs::from_env() {
+        Ok((_, rest)) => rest,
         Err(error) => {
-            eprintln!("camwright: {error}");
+            // A reader that went away is no failure of ours.
+            let _ = writeln!(std::io::stderr(), "camwright: {error}");
             return ExitCode::from(2);
         }
     };
     let cli = Cli::parse_from(std::iter::once("camwright".to_owned()).chain(rest));
-    match cli.command.unwrap_or(CommandLine::Run(run::RunArgs::default())) {
-        CommandLine::Run(args) => run::main(&args, &ros_args),
+    match cli.command {
         CommandLine::Plan(args) => plan::main(&args),
         CommandLine::Check(args) => check::main(&args),
-        CommandLine::Bag(command) => crate::bag::cli::main(&command),
-        CommandLine::Replay(args) => crate::replay::main(&args, &ros_args),
+        CommandLine::Bag(args) => crate::bag::cli::run(&args),
     }
 }

@@ -19,6 +19,9 @@ pub const SCHEMA_VERSION: u32 = 1;
 /// Blocks per turn of a lift that comes from a formula: 0.1°, as on the tape of JPS6156064B2.
 const FORMULA_BLOCKS: u32 = 3600;
 
+/// Micrometres per millimetre.
+const UM_PER_MM: f64 = 1e3;
+
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct JobFile {
@@ -71,6 +74,16 @@ enum FollowerFile {
     Flat {},
 }
 
+impl FollowerFile {
+    fn follower(&self) -> Follower {
+        match *self {
+            FollowerFile::Knife { offset_mm } => Follower::KnifeEdge { offset_mm },
+            FollowerFile::Roller { radius_mm, offset_mm } => Follower::Roller { radius_mm, offset_mm },
+            FollowerFile::Flat {} => Follower::Flat,
+        }
+    }
+}
+
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct LiftFile {
@@ -85,6 +98,8 @@ struct LiftFile {
 #[serde(deny_unknown_fields)]
 struct EccentricFile {
     eccentricity_mm: f64,
+    #[serde(default)]
+    nose_deg: f64,
 }
 
 #[derive(Debug, Deserialize)]
@@ -134,7 +149,7 @@ pub struct Job {
 /// Finds, reads and understands a job with `key=value` overrides.
 ///
 /// # Errors
-/// Anything that is not a job: a file that is missing, unknown keys, values out of range, tables that are refused.
+/// The first of what [`read`] finds.
 pub fn load(name: &str, overrides: &[String]) -> Result<Job, ConfigError> {
     parse(&locate("jobs", name, "yaml", None)?, overrides)
 }
@@ -142,118 +157,238 @@ pub fn load(name: &str, overrides: &[String]) -> Result<Job, ConfigError> {
 /// Understands a job that has been read.
 ///
 /// # Errors
-/// See [`load`].
+/// The first of what [`read`] finds.
 pub fn parse(located: &Located, overrides: &[String]) -> Result<Job, ConfigError> {
-    let document = Document::parse(&located.path, &located.text, overrides)?;
-    document.require_schema("job", SCHEMA_VERSION)?;
-    let file: JobFile = document.read()?;
-    let machine_located = locate("machines", &file.machine, "yaml", Some(&located.path))
-        .map_err(|error| document.error("machine", error.to_string()))?;
-    let machine = machine_file::parse(&machine_located.path, &machine_located.text, &[])?;
+    read(located, overrides).map_err(|mut findings| findings.swap_remove(0))
+}
+
+/// Understands a job that has been read, or says everything that is in the way.
+///
+/// # Errors
+/// Anything that is not a job, at least one sentence: unknown or missing keys, values out of range, tables that are
+/// refused. What needs the result of a failed step is left out.
+pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigError>> {
+    let document = Document::parse(&located.path, &located.text, overrides).map_err(one)?;
+    document.require_schema("job", SCHEMA_VERSION).map_err(one)?;
+    let file: JobFile = document.read().map_err(one)?;
+    let mut findings = ranges(&document, &file);
+    let machine = read_machine(&document, &file, located).map_err(|error| findings.push(error)).ok();
     let mut hasher = Sha256::new();
-    hasher.update(document.text.as_bytes());
+    add_to_hash(&mut hasher, &document.text);
     let mut profiles = Vec::new();
-    let mut blocks = None;
+    let mut blocks: Option<u32> = None;
     for (index, profile) in file.profiles.iter().enumerate() {
-        let (spec, table_blocks) = read_profile(&document, index, profile, &located.path, &mut hasher)?;
-        let table_blocks = table_blocks.or(blocks).unwrap_or(FORMULA_BLOCKS);
-        if let Some(previous) = blocks.filter(|previous| *previous != table_blocks) {
-            let message = format!("profile {} has {table_blocks} blocks per turn, the one before {previous}", profile.name);
-            return Err(document.error(&format!("profiles.{index}.lift"), message));
+        match read_profile(&document, index, profile, located, &mut hasher) {
+            Ok((spec, table_blocks)) => {
+                match (blocks, table_blocks) {
+                    (Some(first), Some(other)) if first != other => findings.push(document.error(
+                        &format!("profiles.{index}.lift"),
+                        format!(
+                            "profile {}: {other} blocks per turn; the tables of a job need the same number, the first has \
+                             {first}",
+                            profile.name
+                        ),
+                    )),
+                    (None, Some(_)) => blocks = table_blocks,
+                    _ => {}
+                }
+                profiles.push(spec);
+            }
+            Err(errors) => findings.extend(errors),
         }
-        blocks = Some(table_blocks);
-        profiles.push(spec);
     }
-    let spec = JobSpec {
+    let lobes = read_lobes(&document, &file, &mut findings);
+    match machine {
+        Some(machine) if findings.is_empty() => Ok(Job {
+            spec: spec(&file, profiles, lobes, blocks.unwrap_or(FORMULA_BLOCKS)),
+            title: file.title,
+            source: document.text.clone(),
+            hash: hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect(),
+            machine,
+            wheel_radius_mm: file.wheel_radius_mm,
+            document,
+        }),
+        _ => Err(findings),
+    }
+}
+
+fn one(error: ConfigError) -> Vec<ConfigError> {
+    vec![error]
+}
+
+/// Each file with its length first, so that no two sets of files give the same bytes.
+fn add_to_hash(hasher: &mut Sha256, text: &str) {
+    hasher.update((text.len() as u64).to_le_bytes());
+    hasher.update(text.as_bytes());
+}
+
+fn read_machine(document: &Document, file: &JobFile, located: &Located) -> Result<Machine, ConfigError> {
+    let found = locate("machines", &file.machine, "yaml", Some(&located.path))
+        .map_err(|error| document.error("machine", error.to_string()))?;
+    machine_file::parse(&found.path, &found.text, &[])
+}
+
+fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks_per_turn: u32) -> JobSpec {
+    JobSpec {
         name: file.name.clone(),
-        lobes: read_lobes(&document, &file)?,
         profiles,
-        blocks_per_turn: blocks.unwrap_or(FORMULA_BLOCKS),
+        lobes,
+        blocks_per_turn,
         rapid_advance_mm: file.rapid_advance_mm,
         rapid_speed_mm_s: file.rapid_speed_mm_s,
         stock_mm: file.stock_mm,
         passes: vec![PassSpec {
             name: "grind".into(),
             total_infeed_mm: file.infeed.total_mm,
-            infeed_per_block_mm: file.infeed.per_block_um * 1e-3,
+            infeed_per_block_mm: file.infeed.per_block_um / UM_PER_MM,
             spark_out_turns: file.infeed.spark_out_turns,
             speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: rad_s_from_rpm(file.work_speed_rpm) },
         }],
         retract_clearance_mm: file.retract_clearance_mm,
         rotary_indexing: file.rotary_indexing,
         home: HomePosition { x_mm: file.home.x_mm, z_mm: file.home.z_mm },
-    };
-    let hash = hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-    Ok(Job {
-        spec,
-        title: file.title,
-        source: document.text.clone(),
-        hash,
-        machine,
-        wheel_radius_mm: file.wheel_radius_mm,
-        document,
-    })
+    }
+}
+
+/// What can be said about single values, in the words and units of the file.
+fn ranges(document: &Document, file: &JobFile) -> Vec<ConfigError> {
+    let mut findings = Vec::new();
+    let mut refuse = |key: &str, message: String| findings.push(document.error(key, message));
+    let positive = [
+        ("stock_mm", file.stock_mm),
+        ("rapid_advance_mm", file.rapid_advance_mm),
+        ("rapid_speed_mm_s", file.rapid_speed_mm_s),
+        ("infeed.total_mm", file.infeed.total_mm),
+        ("infeed.per_block_um", file.infeed.per_block_um),
+        ("work_speed_rpm", file.work_speed_rpm),
+        ("retract_clearance_mm", file.retract_clearance_mm),
+    ];
+    let given = file.wheel_radius_mm.map(|radius| ("wheel_radius_mm", radius));
+    for (key, value) in positive.into_iter().chain(given) {
+        if !(value.is_finite() && value > 0.0) {
+            refuse(key, format!("{key} is {value}; it must be a positive number"));
+        }
+    }
+    for (key, value) in [("home.x_mm", file.home.x_mm), ("home.z_mm", file.home.z_mm)] {
+        if !value.is_finite() {
+            refuse(key, format!("{key} is {value}; it must be a finite number"));
+        }
+    }
+    if file.infeed.spark_out_turns == 0 {
+        let message = "infeed.spark_out_turns is 0; at least 1 is needed to remove the step that the infeed leaves";
+        refuse("infeed.spark_out_turns", message.into());
+    }
+    if file.profiles.is_empty() {
+        refuse("profiles", "the job has no profiles; it needs at least 1".into());
+    }
+    if file.lobes.is_empty() {
+        refuse("lobes", "the job has no lobes; it needs at least 1".into());
+    }
+    for (index, profile) in file.profiles.iter().enumerate() {
+        if file.profiles[..index].iter().any(|other| other.name == profile.name) {
+            let message = format!("there are two profiles named {}; names must differ", profile.name);
+            refuse(&format!("profiles.{index}.name"), message);
+        }
+        if !(profile.base_radius_mm.is_finite() && profile.base_radius_mm > 0.0) {
+            let (name, value) = (&profile.name, profile.base_radius_mm);
+            let message = format!("profile {name}: base_radius_mm is {value}; it must be a positive number");
+            refuse(&format!("profiles.{index}.base_radius_mm"), message);
+        }
+    }
+    for (index, lobe) in file.lobes.iter().enumerate() {
+        let name = &lobe.name;
+        // Names stand in overrides (lobes.I1.phase_deg), and plans write files by them.
+        let good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        if name.is_empty() || !name.chars().all(good) {
+            let message = format!("lobe {name:?}: a name is made of letters, digits, '_' and '-'");
+            refuse(&format!("lobes.{index}.name"), message);
+        }
+        if !lobe.phase_deg.is_finite() {
+            let message = format!("lobe {name}: phase_deg is {}; it must be a finite number", lobe.phase_deg);
+            refuse(&format!("lobes.{index}.phase_deg"), message);
+        }
+        if !(lobe.width_mm.is_finite() && lobe.width_mm > 0.0) {
+            let message = format!("lobe {name}: width_mm is {}; it must be a positive number", lobe.width_mm);
+            refuse(&format!("lobes.{index}.width_mm"), message);
+        }
+    }
+    findings
 }
 
 fn read_profile(
     document: &Document,
     index: usize,
     file: &ProfileFile,
-    job_path: &std::path::Path,
+    located: &Located,
     hasher: &mut Sha256,
-) -> Result<(ProfileSpec, Option<u32>), ConfigError> {
+) -> Result<(ProfileSpec, Option<u32>), Vec<ConfigError>> {
     let key = |name: &str| format!("profiles.{index}.{name}");
-    let follower = match file.follower {
-        FollowerFile::Knife { offset_mm } => Follower::KnifeEdge { offset_mm },
-        FollowerFile::Roller { radius_mm, offset_mm } => Follower::Roller { radius_mm, offset_mm },
-        FollowerFile::Flat {} => Follower::Flat,
-    };
+    let follower = file.follower.follower();
     let (lift, blocks) = match (&file.lift.table, &file.lift.eccentric) {
         (Some(table), None) => {
-            let located = locate("lifts", table, "csv", Some(job_path))
-                .map_err(|error| document.error(&key("lift.table"), error.to_string()))?;
-            hasher.update(located.text.as_bytes());
-            let table = lift_file::parse(&located, file.lift.angle, file.lift.resolution_mm)?;
-            let blocks = table.blocks();
+            let found = locate("lifts", table, "csv", Some(&located.path))
+                .map_err(|error| one(document.error(&key("lift.table"), error.to_string())))?;
+            add_to_hash(hasher, &found.text);
+            let table = lift_file::read(&found, file.lift.angle, file.lift.resolution_mm)?;
+            let blocks = u32::try_from(table.blocks()).ok();
             let law = LiftLaw::from_table(&table)
-                .map_err(|error| ConfigError::at(Place::file(&located.path), error.to_string()))?;
-            (law, Some(blocks))
+                .map_err(|error| one(ConfigError::at(Place::file(&found.path), error.to_string())))?;
+            (law, blocks)
         }
-        (None, Some(eccentric)) => {
-            let law = LiftLaw::eccentric(eccentric.eccentricity_mm)
-                .map_err(|error| document.error(&key("lift.eccentric"), error.to_string()))?;
-            (law, None)
-        }
+        (None, Some(eccentric)) => (
+            eccentric_law(eccentric, follower, file.base_radius_mm).map_err(|message| {
+                one(document.error(&key("lift.eccentric"), format!("profile {}: {message}", file.name)))
+            })?,
+            None,
+        ),
         _ => {
             let message = format!("profile {}: lift needs exactly one of: table, eccentric", file.name);
-            return Err(document.error(&key("lift"), message));
+            return Err(one(document.error(&key("lift"), message)));
         }
     };
     Ok((ProfileSpec { name: file.name.clone(), lift, follower, base_radius_mm: file.base_radius_mm }, blocks))
 }
 
-fn read_lobes(document: &Document, file: &JobFile) -> Result<Vec<LobeSpec>, ConfigError> {
-    let known = || file.profiles.iter().map(|profile| profile.name.as_str()).collect::<Vec<_>>().join(", ");
-    file.lobes
-        .iter()
-        .enumerate()
-        .map(|(index, lobe)| {
-            let profile = file.profiles.iter().position(|profile| profile.name == lobe.profile).ok_or_else(|| {
-                let message = format!("lobe {}: there is no profile {}; the job has {}", lobe.name, lobe.profile, known());
-                document.error(&format!("lobes.{index}.profile"), message)
-            })?;
-            Ok(LobeSpec {
-                name: lobe.name.clone(),
-                station: lobe.station.clone(),
-                phase_rad: rad_from_deg(lobe.phase_deg),
-                profile,
-                width_mm: lobe.width_mm,
-            })
-        })
-        .collect()
+/// What the follower does on a disc of radius base circle + eccentricity, turned about a point off its centre.
+fn eccentric_law(file: &EccentricFile, follower: Follower, base_radius_mm: f64) -> Result<LiftLaw, String> {
+    let (eccentricity_mm, nose_rad) = (file.eccentricity_mm, rad_from_deg(file.nose_deg));
+    if follower.offset_mm().abs() > 0.0 {
+        return Err(format!(
+            "the lift of an eccentric is known for a follower without offset; offset_mm is {}",
+            follower.offset_mm()
+        ));
+    }
+    let law = match follower {
+        Follower::Flat => LiftLaw::eccentric_flat(eccentricity_mm, nose_rad),
+        Follower::KnifeEdge { .. } | Follower::Roller { .. } => {
+            let pitch_radius_mm = base_radius_mm + eccentricity_mm + follower.roller_radius_mm();
+            LiftLaw::eccentric_round(eccentricity_mm, pitch_radius_mm, nose_rad)
+        }
+    };
+    law.map_err(|error| error.to_string())
 }
 
-/// Names, titles and paths of the jobs that [`load`] finds by name.
+fn read_lobes(document: &Document, file: &JobFile, findings: &mut Vec<ConfigError>) -> Vec<LobeSpec> {
+    let known = || file.profiles.iter().map(|profile| profile.name.as_str()).collect::<Vec<_>>().join(", ");
+    let mut lobes = Vec::new();
+    for (index, lobe) in file.lobes.iter().enumerate() {
+        let Some(profile) = file.profiles.iter().position(|profile| profile.name == lobe.profile) else {
+            let message = format!("lobe {}: there is no profile {}; the job has {}", lobe.name, lobe.profile, known());
+            findings.push(document.error(&format!("lobes.{index}.profile"), message));
+            continue;
+        };
+        lobes.push(LobeSpec {
+            name: lobe.name.clone(),
+            station: lobe.station.clone(),
+            phase_rad: rad_from_deg(lobe.phase_deg),
+            profile,
+            width_mm: lobe.width_mm,
+        });
+    }
+    lobes
+}
+
+/// Name, title and path of the jobs that [`load`] finds by name.
 #[must_use]
 pub fn list() -> Vec<(String, String, PathBuf)> {
     super::locate::list("jobs")
@@ -268,4 +403,42 @@ pub fn list() -> Vec<(String, String, PathBuf)> {
             Some((name, title, located.path))
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn findings(change: impl Fn(&str) -> String) -> Vec<String> {
+        let located = locate("jobs", "eccentric", "yaml", None).unwrap();
+        let located = Located { path: PathBuf::from("job.yaml"), text: change(&located.text) };
+        read(&located, &[]).err().unwrap_or_default().iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn every_value_out_of_range_is_told_with_its_line() {
+        let found = findings(|text| {
+            text.replace("stock_mm: 0.3", "stock_mm: -0.3").replace("spark_out_turns: 2", "spark_out_turns: 0")
+        });
+        assert_eq!(found.len(), 2, "{found:?}");
+        assert!(found[0].contains("stock_mm is -0.3; it must be a positive number"), "{found:?}");
+        assert!(found[1].starts_with("job.yaml:1") && found[1].contains("spark_out_turns is 0"), "{found:?}");
+    }
+
+    #[test]
+    fn a_lobe_name_is_no_path() {
+        let found = findings(|text| text.replace("name: A,", "name: \"../A\","));
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].contains("a name is made of letters"), "{found:?}");
+    }
+
+    #[test]
+    fn the_hash_follows_every_override() {
+        let hash = |overrides: &[&str]| {
+            let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
+            load("eccentric", &overrides).unwrap().hash
+        };
+        assert_eq!(hash(&[]), hash(&[]));
+        assert_ne!(hash(&[]), hash(&["stock_mm=0.25"]));
+    }
 }

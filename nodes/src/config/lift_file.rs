@@ -10,7 +10,7 @@
 
 use super::locate::Located;
 use super::{ConfigError, Place};
-use camwright::lift::{LiftDeclaration, LiftForm, LiftRow, LiftTable};
+use camwright::lift::{LiftDeclaration, LiftError, LiftForm, LiftRow, LiftTable};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -55,34 +55,47 @@ const VALUE_COLUMNS: [(&str, LiftForm, f64); 4] = [
 /// A lift table from a file that has been read.
 ///
 /// # Errors
-/// The first finding, see [`findings`].
+/// The first of what [`read`] finds.
 pub fn parse(located: &Located, angle: AngleUnit, resolution_mm: Option<f64>) -> Result<LiftTable, ConfigError> {
-    let (rows, declaration) = read(located, angle, resolution_mm)?;
-    LiftTable::from_rows(&rows, &declaration).map_err(|error| lift_error(&located.path, &error.to_string()))
+    read(located, angle, resolution_mm).map_err(|mut findings| findings.swap_remove(0))
 }
 
-/// Everything that is wrong with a lift table, in the order of the checks.
+/// A lift table from a file that has been read, or everything that is wrong with it, in the order of the checks.
+///
+/// # Errors
+/// At least one sentence, with file, line, value and bound.
+pub fn read(located: &Located, angle: AngleUnit, resolution_mm: Option<f64>) -> Result<LiftTable, Vec<ConfigError>> {
+    let (rows, declaration) = rows(located, angle, resolution_mm).map_err(|error| vec![error])?;
+    let findings = LiftTable::findings(&rows, &declaration);
+    if findings.is_empty() {
+        LiftTable::from_rows(&rows, &declaration).map_err(|error| vec![lift_error(&located.path, &error)])
+    } else {
+        Err(findings.iter().map(|error| lift_error(&located.path, error)).collect())
+    }
+}
+
+/// What the header of a table says its angles are; cam degrees where it has none.
 #[must_use]
-pub fn findings(located: &Located, angle: AngleUnit, resolution_mm: Option<f64>) -> Vec<ConfigError> {
-    match read(located, angle, resolution_mm) {
-        Ok((rows, declaration)) => LiftTable::findings(&rows, &declaration)
-            .iter()
-            .map(|error| lift_error(&located.path, &error.to_string()))
-            .collect(),
-        Err(error) => vec![error],
+pub fn declared_angle(located: &Located) -> AngleUnit {
+    let header = located.text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
+    match header {
+        Some(header) if header.contains(AngleUnit::Crank.column()) => AngleUnit::Crank,
+        _ => AngleUnit::Cam,
     }
 }
 
-/// The core knows the line as a number; a message of this program begins with the file and that line.
-fn lift_error(path: &Path, text: &str) -> ConfigError {
-    let split = text.strip_prefix("line ").and_then(|rest| rest.split_once(": "));
-    match split.and_then(|(line, message)| Some((line.parse().ok()?, message))) {
-        Some((line, message)) => ConfigError::at(Place::line(path, line), message),
-        None => ConfigError::at(Place::file(path), text),
-    }
+/// The core writes the line at the head of its message; a message of this program begins with the file and that line.
+fn lift_error(path: &Path, error: &LiftError) -> ConfigError {
+    let text = error.to_string();
+    let place = Place { file: path.to_path_buf(), line: error.line().and_then(|line| u64::try_from(line).ok()) };
+    let message = match (error.line(), text.split_once(": ")) {
+        (Some(_), Some((_, message))) => message,
+        _ => &text,
+    };
+    ConfigError::at(place, message)
 }
 
-fn read(
+fn rows(
     located: &Located,
     angle: AngleUnit,
     resolution_mm: Option<f64>,
@@ -169,9 +182,7 @@ mod tests {
     fn printed(form: &str) -> String {
         let lift = |i: i32| 1000 + (1000.0 * (f64::from(i) * std::f64::consts::TAU / 360.0).cos()).round() as i64;
         let rows: Vec<String> = match form {
-            "lift_mm" => (0..360)
-                .map(|i| format!("{i},{:.3}", (lift(i + 180)) as f64 / 1000.0))
-                .collect(),
+            "lift_mm" => (0..360).map(|i| format!("{i},{:.3}", (lift(i + 180)) as f64 / 1000.0)).collect(),
             _ => (0..360).map(|i| format!("{i},{}", lift(i + 181) - lift(i + 180))).collect(),
         };
         format!("# test\ncam_angle_deg,{form}\n{}\n", rows.join("\n"))

@@ -1,6 +1,8 @@
 //! Files people write: machines, jobs, lift tables. What was written is kept apart from what it means; below this module
 //! there is only meaning.
 
+pub mod job_file;
+pub mod lift_file;
 pub mod locate;
 pub mod machine_file;
 pub mod yaml;

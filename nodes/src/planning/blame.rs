@@ -1,0 +1,96 @@
+//! Which key of the job file is behind a refusal of the core.
+
+use crate::config::ConfigError;
+use crate::config::job_file::Job;
+use camwright::contour::ContourError;
+use camwright::cycle::PlanError;
+use camwright::job::JobError;
+use camwright::machine::description::Axis;
+use camwright::tool_path::ToolPathError;
+
+/// A refusal of the core as one sentence with the file and the line of the key that causes it.
+#[must_use]
+pub fn blame(job: &Job, error: &PlanError) -> ConfigError {
+    job.document.error(&key(job, error), error.to_string())
+}
+
+fn key(job: &Job, error: &PlanError) -> String {
+    match error {
+        PlanError::Job(error) => job_key(job, error),
+        PlanError::Contour { profile, source } => format!("{}.{}", profile_key(job, profile), contour_key(source)),
+        PlanError::Path { profile, source } => match source {
+            ToolPathError::BadWheelRadius { .. } | ToolPathError::WheelTooLarge { .. }
+                if job.wheel_radius_mm.is_some() =>
+            {
+                "wheel_radius_mm".into()
+            }
+            _ => profile_key(job, profile),
+        },
+        PlanError::Infeed { .. } | PlanError::TouchesBlank { .. } => "infeed.total_mm".into(),
+        PlanError::Speed { .. } => "work_speed_rpm".into(),
+        PlanError::SoftLimit { place, what, axis, .. } => match (*what, axis) {
+            ("the home position", Axis::X) => "home.x_mm".into(),
+            ("the home position", _) => "home.z_mm".into(),
+            ("the start of the rapid advance", _) => "rapid_advance_mm".into(),
+            ("a hold on the highest point of the path", _) => "retract_clearance_mm".into(),
+            _ => named_lobe(place).map_or_else(String::new, |lobe| format!("{}.station", lobe_key(job, lobe))),
+        },
+        PlanError::NotClear { what, .. } if *what == "home.x_mm" => "home.x_mm".into(),
+        PlanError::NotClear { .. } => "rapid_advance_mm".into(),
+        PlanError::Move { .. } => "rapid_speed_mm_s".into(),
+        PlanError::Check(_) => String::new(),
+    }
+}
+
+fn job_key(job: &Job, error: &JobError) -> String {
+    match error {
+        JobError::NoLobes => "lobes".into(),
+        JobError::SameName { second, .. } => format!("lobes.{}.name", second.saturating_sub(1)),
+        JobError::SameStation { second, .. } => format!("{}.station", lobe_key(job, second)),
+        JobError::NeighbourInReach { lobe, .. } | JobError::UnknownStation { lobe, .. } => {
+            format!("{}.station", lobe_key(job, lobe))
+        }
+        JobError::UnknownProfile { lobe, .. } => format!("{}.profile", lobe_key(job, lobe)),
+        JobError::WiderThanWheel { lobe, .. } => format!("{}.width_mm", lobe_key(job, lobe)),
+        JobError::NoSparkOut { .. } => "infeed.spark_out_turns".into(),
+        JobError::PassCount { .. } => "infeed".into(),
+        JobError::TooFewBlocks { .. } => "profiles.0.lift".into(),
+        JobError::OutOfRange { place, key, .. } => {
+            let key = match *key {
+                "total_infeed_mm" => "infeed.total_mm",
+                "infeed_per_block_mm" => "infeed.per_block_um",
+                "work_speed_rad_s" => "work_speed_rpm",
+                "phase_rad" => "phase_deg",
+                other => other,
+            };
+            named_lobe(place).map_or_else(|| key.into(), |lobe| format!("{}.{key}", lobe_key(job, lobe)))
+        }
+    }
+}
+
+fn contour_key(error: &ContourError) -> &'static str {
+    match error {
+        ContourError::BadBaseRadius { .. } | ContourError::Undercut { .. } | ContourError::PassesAxis { .. } => {
+            "base_radius_mm"
+        }
+        ContourError::Follower(_) => "follower",
+        ContourError::Lift(_) | ContourError::AxisOutside { .. } => "lift",
+    }
+}
+
+/// `I1` of `lobe I1: `.
+fn named_lobe(place: &str) -> Option<&str> {
+    place.strip_prefix("lobe ")?.strip_suffix(": ")
+}
+
+fn lobe_key(job: &Job, name: &str) -> String {
+    index_key("lobes", job.spec.lobes.iter().position(|lobe| lobe.name == name))
+}
+
+fn profile_key(job: &Job, name: &str) -> String {
+    index_key("profiles", job.spec.profiles.iter().position(|profile| profile.name == name))
+}
+
+fn index_key(list: &str, index: Option<usize>) -> String {
+    index.map_or_else(|| list.to_owned(), |index| format!("{list}.{index}"))
+}

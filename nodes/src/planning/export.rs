@@ -1,0 +1,324 @@
+//! A planned job as files for people and scripts: what `camwright plan` writes.
+//!
+//! | file | rows | frame |
+//! |---|---|---|
+//! | `summary.json` | one object | the job |
+//! | `<lobe>/contour.csv` | one per block, over the azimuth | the lobe: azimuth 0 is cam angle 0 |
+//! | `<lobe>/tool_path.csv` | one per block, over a turn of `c_axis` | `c_deg` the headstock, azimuths the lobe |
+//! | `<lobe>/speed_plan.csv` | one per interpolation period, over the whole cut | `c_deg` the headstock, from the start of the cut on |
+//!
+//! Numbers are written with the digits that give the same number back.
+
+use super::PreparedJob;
+use crate::config::{ConfigError, Place};
+use camwright::cut_motion::CutMotion;
+use camwright::cycle::PlannedLobe;
+use camwright::machine::description::Axis;
+use camwright::speed_plan::LimitUse;
+use camwright::units::{TURN_RAD, deg_from_rad, rad_from_deg, wrap_turn};
+use serde::Serialize;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// What `summary.json` says about a job.
+#[derive(Debug, Clone, Serialize)]
+pub struct Summary {
+    /// Name of the job.
+    pub job: String,
+    /// One line about it.
+    pub title: String,
+    /// Machine it was planned for.
+    pub machine: String,
+    /// Wheel radius it was planned for.
+    pub wheel_radius_mm: f64,
+    /// SHA-256 of the job with everything it names.
+    pub job_hash: String,
+    /// Hash of the machine.
+    pub machine_hash: String,
+    /// Hash of the plan.
+    pub plan_hash: String,
+    /// Time of the whole job, homing included.
+    pub duration_s: f64,
+    /// The same job with rotary indexing before each lobe, the conventional way.
+    pub duration_with_indexing_s: f64,
+    /// The difference: what not turning the part saves.
+    pub saved_s: f64,
+    /// Whether the job itself goes the conventional way.
+    pub rotary_indexing: bool,
+    /// Largest use of an axis limit anywhere in the plan, as its forward check found it; 1 is the limit.
+    pub max_limit_ratio: f64,
+    /// One for each lobe, in the order of machining.
+    pub lobes: Vec<LobeSummary>,
+}
+
+/// What `summary.json` says about a lobe.
+#[derive(Debug, Clone, Serialize)]
+pub struct LobeSummary {
+    /// Name.
+    pub name: String,
+    /// Limit switch of its station.
+    pub station: String,
+    /// Profile.
+    pub profile: String,
+    /// Phase angle α.
+    pub phase_deg: f64,
+    /// Cam angle at which cutting begins and ends.
+    pub start_deg: f64,
+    /// Block of the table from which it is read.
+    pub start_block: u32,
+    /// Time from the start of indexing to the end of retraction.
+    pub duration_s: f64,
+    /// Time of the cut.
+    pub cut_s: f64,
+    /// Time of one turn at the programmed speed.
+    pub turn_s: f64,
+    /// Turns, spark-out included.
+    pub turns: u32,
+    /// Turns with infeed.
+    pub infeed_turns: u32,
+    /// Slowest and fastest headstock speed of a turn.
+    pub work_speed_rpm: [f64; 2],
+    /// Longest stop on the path that keeps every limit.
+    pub stop_s: f64,
+    /// Largest lift.
+    pub max_lift_mm: f64,
+    /// How far the lift law lies from the printed table at most; none for a formula.
+    pub lift_deviation_mm: Option<f64>,
+    /// Pressure angle largest in size.
+    pub max_pressure_angle_deg: f64,
+    /// Largest wheel that fits the contour; none where any does.
+    pub largest_wheel_radius_mm: Option<f64>,
+    /// Knots of the path over one turn.
+    pub path_knots: usize,
+    /// Largest distance from the contour of the points that the path grinds.
+    pub contour_error_mm: f64,
+    /// Largest specific removal rate.
+    pub max_removal_mm2_s: f64,
+    /// How far each limit of an axis is used in the cut.
+    pub limits: Vec<LimitSummary>,
+}
+
+/// Use of one limit.
+#[derive(Debug, Clone, Serialize)]
+pub struct LimitSummary {
+    /// Joint name.
+    pub axis: &'static str,
+    /// velocity, acceleration or jerk.
+    pub quantity: &'static str,
+    /// Unit of the two values.
+    pub unit: &'static str,
+    /// Largest magnitude.
+    pub value: f64,
+    /// Most allowed while planning.
+    pub allowed: f64,
+    /// Their ratio.
+    pub ratio: f64,
+    /// Cam angle at which it is met.
+    pub cam_angle_deg: f64,
+}
+
+/// Predicted time of each lobe, from the start of indexing to the end of retraction (s).
+#[must_use]
+pub fn lobe_times_s(prepared: &PreparedJob) -> Vec<f64> {
+    let cycle_s = prepared.machine.cycle_time_s();
+    let ticks = |index: usize| -> u64 {
+        let segments = prepared.planned.plan.segments.iter();
+        segments.filter(|segment| segment.lobe == Some(index)).map(|segment| segment.ticks).sum()
+    };
+    #[allow(clippy::cast_precision_loss, reason = "a job of 2^53 ticks would last 285 000 years")]
+    (0..prepared.planned.lobes.len()).map(|index| ticks(index) as f64 * cycle_s).collect()
+}
+
+/// Everything about a planned job but its curves.
+#[must_use]
+pub fn summary(prepared: &PreparedJob) -> Summary {
+    let plan = &prepared.planned.plan;
+    Summary {
+        job: plan.job.clone(),
+        title: prepared.job.title.clone(),
+        machine: prepared.machine.name.clone(),
+        wheel_radius_mm: prepared.wheel_radius_mm,
+        job_hash: prepared.provenance.job_hash.clone(),
+        machine_hash: prepared.provenance.machine_hash.clone(),
+        plan_hash: prepared.plan_hash().to_owned(),
+        duration_s: plan.duration_s,
+        duration_with_indexing_s: plan.duration_with_indexing_s,
+        saved_s: prepared.planned.saved_by_not_indexing_s(),
+        rotary_indexing: prepared.job.spec.rotary_indexing,
+        max_limit_ratio: prepared.planned.report.max_ratio(),
+        lobes: (prepared.planned.lobes.iter().zip(lobe_times_s(prepared)).enumerate())
+            .map(|(index, (lobe, duration_s))| lobe_summary(prepared, index, lobe, duration_s))
+            .collect(),
+    }
+}
+
+fn lobe_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, duration_s: f64) -> LobeSummary {
+    let sense = f64::from(prepared.machine.rotation_sense);
+    let spec = &prepared.job.spec;
+    let lobe_spec = &spec.lobes[index];
+    let profile = &spec.profiles[lobe_spec.profile];
+    let rpm = |rad_s: f64| rad_s * 60.0 / TURN_RAD;
+    let (slowest, fastest) = lobe.speed.speed_range_rad_s();
+    let removal = rows(prepared, index, lobe).map(|row| row.removal_mm2_s).fold(0.0, f64::max);
+    #[allow(clippy::cast_precision_loss, reason = "a stop is a few hundred ticks")]
+    let stop_s = lobe.speed.stop_ticks() as f64 * prepared.machine.cycle_time_s();
+    let limit = |found: &LimitUse| LimitSummary {
+        axis: found.axis.joint(),
+        quantity: found.quantity.name(),
+        unit: found.quantity.unit(found.axis),
+        value: found.value,
+        allowed: found.allowed,
+        ratio: found.ratio(),
+        cam_angle_deg: deg_from_rad(wrap_turn(sense * found.angle_rad)),
+    };
+    LobeSummary {
+        name: lobe.design.name.clone(),
+        station: lobe.design.station.clone(),
+        profile: profile.name.clone(),
+        phase_deg: deg_from_rad(lobe.design.phase_rad),
+        start_deg: deg_from_rad(lobe.start_rad),
+        start_block: lobe.start_block,
+        duration_s,
+        cut_s: lobe.speed.law().end(),
+        turn_s: lobe.speed.turn_s(),
+        turns: lobe.speed.turns(),
+        infeed_turns: lobe.speed.infeed().schedule().turns(),
+        work_speed_rpm: [rpm(slowest), rpm(fastest)],
+        stop_s,
+        max_lift_mm: profile.lift.max_lift_mm(),
+        lift_deviation_mm: profile.lift.reading().map(|reading| reading.max_deviation_mm),
+        max_pressure_angle_deg: deg_from_rad(lobe.design.contour.max_pressure_angle().value),
+        largest_wheel_radius_mm: lobe.design.contour.largest_wheel_radius_mm(),
+        path_knots: lobe.tool_path.accuracy().knots,
+        contour_error_mm: lobe.tool_path.accuracy().contour_error_mm,
+        max_removal_mm2_s: removal,
+        limits: lobe.speed.uses().iter().map(limit).collect(),
+    }
+}
+
+/// Writes `summary.json` and, in a folder per lobe, the three tables; `progress` is told of every file.
+///
+/// # Errors
+/// A folder or file that cannot be written.
+pub fn write(prepared: &PreparedJob, out: &Path, mut progress: impl FnMut(&Path)) -> Result<(), ConfigError> {
+    let mut file = |path: PathBuf, write: &dyn Fn(&mut dyn Write) -> io::Result<()>| -> Result<(), ConfigError> {
+        progress(&path);
+        let attempt = || -> io::Result<()> {
+            if let Some(folder) = path.parent() {
+                fs::create_dir_all(folder)?;
+            }
+            let mut to = BufWriter::new(File::create(&path)?);
+            write(&mut to)?;
+            to.flush()
+        };
+        attempt().map_err(|error| ConfigError::at(Place::file(&path), format!("cannot be written: {error}")))
+    };
+    for (index, lobe) in prepared.planned.lobes.iter().enumerate() {
+        let folder = out.join(&lobe.design.name);
+        file(folder.join("contour.csv"), &|to| write_contour(prepared, lobe, to))?;
+        file(folder.join("tool_path.csv"), &|to| write_tool_path(prepared, lobe, to))?;
+        file(folder.join("speed_plan.csv"), &|to| write_speed_plan(prepared, index, lobe, to))?;
+    }
+    file(out.join("summary.json"), &|to| {
+        serde_json::to_writer_pretty(&mut *to, &summary(prepared))?;
+        writeln!(to)
+    })
+}
+
+/// Degrees of block `index`: one rounding, so that 0.3 is written as 0.3.
+fn block_deg(index: u32, blocks: u32) -> f64 {
+    f64::from(index) * 360.0 / f64::from(blocks)
+}
+
+fn write_contour(prepared: &PreparedJob, lobe: &PlannedLobe, to: &mut dyn Write) -> io::Result<()> {
+    let contour = &lobe.design.contour;
+    let blocks = prepared.job.spec.blocks_per_turn;
+    writeln!(to, "azimuth_deg,radius_mm,normal_deg,curvature_1_mm")?;
+    for index in 0..blocks {
+        let azimuth_deg = block_deg(index, blocks);
+        let cam_angle = contour.cam_angle_at(rad_from_deg(azimuth_deg));
+        let radius_mm = contour.point(cam_angle).norm();
+        let normal_deg = deg_from_rad(contour.normal_angle(cam_angle));
+        writeln!(to, "{azimuth_deg},{radius_mm},{normal_deg},{}", contour.curvature(cam_angle))?;
+    }
+    Ok(())
+}
+
+/// `x_mm` is the distance of the wheel's centre from the spindle axis, the X(θ) of the literature; `x_axis_mm` is where the
+/// axis of this machine stands then: the wheel's cutting point, one wheel radius nearer.
+fn write_tool_path(prepared: &PreparedJob, lobe: &PlannedLobe, to: &mut dyn Write) -> io::Result<()> {
+    let blocks = prepared.job.spec.blocks_per_turn;
+    let sense = f64::from(prepared.machine.rotation_sense);
+    writeln!(to, "c_deg,x_mm,contact_azimuth_deg,wheel_line_deg,x_axis_mm")?;
+    for index in 0..blocks {
+        let c_deg = block_deg(index, blocks);
+        let theta = sense * rad_from_deg(c_deg) - lobe.design.phase_rad;
+        let x_axis_mm = lobe.tool_path.sample(theta).value;
+        let x_mm = x_axis_mm + lobe.tool_path.wheel_radius_mm();
+        let contact_deg = deg_from_rad(wrap_turn(lobe.tool_path.contact_azimuth(theta)));
+        writeln!(to, "{c_deg},{x_mm},{contact_deg},{},{x_axis_mm}", deg_from_rad(wrap_turn(theta)))?;
+    }
+    Ok(())
+}
+
+fn write_speed_plan(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, to: &mut dyn Write) -> io::Result<()> {
+    writeln!(to, "c_deg,t_s,c_rad_s,c_rad_s2,c_rad_s3,x_mm_s,x_mm_s2,x_mm_s3,removal_mm2_s")?;
+    for row in rows(prepared, index, lobe) {
+        let [c1, c2, c3] = row.c;
+        let [x1, x2, x3] = row.x;
+        writeln!(to, "{},{},{c1},{c2},{c3},{x1},{x2},{x3},{}", row.c_deg, row.t_s, row.removal_mm2_s)?;
+    }
+    Ok(())
+}
+
+/// A row of `speed_plan.csv`.
+struct Row {
+    c_deg: f64,
+    t_s: f64,
+    c: [f64; 3],
+    x: [f64; 3],
+    removal_mm2_s: f64,
+}
+
+/// The cut of a lobe, at every interpolation period from its start to its end.
+fn rows<'a>(prepared: &'a PreparedJob, index: usize, lobe: &'a PlannedLobe) -> impl Iterator<Item = Row> + 'a {
+    let cycle_ns = u64::from(prepared.machine.cycle_time_ns);
+    let stock_mm = prepared.job.spec.stock_mm;
+    let sense = f64::from(prepared.machine.rotation_sense);
+    let plan = &prepared.planned.plan;
+    let scale = prepared.machine.axis(Axis::C).scale;
+    let cut = plan.cut_of(index).and_then(|cut| Some((plan.motion_of(cut)?, scale.position(cut.start_counts))));
+    cut.into_iter().flat_map(move |(motion, start_rad)| {
+        let end_s = motion.duration_s();
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the duration of a cut is positive")]
+        let last = (end_s * 1e9 / cycle_ns as f64).ceil() as u64;
+        (0..=last).map(move |tick| {
+            // Whole nanoseconds first, so that tick 3 of a millisecond is 0.003 and not 0.0030000000000000001.
+            #[allow(clippy::cast_precision_loss, reason = "far below 2^53 ns")]
+            let t_s = (tick * cycle_ns) as f64 / 1e9;
+            let sample = motion.at(t_s.min(end_s));
+            Row {
+                c_deg: deg_from_rad(start_rad + sample.c.value),
+                t_s,
+                c: [sample.c.first, sample.c.second, sample.c.third],
+                x: [sample.x.first, sample.x.second, sample.x.third],
+                removal_mm2_s: removal_mm2_s(&motion, lobe, sense, stock_mm, sample.c.value, sample.c.first),
+            }
+        })
+    })
+}
+
+/// Specific removal rate Q'w (mm³ per mm of width and s): depth of cut along the normal times the speed of the footprint
+/// along the contour, `|W|·Ċ/(cos β·(1 + κR))` (`PROCESS_MATH` 1.c).
+///
+/// What stands above the contour at the wheel is what the wheel left there one turn ago, RT less the infeed until then,
+/// seen along the normal (cos β), and never more than the stock of the blank.
+fn removal_mm2_s(motion: &CutMotion<'_>, lobe: &PlannedLobe, sense: f64, stock_mm: f64, angle: f64, speed: f64) -> f64 {
+    let theta = sense * (motion.path_start_rad + angle);
+    let along_normal = lobe.tool_path.beta(theta).cos();
+    let offset = |angle: f64| motion.infeed.sample(angle).value * along_normal;
+    let before = if angle < TURN_RAD { stock_mm } else { stock_mm.min(offset(angle - TURN_RAD)) };
+    let depth = (before - offset(angle)).max(0.0);
+    depth * lobe.tool_path.footprint_speed_ratio_mm(theta) * speed
+}

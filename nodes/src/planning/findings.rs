@@ -1,0 +1,219 @@
+//! Everything that can be said about a job or a lift table before anything moves.
+
+use super::{PreparedJob, blame, plan};
+use crate::config::job_file::{self, Job};
+use crate::config::lift_file;
+use crate::config::locate::{Located, locate};
+use crate::config::{ConfigError, Place};
+use camwright::cycle::plan_job;
+use camwright::job::{JobError, LobeSpec};
+use camwright::lift::LiftLaw;
+use std::fmt;
+
+/// How bad a finding is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// It can be made, but somebody should look.
+    Warning,
+    /// It cannot be made.
+    Error,
+}
+
+impl fmt::Display for Severity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Severity::Warning => "warning",
+            Severity::Error => "error",
+        })
+    }
+}
+
+/// One thing that was found: what, how much, how much is allowed, and where.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Finding {
+    /// How bad it is.
+    pub severity: Severity,
+    /// The sentence, with file and line.
+    pub error: ConfigError,
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.severity, self.error)
+    }
+}
+
+/// What a check found.
+#[derive(Debug, Clone)]
+pub struct Report {
+    /// The file that was checked.
+    pub file: std::path::PathBuf,
+    /// Errors and warnings, errors first.
+    pub findings: Vec<Finding>,
+    /// One sentence about what it is, if it can be made.
+    pub summary: Option<String>,
+}
+
+impl Report {
+    /// The worst finding.
+    #[must_use]
+    pub fn worst(&self) -> Option<Severity> {
+        self.findings.iter().map(|finding| finding.severity).max()
+    }
+
+    /// The first error.
+    #[must_use]
+    pub fn first_error(&self) -> Option<&ConfigError> {
+        self.findings.iter().find(|finding| finding.severity == Severity::Error).map(|finding| &finding.error)
+    }
+
+    fn refused(file: &Located, errors: Vec<ConfigError>) -> Self {
+        let findings = errors.into_iter().map(|error| Finding { severity: Severity::Error, error }).collect();
+        Self { file: file.path.clone(), findings, summary: None }
+    }
+}
+
+/// Checks a job, planning it to the end, or a lift table. `name` is a path or the name of a job or of a table.
+///
+/// # Errors
+/// There is no such file.
+pub fn check(name: &str, overrides: &[String]) -> Result<Report, ConfigError> {
+    let is_table =
+        std::path::Path::new(name).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
+    let job = if is_table { None } else { Some(locate("jobs", name, "yaml", None)) };
+    match job {
+        Some(Ok(located)) => Ok(check_job(&located, overrides)),
+        Some(Err(error)) => locate("lifts", name, "csv", None).map(|located| check_lift(&located)).map_err(|_| error),
+        None => locate("lifts", name, "csv", None).map(|located| check_lift(&located)),
+    }
+}
+
+fn check_job(located: &Located, overrides: &[String]) -> Report {
+    let job = match job_file::read(located, overrides) {
+        Ok(job) => job,
+        Err(errors) => return Report::refused(located, errors),
+    };
+    let warnings = warnings(&job);
+    match plan(job.clone(), None) {
+        Ok(prepared) => {
+            let mut findings = warnings;
+            findings.extend(planned_warnings(&prepared));
+            Report { file: located.path.clone(), findings, summary: Some(prepared.summary()) }
+        }
+        Err(first) => {
+            let mut report = Report::refused(located, all_errors(&job, first));
+            report.findings.extend(warnings);
+            report
+        }
+    }
+}
+
+/// The core stops at its first refusal. Asking it about every lobe, alone and together with those before it that have no
+/// fault, finds the others.
+fn all_errors(job: &Job, first: ConfigError) -> Vec<ConfigError> {
+    let mut errors = vec![first];
+    let mut add = |error: ConfigError| {
+        if !errors.contains(&error) {
+            errors.push(error);
+        }
+    };
+    let description = &job.machine.description;
+    let wheel_radius_mm = job.wheel_radius_mm.unwrap_or(description.wheel.new_radius_mm);
+    let mut accepted = Vec::new();
+    for lobe in &job.spec.lobes {
+        let mut tried = job.spec.clone();
+        tried.lobes = accepted.clone();
+        tried.lobes.push(lobe.clone());
+        match tried.check(description) {
+            // The number of a lobe in this shorter job is not its number in the file.
+            Err(JobError::SameName { .. }) => {}
+            Err(error) => add(blame(job, &error.into())),
+            Ok(()) => accepted = tried.lobes,
+        }
+    }
+    for lobe in accepted {
+        let mut alone = job.spec.clone();
+        alone.profiles = job.spec.profiles.get(lobe.profile).cloned().into_iter().collect();
+        alone.lobes = vec![LobeSpec { profile: 0, ..lobe }];
+        if let Err(error) = plan_job(&alone, description, wheel_radius_mm, None) {
+            add(blame(job, &error));
+        }
+    }
+    errors
+}
+
+fn warning(error: ConfigError) -> Finding {
+    Finding { severity: Severity::Warning, error }
+}
+
+fn warnings(job: &Job) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (index, profile) in job.spec.profiles.iter().enumerate() {
+        if job.spec.lobes.iter().all(|lobe| lobe.profile != index) {
+            let message = format!("profile {} is used by no lobe", profile.name);
+            findings.push(warning(job.document.error(&format!("profiles.{index}.name"), message)));
+        }
+    }
+    let wheel = &job.machine.description.wheel;
+    if let Some(radius) = job.wheel_radius_mm.filter(|r| !(wheel.min_radius_mm..=wheel.new_radius_mm).contains(r)) {
+        let message = format!(
+            "wheel_radius_mm is {radius}; the wheel of machine {} has {} to {}: the job can be planned, not run",
+            job.machine.description.name, wheel.min_radius_mm, wheel.new_radius_mm
+        );
+        findings.push(warning(job.document.error("wheel_radius_mm", message)));
+    }
+    findings
+}
+
+/// What a single spark-out turn may leave on the part without a word (mm).
+const LEFT_ON_PART_MM: f64 = 1e-4;
+
+fn planned_warnings(prepared: &PreparedJob) -> Vec<Finding> {
+    let spark_out: u32 = prepared.job.spec.passes.iter().map(|pass| pass.spark_out_turns).sum();
+    let left = |speed: &camwright::speed_plan::SpeedPlan| speed.infeed().left_on_part_mm(spark_out);
+    let worst = prepared
+        .planned
+        .lobes
+        .iter()
+        .map(|lobe| (left(&lobe.speed), &lobe.design.name))
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    match worst {
+        Some((left_mm, lobe)) if left_mm > LEFT_ON_PART_MM => {
+            let message = format!(
+                "lobe {lobe}: {spark_out} spark-out turn leaves up to {:.2} um of the infeed's end on the part, above {} um; \
+                 2 leave nothing",
+                left_mm * 1e3,
+                LEFT_ON_PART_MM * 1e3
+            );
+            vec![warning(prepared.job.document.error("infeed.spark_out_turns", message))]
+        }
+        _ => Vec::new(),
+    }
+}
+
+fn check_lift(located: &Located) -> Report {
+    let table = match lift_file::read(located, lift_file::declared_angle(located), None) {
+        Ok(table) => table,
+        Err(errors) => return Report::refused(located, errors),
+    };
+    let law = match LiftLaw::from_table(&table) {
+        Ok(law) => law,
+        Err(error) => {
+            return Report::refused(located, vec![ConfigError::at(Place::file(&located.path), error.to_string())]);
+        }
+    };
+    let reading = law.reading().map_or_else(String::new, |reading| {
+        format!(
+            ", read within {:.6} mm of every point (half a digit is {:.6} mm)",
+            reading.max_deviation_mm, reading.half_digit_mm
+        )
+    });
+    let summary = format!(
+        "{}: {} blocks over one turn, largest lift {} mm, last digit {} mm{reading}",
+        located.path.display(),
+        table.blocks(),
+        table.max_lift_mm(),
+        table.digit_mm()
+    );
+    Report { file: located.path.clone(), findings: Vec::new(), summary: Some(summary) }
+}

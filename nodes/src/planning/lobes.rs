@@ -1,0 +1,134 @@
+//! Lobes as messages: the blank that is put between the centres, and the form of what was ground.
+
+use crate::convert::{m_from_mm, mm_from_m};
+use camwright::contour::Contour;
+use camwright::cycle::LobeDesign;
+use camwright::form::{Form, FormError};
+use camwright::units::{TURN_RAD, wrap_turn};
+use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe};
+use thiserror::Error;
+
+/// Points of a blank's outline over one turn: 0.1°, as the blocks of the tables in use.
+pub const BLANK_POINTS: usize = 3600;
+
+/// Why the form of a lobe cannot be told.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("the form of lobe {lobe} cannot be judged: {source}")]
+pub struct LobeFormError {
+    /// Name of the lobe.
+    pub lobe: String,
+    /// Why.
+    pub source: FormError,
+}
+
+/// The raw outline of a lobe: its contour with the stock along the normal, on equal azimuths of the part.
+#[must_use]
+pub fn blank(design: &LobeDesign, stock_mm: f64) -> PartLobe {
+    let radius = (0..BLANK_POINTS)
+        .map(|i| blank_radius_mm(&design.contour, azimuth(i) - design.phase_rad, stock_mm))
+        .map(m_from_mm)
+        .collect();
+    PartLobe {
+        name: design.name.clone(),
+        station: design.station.clone(),
+        width: m_from_mm(design.width_mm),
+        finished: false,
+        radius,
+        ..PartLobe::default()
+    }
+}
+
+#[allow(clippy::cast_precision_loss, reason = "a few thousand points")]
+fn azimuth(index: usize) -> f64 {
+    index as f64 * TURN_RAD / BLANK_POINTS as f64
+}
+
+/// Radius of the curve `stock_mm` outside the contour at an azimuth of the cam's frame.
+///
+/// The distance of a point from the contour grows along its ray (the contour passes the axis on the right side), so the
+/// radius at which it is the stock is found by bisection between the contour and the contour plus what even a normal 80°
+/// off the ray would need.
+fn blank_radius_mm(contour: &Contour, azimuth_rad: f64, stock_mm: f64) -> f64 {
+    let mut low = contour.radius_at(azimuth_rad);
+    let mut high = low + 6.0 * stock_mm;
+    // Newton's slope is the cosine between ray and normal: a few secant steps within the bracket are enough.
+    let mut radius = low + stock_mm;
+    for _ in 0..60 {
+        let (distance, cam_angle) = contour.distance(radius, azimuth_rad);
+        let miss = distance - stock_mm;
+        if miss > 0.0 {
+            high = radius;
+        } else {
+            low = radius;
+        }
+        if miss.abs() < 1e-10 || high - low < 1e-12 {
+            break;
+        }
+        let slope = (contour.normal_angle(cam_angle) - azimuth_rad).cos();
+        let next = radius - miss / slope;
+        radius = if next > low && next < high { next } else { 0.5 * (low + high) };
+    }
+    radius
+}
+
+/// How a ground lobe came out, against its design.
+///
+/// # Errors
+/// An outline without radii, or with one that is none.
+pub fn lobe_result(design: &LobeDesign, measured: &PartLobe) -> Result<LobeResult, LobeFormError> {
+    let radii_mm: Vec<f64> = measured.radius.iter().map(|radius| mm_from_m(*radius)).collect();
+    let form = Form::measure(&radii_mm, &design.contour, design.phase_rad)
+        .map_err(|source| LobeFormError { lobe: design.name.clone(), source })?;
+    Ok(LobeResult {
+        name: design.name.clone(),
+        station: design.station.clone(),
+        form_error_max: m_from_mm(form.largest.deviation_mm),
+        form_error_max_angle: wrap_turn(form.largest.cam_angle_rad),
+        form_error_rms: m_from_mm(form.rms_mm),
+        ..LobeResult::default()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn disc(eccentricity_mm: f64, radius_mm: f64, phase_rad: f64) -> LobeDesign {
+        LobeDesign {
+            name: "A".into(),
+            station: "LS1".into(),
+            contour: Contour::eccentric(eccentricity_mm, radius_mm).unwrap(),
+            phase_rad,
+            width_mm: 14.0,
+        }
+    }
+
+    /// The blank of an eccentric disc is the larger disc about the same centre:
+    /// r(a) = e cos(a − α) + √((r + stock)² − e² sin²(a − α)).
+    #[test]
+    fn the_blank_of_a_disc_is_a_larger_disc() {
+        let (e, r, stock, phase) = (4.2, 19.0, 0.3, 1.1);
+        let blank = blank(&disc(e, r, phase), stock);
+        assert_eq!(blank.radius.len(), BLANK_POINTS);
+        for (i, radius) in blank.radius.iter().enumerate() {
+            let angle = azimuth(i) - phase;
+            let exact = e * angle.cos() + ((r + stock).powi(2) - (e * angle.sin()).powi(2)).sqrt();
+            assert!((mm_from_m(*radius) - exact).abs() < 1e-8, "{i}: {} {exact}", mm_from_m(*radius));
+        }
+    }
+
+    /// A blank lies its stock outside the design everywhere.
+    #[test]
+    fn the_form_error_of_a_blank_is_its_stock() {
+        let design = disc(4.2, 19.0, -0.7);
+        let result = lobe_result(&design, &blank(&design, 0.25)).unwrap();
+        assert!((result.form_error_max - 0.25e-3).abs() < 1e-11);
+        assert!((result.form_error_rms - 0.25e-3).abs() < 1e-11);
+    }
+
+    #[test]
+    fn an_outline_without_radii_has_no_form() {
+        let error = lobe_result(&disc(4.2, 19.0, 0.0), &PartLobe::default()).unwrap_err();
+        assert!(error.to_string().starts_with("the form of lobe A cannot be judged"), "{error}");
+    }
+}

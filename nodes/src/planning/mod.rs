@@ -1,0 +1,132 @@
+//! From a job file to a plan that can be sent: what `camwright plan`, `camwright check` and the job planner share. No ROS.
+//!
+//! ```text
+//! job file ─► Job ─► plan_job ─► Plan ─► pages        refused anywhere: one sentence, with file and line
+//!                        └─► LobeDesign ─► blank outline, form of the ground lobe
+//! ```
+
+mod blame;
+mod export;
+mod findings;
+mod lobes;
+
+pub use blame::blame;
+pub use export::{LimitSummary, LobeSummary, Summary, lobe_times_s, summary, write};
+pub use findings::{Finding, Report, Severity, check};
+pub use lobes::{BLANK_POINTS, LobeFormError, blank, lobe_result};
+
+use crate::config::ConfigError;
+use crate::config::job_file::{self, Job};
+use crate::convert::plan::{Provenance, pages_from_plan};
+use camwright::cycle::{PlannedJob, plan_job};
+use camwright::machine::description::MachineDescription;
+use camwright_msgs::camwright_msgs::msg::PlanPage;
+
+/// Largest difference between the wheel a job was written for and the wheel that is mounted (mm): at 1 µm the form error
+/// it makes is a few tenths of it, below what the cell promises.
+pub const WHEEL_TOLERANCE_MM: f64 = 1e-3;
+
+/// The machine as it is now, as its description says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MachineNow {
+    /// What it is.
+    pub description: MachineDescription,
+    /// Radius of the wheel that is mounted (mm).
+    pub wheel_radius_mm: f64,
+}
+
+/// A job, planned and ready to send.
+#[derive(Debug, Clone)]
+pub struct PreparedJob {
+    /// The job as it was read.
+    pub job: Job,
+    /// The plan and what it was made of; designs per lobe are in `planned.lobes`.
+    pub planned: PlannedJob,
+    /// The machine it was planned for.
+    pub machine: MachineDescription,
+    /// Wheel radius it was planned for (mm).
+    pub wheel_radius_mm: f64,
+    /// What the plan was made from.
+    pub provenance: Provenance,
+    /// The plan as messages, the header first.
+    pub pages: Vec<PlanPage>,
+}
+
+impl PreparedJob {
+    /// Hash of the plan, 64 hexadecimal digits.
+    #[must_use]
+    pub fn plan_hash(&self) -> &str {
+        self.pages.first().map_or("", |page| &page.plan_hash)
+    }
+
+    /// One sentence about it.
+    #[must_use]
+    pub fn summary(&self) -> String {
+        let plan = &self.planned.plan;
+        let conventional = plan.duration_with_indexing_s;
+        let compared = if self.job.spec.rotary_indexing {
+            String::from("with rotary indexing before each lobe")
+        } else {
+            format!("{conventional:.2} s with rotary indexing, {:.2} s saved", self.planned.saved_by_not_indexing_s())
+        };
+        format!(
+            "{}: {} lobes, {:.2} s ({compared}), plan {:.12}",
+            plan.job,
+            plan.lobes.len(),
+            plan.duration_s,
+            self.plan_hash()
+        )
+    }
+}
+
+/// Finds, reads and plans a job with `key=value` overrides, for the machine as it is now, or, where there is none, for
+/// the machine the job names with a new wheel or the wheel the job names.
+///
+/// # Errors
+/// Everything that cannot be made, one sentence with the file and the line that causes it.
+pub fn prepare(name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Result<PreparedJob, ConfigError> {
+    plan(job_file::load(name, overrides)?, machine)
+}
+
+/// Plans a job that has been read; see [`prepare`].
+///
+/// # Errors
+/// Everything that cannot be made.
+pub fn plan(job: Job, machine: Option<&MachineNow>) -> Result<PreparedJob, ConfigError> {
+    let (description, wheel_radius_mm) = match machine {
+        Some(now) => {
+            fits_machine(&job, now)?;
+            (now.description.clone(), now.wheel_radius_mm)
+        }
+        None => {
+            let description = job.machine.description.clone();
+            let radius = job.wheel_radius_mm.unwrap_or(description.wheel.new_radius_mm);
+            (description, radius)
+        }
+    };
+    let planned = plan_job(&job.spec, &description, wheel_radius_mm, None).map_err(|error| blame(&job, &error))?;
+    let provenance = Provenance { job_hash: job.hash.clone(), machine_hash: description.hash.clone() };
+    let pages = pages_from_plan(&planned.plan, &provenance);
+    Ok(PreparedJob { job, planned, machine: description, wheel_radius_mm, provenance, pages })
+}
+
+fn fits_machine(job: &Job, now: &MachineNow) -> Result<(), ConfigError> {
+    let (wanted, there) = (&job.machine.description.name, &now.description.name);
+    if wanted != there {
+        return Err(job.document.error("machine", format!("the job is for machine {wanted}, the cell has {there}")));
+    }
+    match job.wheel_radius_mm {
+        Some(wanted) if (wanted - now.wheel_radius_mm).abs() > WHEEL_TOLERANCE_MM => Err(job.document.error(
+            "wheel_radius_mm",
+            format!(
+                "wheel_radius_mm is {wanted}, the wheel mounted on {there} has {:.4}; they may differ by at most \
+                 {WHEEL_TOLERANCE_MM}",
+                now.wheel_radius_mm
+            ),
+        )),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests;

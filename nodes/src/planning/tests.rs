@@ -1,0 +1,56 @@
+use super::*;
+use camwright::units::rad_from_deg;
+
+fn machine_now() -> MachineNow {
+    let job = job_file::load("four_lobe_camshaft", &[]).unwrap();
+    let wheel_radius_mm = job.machine.description.wheel.new_radius_mm;
+    MachineNow { description: job.machine.description, wheel_radius_mm }
+}
+
+fn refusal(overrides: &[&str]) -> String {
+    let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
+    prepare("eccentric", &overrides, None).unwrap_err().to_string()
+}
+
+#[test]
+fn the_default_job_is_planned_with_one_hash_and_short_pages() {
+    let prepared = prepare("four_lobe_camshaft", &[], Some(&machine_now())).unwrap();
+    let again = prepare("four_lobe_camshaft", &[], Some(&machine_now())).unwrap();
+    assert_eq!(prepared.plan_hash(), again.plan_hash());
+    assert_eq!(prepared.plan_hash().len(), 64);
+    assert!(prepared.planned.saved_by_not_indexing_s() > 0.0);
+    assert_eq!(lobe_times_s(&prepared).len(), 4);
+    assert!(lobe_times_s(&prepared).iter().sum::<f64>() < prepared.planned.plan.duration_s);
+}
+
+/// The default job has a lobe that starts on its flank, as in JPS6156064B2.
+#[test]
+fn one_lobe_starts_on_its_flank() {
+    let prepared = prepare("four_lobe_camshaft", &[], None).unwrap();
+    let lift = |lobe: &camwright::cycle::PlannedLobe| lobe.design.contour.lift().sample(lobe.start_rad).value;
+    assert!(prepared.planned.lobes.iter().any(|lobe| lift(lobe) > 0.5), "a flank");
+    assert!((prepared.planned.lobes[0].design.phase_rad - rad_from_deg(210.0)).abs() < 1e-12);
+}
+
+#[test]
+fn a_wheel_the_job_was_not_written_for_is_refused() {
+    let error = prepare("eccentric", &[], Some(&machine_now())).unwrap_err().to_string();
+    assert!(
+        error.contains("eccentric.yaml:6: wheel_radius_mm is 15, the wheel mounted on cam_grinder has 60"),
+        "{error}"
+    );
+}
+
+#[test]
+fn refusals_point_to_the_key_that_causes_them() {
+    for (overrides, place, words) in [
+        (vec!["infeed.total_mm=0.35"], "eccentric.yaml", "whole turns are needed"),
+        (vec!["lobes.A.station=LS9"], "eccentric.yaml", "LS1, LS2, LS3, LS4"),
+        (vec!["work_speed_rpm=3000"], "eccentric.yaml", "the largest work speed that fits"),
+        (vec!["home.x_mm=20"], "eccentric.yaml", "home.x_mm"),
+        (vec!["stock_mm=0.9"], "eccentric.yaml", "inside the 0.9 mm of stock"),
+    ] {
+        let error = refusal(&overrides);
+        assert!(error.contains(place) && error.contains(words), "{overrides:?}: {error}");
+    }
+}

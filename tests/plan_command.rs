@@ -1,0 +1,190 @@
+//! `camwright plan` against what can be solved on paper, and its files against their contract.
+
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A folder of its own per test, removed at the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("plan-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).expect("a folder under target/tmp");
+        Self(path)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _gone_already = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn plan(job: &str, out: &Path, set: &[String]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
+    command.args(["plan", job, "--json", "--out"]).arg(out);
+    for over in set {
+        command.arg("--set").arg(over);
+    }
+    command.output().expect("camwright runs")
+}
+
+fn planned(job: &str, out: &Path, set: &[String]) -> serde_json::Value {
+    let output = plan(job, out, set);
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{job} {set:?}: {errors}");
+    serde_json::from_slice(&output.stdout).expect("a summary in JSON")
+}
+
+/// A table as its header and its rows.
+fn table(path: &Path) -> (String, Vec<Vec<f64>>) {
+    let text = std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let mut lines = text.lines();
+    let header = lines.next().expect("a header").to_owned();
+    let rows = lines.map(|line| line.split(',').map(|cell| cell.parse().expect("a number")).collect()).collect();
+    (header, rows)
+}
+
+/// X(θ) = E cosθ + √((r + R)² − E² sin²θ), the distance of the wheel's centre from the spindle axis.
+fn closed_form(e: f64, r: f64, wheel: f64, theta: f64) -> f64 {
+    e * theta.cos() + ((r + wheel).powi(2) - (e * theta.sin()).powi(2)).sqrt()
+}
+
+fn settings(e: f64, r: f64, wheel: f64) -> Vec<String> {
+    vec![
+        format!("profiles.eccentric.lift.eccentric.eccentricity_mm={e}"),
+        format!("profiles.eccentric.base_radius_mm={}", r - e),
+        format!("wheel_radius_mm={wheel}"),
+    ]
+}
+
+/// The figures of seed 003 (E 4.2, D 38, tool R 15) and others, the lift given as a formula.
+#[test]
+fn an_eccentric_disc_is_planned_to_a_millionth_of_a_micrometre() {
+    let folder = Folder::new("formula");
+    for (e, diameter, wheel) in [(4.2, 38.0, 15.0), (4.2, 38.0, 60.0), (0.75, 22.5, 40.0), (8.0, 50.0, 25.0)] {
+        let r = diameter / 2.0;
+        planned("eccentric", &folder.0, &settings(e, r, wheel));
+        let (_, rows) = table(&folder.0.join("A/tool_path.csv"));
+        assert_eq!(rows.len(), 3600);
+        for row in &rows {
+            let theta = row[0].to_radians();
+            let exact = closed_form(e, r, wheel, theta);
+            assert!((row[1] - exact).abs() < 1e-9, "E {e} r {r} R {wheel}: {} deg: {} {exact}", row[0], row[1]);
+            assert!((row[4] - (exact - wheel)).abs() < 1e-9, "x_axis is one wheel radius nearer");
+            // The wheel touches the disc where the line of centres crosses it.
+            let (x, y) = (exact * theta.cos() - e, exact * theta.sin());
+            let contact = (y * r / (r + wheel)).atan2(e + x * r / (r + wheel)).rem_euclid(TAU);
+            let apart = (row[2].to_radians() - contact + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0;
+            assert!(apart.abs() < 1e-8, "contact at {} deg, {} expected", row[2], contact.to_degrees());
+        }
+    }
+}
+
+/// With phase α and cutting C the wheel line is at θ = C − α in the lobe's frame.
+#[test]
+fn the_phase_turns_the_path() {
+    let folder = Folder::new("phase");
+    planned("eccentric", &folder.0, &["lobes.A.phase_deg=75".into()]);
+    let (_, rows) = table(&folder.0.join("A/tool_path.csv"));
+    for row in rows {
+        let exact = closed_form(4.2, 19.0, 15.0, (row[0] - 75.0).to_radians());
+        assert!((row[1] - exact).abs() < 1e-9, "{} deg", row[0]);
+        let apart = (row[3] - (row[0] - 75.0) + 180.0).rem_euclid(360.0) - 180.0;
+        assert!(apart.abs() < 1e-9, "{} deg: {}", row[0], row[3]);
+    }
+}
+
+/// The same disc from a printed table: X lies within half a digit of the exact one.
+#[test]
+fn an_eccentric_disc_from_a_printed_table_is_planned_within_half_a_digit() {
+    let folder = Folder::new("table");
+    for (name, digits, half_digit) in [("fine.csv", 3, 0.5e-3), ("coarse.csv", 2, 0.5e-2)] {
+        let lift = |i: u32| 4.2 * (1.0 + (f64::from(i) * TAU / 3600.0).cos());
+        let rows: Vec<String> = (0..3600).map(|i| format!("{:.1},{:.digits$}", f64::from(i) / 10.0, lift(i))).collect();
+        std::fs::write(folder.0.join(name), format!("cam_angle_deg,lift_mm\n{}\n", rows.join("\n"))).expect("a table");
+        let job = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../params/jobs/eccentric.yaml"))
+            .expect("the eccentric job")
+            .replace("lift: {eccentric: {eccentricity_mm: 4.2}}", &format!("lift: {{table: {name}}}"));
+        let path = folder.0.join("job.yaml");
+        std::fs::write(&path, job).expect("a job");
+        let out = folder.0.join("out");
+        let summary = planned(&path.display().to_string(), &out, &[]);
+        let deviation = summary["lobes"][0]["lift_deviation_mm"].as_f64().expect("a table has a deviation");
+        assert!(deviation <= half_digit * (1.0 + 1e-9), "{deviation}");
+        let (_, rows) = table(&out.join("A/tool_path.csv"));
+        let worst = rows
+            .iter()
+            .map(|row| (row[1] - closed_form(4.2, 19.0, 15.0, row[0].to_radians())).abs())
+            .fold(0.0, f64::max);
+        assert!(worst <= half_digit, "{name}: {worst} mm");
+    }
+}
+
+#[test]
+fn every_file_has_its_columns_and_agrees_with_the_others() {
+    let folder = Folder::new("files");
+    let summary = planned("four_lobe_camshaft", &folder.0, &[]);
+    let written: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.0.join("summary.json")).expect("summary.json"))
+            .expect("JSON");
+    assert_eq!(summary, written, "what is printed is what is written");
+    assert!(summary["saved_s"].as_f64().expect("a number") > 0.0, "not turning the part saves time");
+    for key in ["job_hash", "machine_hash", "plan_hash"] {
+        assert_eq!(summary[key].as_str().expect("text").len(), 64, "{key}");
+    }
+    let lobes = summary["lobes"].as_array().expect("lobes");
+    assert_eq!(
+        lobes.iter().map(|lobe| lobe["name"].as_str().expect("text")).collect::<Vec<_>>(),
+        ["I1", "E1", "I2", "E2"]
+    );
+    for lobe in lobes {
+        let folder = folder.0.join(lobe["name"].as_str().expect("text"));
+        let (header, contour) = table(&folder.join("contour.csv"));
+        assert_eq!(header, "azimuth_deg,radius_mm,normal_deg,curvature_1_mm");
+        let (header, path) = table(&folder.join("tool_path.csv"));
+        assert_eq!(header, "c_deg,x_mm,contact_azimuth_deg,wheel_line_deg,x_axis_mm");
+        let (header, speed) = table(&folder.join("speed_plan.csv"));
+        assert_eq!(header, "c_deg,t_s,c_rad_s,c_rad_s2,c_rad_s3,x_mm_s,x_mm_s2,x_mm_s3,removal_mm2_s");
+        assert_eq!((contour.len(), path.len()), (3600, 3600));
+        assert!(contour.iter().chain(&path).chain(&speed).flatten().all(|value| value.is_finite()));
+        // The largest lift stands on the contour: base circle + lift.
+        let base = if lobe["profile"] == "intake" { 16.0 } else { 15.5 };
+        let nose = contour.iter().map(|row| row[1]).fold(0.0, f64::max);
+        assert!((nose - base - lobe["max_lift_mm"].as_f64().expect("a number")).abs() < 1e-6, "{nose}");
+        check_speed_plan(lobe, &speed);
+    }
+}
+
+/// Rows one interpolation period apart; each derivative is the difference quotient of the one before it; the removal
+/// rate ends at 0 with the spark-out, and its integral is the stock.
+fn check_speed_plan(lobe: &serde_json::Value, rows: &[Vec<f64>]) {
+    let number = |key: &str| lobe[key].as_f64().expect("a number");
+    let period = rows[1][1];
+    assert!((period - 0.001).abs() < 1e-15, "{period}");
+    assert!((rows[0][0].rem_euclid(360.0) - rows[rows.len() - 1][0].rem_euclid(360.0)).abs() < 1e-6, "whole turns");
+    assert!((rows[rows.len() - 1][0] - rows[0][0] - 360.0 * number("turns")).abs() < 1e-6);
+    assert!((rows[rows.len() - 1][1] - number("cut_s")).abs() <= period);
+    for pair in rows.windows(2).take(rows.len() - 2) {
+        let quotient = |column: usize| (pair[1][column] - pair[0][column]) / period;
+        let mean = |column: usize| 0.5 * (pair[1][column] + pair[0][column]);
+        assert!((quotient(0).to_radians() - mean(2)).abs() < 1e-2, "C at {} s", pair[0][1]);
+        let x_acceleration = rows.iter().map(|row| row[6].abs()).fold(1.0, f64::max);
+        assert!((quotient(5) - mean(6)).abs() < 0.02 * x_acceleration, "X at {} s", pair[0][1]);
+        assert!(pair[0][8] >= 0.0);
+    }
+    let last_turn = rows.iter().rev().take_while(|row| rows[rows.len() - 1][0] - row[0] < 359.0);
+    assert!(last_turn.map(|row| row[8]).fold(0.0, f64::max) < 1e-9, "the last spark-out turn removes nothing");
+}
+
+#[test]
+fn a_job_that_cannot_be_made_leaves_no_files() {
+    let folder = Folder::new("refused");
+    let out = folder.0.join("out");
+    let output = plan("eccentric", &out, &["infeed.total_mm=0.35".into()]);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{errors}");
+    assert!(errors.contains("whole turns are needed"), "{errors}");
+    assert!(!out.exists());
+}
