@@ -14,16 +14,17 @@ pub struct Setpoint {
 }
 
 /// An input of the machine whose edges are caught.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Input {
     /// The origin detector of the headstock.
+    #[default]
     Origin,
     /// The limit switch of a station, by its index in the machine description.
     Station(usize),
 }
 
 /// The position of an axis at the edge of an input, caught by the machine itself.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Latch {
     /// Tick within which the edge was seen.
     pub tick: u64,

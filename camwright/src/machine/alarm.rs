@@ -19,10 +19,11 @@ pub enum Severity {
     PowerOff = 3,
 }
 
-/// The kinds of alarm.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// The kinds of alarm, those of the machine and those that a node raises itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum AlarmKind {
     /// Emergency stop pressed (a simulation of one; not a safety function).
+    #[default]
     EStop,
     /// An axis ran onto its hard limit switch. Value and bound: position (mm).
     Overtravel(Axis),
@@ -58,6 +59,12 @@ pub enum AlarmKind {
     WheelContact,
     /// The wheel is smaller than its smallest usable radius. Value and bound: radius (mm).
     WheelWorn,
+    /// A motion asks for a position of an axis whose zero is not known.
+    NotHomed(Axis),
+    /// A cut begins where the axis is not. Value: where it is, bound: where it should be (mm or rad).
+    NotAtStart(Axis),
+    /// A segment of a plan cannot be executed. Value: its index.
+    BadSegment,
 }
 
 /// One row of the alarm table.
@@ -74,7 +81,7 @@ pub struct AlarmEntry {
 }
 
 /// Number of kinds, those of an axis counted once per axis; no more alarms than this are ever active.
-pub const ALARM_KINDS: usize = 32;
+pub const ALARM_KINDS: usize = 39;
 
 impl AlarmKind {
     /// Every kind, in the order of the numbers.
@@ -111,6 +118,13 @@ impl AlarmKind {
         AlarmKind::WheelStoppedInCut,
         AlarmKind::WheelContact,
         AlarmKind::WheelWorn,
+        AlarmKind::NotHomed(Axis::C),
+        AlarmKind::NotHomed(Axis::X),
+        AlarmKind::NotHomed(Axis::Z),
+        AlarmKind::NotAtStart(Axis::C),
+        AlarmKind::NotAtStart(Axis::X),
+        AlarmKind::NotAtStart(Axis::Z),
+        AlarmKind::BadSegment,
     ];
 
     /// The axis it is about.
@@ -123,7 +137,9 @@ impl AlarmKind {
             | AlarmKind::DriveFault(axis)
             | AlarmKind::SetpointVelocity(axis)
             | AlarmKind::SetpointAcceleration(axis)
-            | AlarmKind::SetpointJump(axis) => Some(axis),
+            | AlarmKind::SetpointJump(axis)
+            | AlarmKind::NotHomed(axis)
+            | AlarmKind::NotAtStart(axis) => Some(axis),
             _ => None,
         }
     }
@@ -202,6 +218,11 @@ impl AlarmKind {
                 "reset, retract the wheel, look at the part; start the wheel before the advance",
             ),
             AlarmKind::WheelWorn => (102, "wheel worn", Warning, "mount a new wheel"),
+            AlarmKind::NotHomed(_) => (110 + digit, "not homed", Stop, "reset and home the axis"),
+            AlarmKind::NotAtStart(_) => {
+                (120 + digit, "not at start", Stop, "reset and start the job from its beginning")
+            }
+            AlarmKind::BadSegment => (130, "bad segment", Stop, "reset and plan the job again"),
         };
         AlarmEntry { number, name, severity, remedy }
     }
@@ -214,7 +235,7 @@ impl AlarmKind {
 }
 
 /// An alarm that was raised. Its text is made by [`fmt::Display`], outside the cyclic path.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Alarm {
     /// What happened.
     pub kind: AlarmKind,
@@ -268,6 +289,12 @@ impl fmt::Display for Alarm {
             AlarmKind::WheelContact => {
                 write!(f, "the wheel touched the part without running, {:.4} mm deep", self.value)
             }
+            AlarmKind::NotHomed(axis) => write!(f, "{}: its zero is not known", axis.joint()),
+            AlarmKind::NotAtStart(axis) => {
+                let (is, wanted) = (Quantity(axis, self.value, ""), Quantity(axis, self.bound, ""));
+                write!(f, "{}: the cut begins at {wanted}, the axis is at {is}", axis.joint())
+            }
+            AlarmKind::BadSegment => write!(f, "segment {} cannot be executed", self.value),
             AlarmKind::WheelWorn => {
                 write!(f, "wheel radius {:.3} mm, smallest usable {:.3} mm", self.value, self.bound)
             }

@@ -5,13 +5,13 @@ use crate::machine::axis::{AxisState, Span};
 use crate::machine::contact::Contact;
 use crate::machine::description::{AXIS_COUNT, Axis, DescriptionError, MachineDescription};
 use crate::machine::fault::Fault;
-use crate::machine::fixed::FixedList;
 use crate::machine::plausibility::{Implausible, Plausibility};
 use crate::machine::report::{AxisReport, IoState, MAX_LATCHES, MotionState, TickReport};
 use crate::machine::sensors::{Edge, OriginDetector, OvertravelSwitches, StationSwitch};
 use crate::machine::state::LastingState;
 use crate::machine::wheel::WheelSpindle;
 use crate::machine::workpiece::{Lobe, LobeError, Removal, WheelPosition, Workpiece};
+use crate::numeric::fixed_list::FixedList;
 use crate::setpoint::{Input, Latch, Setpoint};
 use crate::units::TURN_RAD;
 use alloc::string::{String, ToString};
@@ -285,7 +285,7 @@ impl Machine {
                 return Err(ResetRefused::Moving(axis));
             }
         }
-        self.alarms.clear();
+        self.alarms = FixedList::new();
         self.power_off_due = false;
         self.powered = self.drives_ordered;
         self.mode = Mode::Following;

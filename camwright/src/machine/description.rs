@@ -6,9 +6,10 @@ use alloc::vec::Vec;
 use thiserror::Error;
 
 /// Index of an axis in everything that has one value per axis. The order is that of the setpoint message.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub enum Axis {
     /// Headstock: rotates the part. Continuous, positive turns the part clockwise seen from +Z when `rotation_sense` is +1.
+    #[default]
     C = 0,
     /// Wheelhead: distance of the wheel's cutting point from the spindle axis, + away from the part.
     X = 1,

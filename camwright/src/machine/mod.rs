@@ -15,7 +15,6 @@ pub mod contact;
 mod cyclic;
 pub mod description;
 pub mod fault;
-pub mod fixed;
 pub mod plausibility;
 pub mod reference;
 pub mod report;

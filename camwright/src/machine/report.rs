@@ -2,8 +2,8 @@
 
 use crate::machine::alarm::{ALARM_KINDS, Alarm};
 use crate::machine::description::AXIS_COUNT;
-use crate::machine::fixed::FixedList;
 use crate::machine::workpiece::Removal;
+use crate::numeric::fixed_list::FixedList;
 use crate::setpoint::Latch;
 
 /// Most edges told by one tick; the dog passes one switch at a time, the headstock at most one mark.

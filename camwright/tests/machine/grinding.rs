@@ -1,0 +1,202 @@
+use super::{ease, follow, ideal, idle, machine, setpoint, travel};
+use camwright::machine::alarm::AlarmKind;
+use camwright::machine::description::{Axis, DriveSettings, MachineDescription};
+use camwright::machine::fault::Fault;
+use camwright::machine::simulate::run;
+use camwright::machine::state::LastingState;
+use camwright::machine::workpiece::DEFAULT_AZIMUTHS;
+use camwright::machine::{Machine, MachineCommand};
+use camwright::setpoint::Setpoint;
+use camwright::units::TURN_RAD;
+
+const WHEEL_MM: f64 = 60.0;
+/// Table at the first station.
+const Z_MM: f64 = 60.0;
+
+/// A disc of this radius whose centre lies this far from the axis, at azimuth 0.
+#[derive(Clone, Copy)]
+struct Eccentric {
+    radius_mm: f64,
+    offset_mm: f64,
+}
+
+impl Eccentric {
+    /// `x_axis` and its first and second derivative over the wheel-line angle:
+    /// X = E cos θ + √((r+R)² − E² sin² θ) − R.
+    fn path(self, angle: f64) -> (f64, f64, f64) {
+        let (e, l) = (self.offset_mm, self.radius_mm + WHEEL_MM);
+        let (s, c) = angle.sin_cos();
+        let root = (l * l - e * e * s * s).sqrt();
+        let first = -e * e * s * c / root;
+        let second = -e * e * (c * c - s * s) / root - first * first / root;
+        (e * c + root - WHEEL_MM, -e * s + first, -e * c + second)
+    }
+
+    /// Polar radius at an azimuth of the part.
+    fn radius(self, azimuth: f64) -> f64 {
+        let (s, c) = azimuth.sin_cos();
+        self.offset_mm * c + (self.radius_mm.powi(2) - (self.offset_mm * s).powi(2)).sqrt()
+    }
+}
+
+/// C turns `turns` times from 0, X on the path over it; at rest at both ends.
+fn path_setpoints(description: &MachineDescription, disc: Eccentric, turns: f64, ticks: u32) -> Vec<Setpoint> {
+    let sense = f64::from(description.rotation_sense);
+    let seconds = f64::from(ticks) * description.cycle_time_s();
+    (0..=ticks)
+        .map(|k| {
+            let (share, first, second) = ease(f64::from(k) / f64::from(ticks));
+            let whole = turns * TURN_RAD;
+            let (c, c1, c2) = (whole * share, whole * first / seconds, whole * second / seconds / seconds);
+            let (x, x1, x2) = disc.path(sense * c);
+            let (x1, x2) = (sense * x1 * c1, x2 * c1 * c1 + sense * x1 * c2);
+            setpoint(description, [c, x, Z_MM], [c1, x1, 0.0], [c2, x2, 0.0])
+        })
+        .collect()
+}
+
+fn loaded(description: &MachineDescription, blank_mm: f64) -> Machine {
+    let mut machine = machine(description);
+    machine.load_lobe("I1", "LS1", 15.0, vec![blank_mm; DEFAULT_AZIMUTHS]).expect("a round blank");
+    machine
+}
+
+/// Grinds the disc and returns the deviation of every azimuth (mm).
+fn ground(description: &MachineDescription, disc: Eccentric, turns: f64, ticks: u32) -> Vec<f64> {
+    let mut machine = loaded(description, disc.radius_mm + disc.offset_mm + 0.2);
+    let setpoints = path_setpoints(description, disc, turns, ticks);
+    machine.place(setpoints[0].counts);
+    let outcome = run(&mut machine, setpoints.iter().map(|setpoint| (Some(*setpoint), &[][..])));
+    assert_eq!(outcome.stopped_by, None);
+    let lobe = machine.part().lobe("I1").expect("it was loaded");
+    let step = TURN_RAD / DEFAULT_AZIMUTHS as f64;
+    lobe.radii_mm().iter().enumerate().map(|(i, radius)| radius - disc.radius(i as f64 * step)).collect()
+}
+
+fn extremes(deviation: &[f64]) -> (f64, f64) {
+    deviation.iter().fold((f64::MAX, f64::MIN), |(low, high), d| (low.min(*d), high.max(*d)))
+}
+
+#[test]
+fn a_cylinder_is_ground_to_the_distance_of_the_wheel() {
+    let (low, high) = extremes(&ground(&ideal(), Eccentric { radius_mm: 20.0, offset_mm: 0.0 }, 3.0, 2000));
+    // 0.05 µm is what the sweep may leave as cusps, 0.01 µm is a count.
+    assert!(low > -1e-5 && high < 5e-5, "{low} {high}");
+}
+
+/// X = E cos θ + √((r+R)² − E² sin² θ) gives the disc of radius r at distance E again, in both senses of rotation.
+#[test]
+fn an_eccentric_is_ground_by_its_exact_path() {
+    for (radius_mm, offset_mm) in [(19.0, 4.2), (25.0, 1.0), (14.8, 6.0)] {
+        for sense in [1, -1] {
+            let mut description = ideal();
+            description.rotation_sense = sense;
+            let deviation = ground(&description, Eccentric { radius_mm, offset_mm }, 3.0, 6000);
+            let (low, high) = extremes(&deviation);
+            assert!(low > -1e-4 && high < 1e-4, "{radius_mm} {offset_mm} {sense}: {low} {high}");
+        }
+    }
+}
+
+/// Loops of first order with gain Kv and no feed-forward shrink an eccentricity E turned at speed w by E w²/(2 Kv²):
+/// the side where the disc stands out is cut too deep by as much.
+#[test]
+fn servo_lag_grinds_the_eccentricity_smaller_by_its_closed_form() {
+    let kv = 100.0;
+    let mut lagging = ideal().with_drives(DriveSettings {
+        kv_1_s: kv,
+        velocity_feed_forward: 0.0,
+        acceleration_feed_forward: 0.0,
+        velocity_loop_rad_s: None,
+    });
+    // Such drives would trip: at 60 rpm C lags by 3.6°.
+    for axis in &mut lagging.axes {
+        (axis.max_following_error, axis.min_following_error) = (10.0, 10.0);
+    }
+    // The speed of the eased motion is largest in its middle, 1.875 times the mean.
+    let (turns, ticks) = (9.0, 16_875_u32);
+    let speed = 1.875 * turns * TURN_RAD / (f64::from(ticks) * 1e-3);
+    let disc = Eccentric { radius_mm: 19.0, offset_mm: 4.2 };
+    let (low, _) = extremes(&ground(&lagging, disc, turns, ticks));
+    let expected = -disc.offset_mm * speed * speed / (2.0 * kv * kv);
+    // The second harmonic of the path, E²/(4 (r+R)), shrinks four times as much.
+    let second = disc.offset_mm.powi(2) / (4.0 * (disc.radius_mm + WHEEL_MM)) * 4.0 * speed * speed / (2.0 * kv * kv);
+    assert!((low - expected).abs() < second + 0.03 * expected.abs(), "{low} {expected} {second}");
+}
+
+#[test]
+fn what_is_removed_is_what_the_part_has_less() {
+    let description = ideal();
+    let disc = Eccentric { radius_mm: 19.0, offset_mm: 4.2 };
+    let mut machine = loaded(&description, 23.4);
+    let setpoints = path_setpoints(&description, disc, 2.0, 3000);
+    machine.place(setpoints[0].counts);
+    let removed: f64 = follow(&mut machine, &setpoints).iter().map(|report| report.removal.area_mm2).sum();
+    let area = |radii: &[f64]| radii.iter().map(|r| r * r).sum::<f64>() * 0.5 * TURN_RAD / radii.len() as f64;
+    let left = area(machine.part().lobe("I1").expect("it was loaded").radii_mm());
+    assert!((removed + left - 0.5 * TURN_RAD * 23.4 * 23.4).abs() < 1e-8);
+    assert!((left - 0.5 * TURN_RAD * 19.0 * 19.0).abs() < 1e-2, "the disc's own area is left: {left}");
+}
+
+#[test]
+fn only_the_lobe_in_front_of_the_wheel_is_cut() {
+    let description = ideal();
+    let mut machine = loaded(&description, 23.4);
+    machine.load_lobe("E1", "LS2", 15.0, vec![23.4; 720]).expect("a round blank");
+    let setpoints = path_setpoints(&description, Eccentric { radius_mm: 19.0, offset_mm: 4.2 }, 1.0, 2000);
+    machine.place(setpoints[0].counts);
+    let reports = follow(&mut machine, &setpoints);
+    assert!(reports.iter().all(|report| report.lobe == Some(0)));
+    assert!(machine.part().lobe("E1").expect("it was loaded").radii_mm().iter().all(|r| (r - 23.4).abs() < 1e-15));
+    assert!(machine.part().lobe("I1").expect("it was loaded").radii_mm().iter().any(|r| *r < 20.0));
+}
+
+#[test]
+fn a_wheel_that_does_not_run_touches_and_does_not_cut() {
+    let description = ideal();
+    let mut machine = loaded(&description, 23.0);
+    let to_station = travel(&machine, Axis::Z, Z_MM, 1500);
+    follow(&mut machine, &to_station);
+    let advance = travel(&machine, Axis::X, -98.0, 2000);
+    let reports = follow(&mut machine, &advance);
+    let raised: Vec<_> = reports.iter().flat_map(|report| report.raised.to_vec()).map(|alarm| alarm.kind).collect();
+    assert_eq!(raised, [AlarmKind::WheelContact]);
+    assert!(!reports.last().expect("2000 ticks").io.drives_on);
+    assert!(machine.part().lobes()[0].radii_mm().iter().all(|r| (r - 23.0).abs() < 1e-15));
+}
+
+#[test]
+fn a_wheel_that_stalls_in_the_cut_stops_the_axes() {
+    let description = ideal();
+    let mut machine = loaded(&description, 23.4);
+    let setpoints = path_setpoints(&description, Eccentric { radius_mm: 19.0, offset_mm: 4.2 }, 2.0, 3000);
+    machine.place(setpoints[0].counts);
+    follow(&mut machine, &setpoints[..1000]);
+    let report = machine.step(Some(&setpoints[1000]), &[], &[Fault::WheelStall(true)]);
+    assert_eq!(report.raised.first().map(|alarm| alarm.kind), Some(AlarmKind::WheelStoppedInCut));
+}
+
+#[test]
+fn the_wheel_runs_up_when_ordered_and_a_worn_one_warns() {
+    let description = ideal();
+    let lasting = LastingState { wheel_radius_mm: 44.0, ..LastingState::new(&description) };
+    let mut machine = Machine::new(description, lasting).expect("valid");
+    let report = machine.step(None, &[MachineCommand::WheelStart], &[]);
+    assert_eq!(report.raised.first().map(|alarm| alarm.kind), Some(AlarmKind::WheelWorn));
+    assert!(!report.io.wheel_running);
+    assert!(idle(&mut machine, 2000).last().expect("2000 ticks").io.wheel_running);
+    let report = machine.step(None, &[MachineCommand::WheelStop], &[]);
+    assert!(!report.io.wheel_running && report.raised.is_empty());
+}
+
+#[test]
+fn lobes_that_do_not_fit_the_machine_are_refused() {
+    let mut machine = loaded(&ideal(), 20.0);
+    let blank = || vec![20.0; 360];
+    assert!(machine.load_lobe("E1", "LS9", 15.0, blank()).is_err());
+    assert!(machine.load_lobe("E1", "LS1", 15.0, blank()).is_err(), "taken by I1");
+    assert!(machine.load_lobe("I1", "LS1", 15.0, blank()).is_ok(), "the same lobe anew");
+    assert_eq!(machine.part().lobes().len(), 1);
+    machine.clear_part();
+    assert!(!machine.step(None, &[], &[]).io.part_present);
+}

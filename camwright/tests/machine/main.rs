@@ -1,0 +1,65 @@
+//! The simulated machine: what it does with setpoints, and what it leaves of a part.
+
+mod grinding;
+mod motion;
+
+use camwright::machine::Machine;
+use camwright::machine::description::{AXIS_COUNT, Axis, DriveSettings, MachineDescription};
+use camwright::machine::reference::cam_grinder;
+use camwright::machine::report::TickReport;
+use camwright::machine::state::LastingState;
+use camwright::setpoint::Setpoint;
+
+/// The reference machine with ideal drives.
+fn ideal() -> MachineDescription {
+    cam_grinder().with_drives(DriveSettings::IDEAL)
+}
+
+fn machine(description: &MachineDescription) -> Machine {
+    Machine::new(description.clone(), LastingState::new(description)).expect("the reference machine is valid")
+}
+
+/// A setpoint from positions, speeds and accelerations (mm or rad, s).
+fn setpoint(
+    description: &MachineDescription,
+    position: [f64; AXIS_COUNT],
+    velocity: [f64; AXIS_COUNT],
+    acceleration: [f64; AXIS_COUNT],
+) -> Setpoint {
+    Setpoint { counts: std::array::from_fn(|i| description.axes[i].scale.counts(position[i])), velocity, acceleration }
+}
+
+/// Share of a move done at share `u` of its time, with its first and second derivative: 10u³ − 15u⁴ + 6u⁵.
+fn ease(u: f64) -> (f64, f64, f64) {
+    (
+        u * u * u * (10.0 + u * (-15.0 + u * 6.0)),
+        u * u * (30.0 + u * (-60.0 + u * 30.0)),
+        u * (60.0 + u * (-180.0 + u * 120.0)),
+    )
+}
+
+/// A move of one axis by `distance` (mm or rad) in `ticks` from where the machine's setpoint rests.
+fn travel(machine: &Machine, axis: Axis, distance: f64, ticks: u32) -> Vec<Setpoint> {
+    let (rest, i) = (machine.setpoint(), axis.index());
+    let scale = machine.description().axes[i].scale;
+    let seconds = f64::from(ticks) * machine.description().cycle_time_s();
+    (1..=ticks)
+        .map(|k| {
+            let (share, first, second) = ease(f64::from(k) / f64::from(ticks));
+            let mut setpoint = rest;
+            setpoint.counts[i] = rest.counts[i] + scale.counts(distance * share);
+            setpoint.velocity[i] = if k == ticks { 0.0 } else { distance * first / seconds };
+            setpoint.acceleration[i] = if k == ticks { 0.0 } else { distance * second / seconds / seconds };
+            setpoint
+        })
+        .collect()
+}
+
+/// Runs setpoints through a machine.
+fn follow(machine: &mut Machine, setpoints: &[Setpoint]) -> Vec<TickReport> {
+    setpoints.iter().map(|setpoint| machine.step(Some(setpoint), &[], &[])).collect()
+}
+
+fn idle(machine: &mut Machine, ticks: u32) -> Vec<TickReport> {
+    (0..ticks).map(|_| machine.step(None, &[], &[])).collect()
+}

@@ -1,0 +1,82 @@
+//! The cyclic path of the machine does not allocate: a test of its own, since it replaces the allocator.
+
+use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use camwright::machine::alarm::AlarmKind;
+use camwright::machine::buffer::{Chunk, SetpointBuffer, TailPoint};
+use camwright::machine::description::Axis;
+use camwright::machine::fault::Fault;
+use camwright::machine::reference::cam_grinder;
+use camwright::machine::state::LastingState;
+use camwright::machine::{Machine, MachineCommand};
+use camwright::setpoint::{Input, Setpoint};
+
+#[global_allocator]
+static ALLOCATOR: AllocDisabler = AllocDisabler;
+
+/// Chunks come, setpoints run, the wheel cuts, edges are caught, faults strike, alarms are raised.
+#[test]
+fn a_tick_does_not_allocate_whatever_happens_in_it() {
+    let description = cam_grinder();
+    let mut machine = Machine::new(description.clone(), LastingState::new(&description)).expect("valid");
+    machine.load_lobe("I1", "LS1", 15.0, vec![23.0; 3600]).expect("a round blank");
+    machine.place([0, 2_290_000, 600_000]);
+    let mut buffer = SetpointBuffer::new(&description, machine.setpoint());
+    let faults = [
+        Fault::StuckInput { input: Input::Station(0), level: Some(true) },
+        Fault::EncoderOffset { axis: Axis::Z, offset: 0.01 },
+        Fault::DriveGain { axis: Axis::X, factor: 0.9 },
+        Fault::WheelStall(true),
+        Fault::EStop(true),
+        Fault::EStop(false),
+    ];
+    // C at constant acceleration: v = a t, c = a t²/2.
+    let (acceleration, rest) = (20.0, machine.setpoint());
+    let at = |tick: u64| {
+        let t = tick as f64 * 1e-3;
+        let mut setpoint = rest;
+        setpoint.counts[0] = description.axes[0].scale.counts(0.5 * acceleration * t * t);
+        setpoint.velocity[0] = acceleration * t;
+        setpoint.acceleration[0] = acceleration;
+        setpoint
+    };
+    let mut dense = [Setpoint::default(); 8];
+    let (mut removed, mut edges, mut raised) = (0.0, 0, 0);
+    for first in (1..800).step_by(8) {
+        for (tick, setpoint) in (first..).zip(&mut dense) {
+            *setpoint = at(tick);
+        }
+        let (mut end, stop) = (at(first + 7), 2 * first + 40);
+        // The stop: as long as the way there, at the same deceleration, so as far again.
+        end.counts[0] *= 2;
+        end.velocity[0] = 0.0;
+        end.acceleration[0] = 0.0;
+        let tail = [TailPoint { tick: stop, setpoint: end }];
+        let chunk = Chunk { first_tick: first, dense: &dense, tail: &tail, is_final: false };
+        assert_no_alloc(|| {
+            buffer.accept(&chunk, machine.tick()).expect("each continues the one before");
+            for tick in first..first + 8 {
+                let setpoint = buffer.at(tick);
+                let order = [MachineCommand::WheelStart];
+                let report = machine.step(setpoint.as_ref(), &order, &[]);
+                buffer.executed(tick);
+                removed += report.removal.area_mm2;
+                edges += report.latches.len();
+                raised += report.raised.len();
+            }
+        });
+    }
+    assert!(removed > 1.0 && edges > 0, "it was a cut: {removed} mm², {edges} edges");
+    assert_eq!(raised, 0);
+    assert_no_alloc(|| {
+        for fault in &faults {
+            raised += machine.step(None, &[], core::slice::from_ref(fault)).raised.len();
+        }
+        machine.raise(AlarmKind::CommandGap, 2.0, 1.0);
+        for _ in 0..3000 {
+            raised += machine.step(None, &[MachineCommand::SetHome { axis: Axis::C, counts: 5 }], &[]).raised.len();
+        }
+        machine.reset().expect("the axes rest");
+        buffer.open(machine.setpoint());
+    });
+    assert!(raised >= 3, "{raised}");
+}
