@@ -18,7 +18,7 @@ use rustdds::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::{names, qos::Qos};
+use super::{names, qos::Qos, rtps::Beside};
 
 /// Identity of an endpoint: DDS GUID.
 pub type Guid = [u8; 16];
@@ -151,9 +151,12 @@ impl Graph {
     }
 
     /// Takes what discovery has reported; returns sentences about endpoints that cannot talk to ours.
-    pub(super) fn drain(&self, events: &DomainParticipantStatusListener) -> Vec<String> {
+    pub(super) fn drain(&self, events: &DomainParticipantStatusListener, beside: &Beside) -> Vec<String> {
         let mut news = false;
         while let Some(event) = events.try_recv_status() {
+            if let DomainParticipantStatusEvent::RemoteWriterMatched { local_reader, remote_writer } = &event {
+                beside.writer_matched(local_reader, remote_writer);
+            }
             news |= self.state().apply(event);
         }
         if news {

@@ -41,6 +41,7 @@ mod parameter_services;
 mod parameters;
 mod params_file;
 mod qos;
+mod rtps;
 mod services;
 mod shutdown;
 mod topics;

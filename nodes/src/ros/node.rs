@@ -22,6 +22,7 @@ use super::{
     names::{NameKind, Names},
     parameters::{Parameter, Parameters},
     qos::Qos,
+    rtps::Beside,
     shutdown::Shutdown,
     type_description,
 };
@@ -123,6 +124,7 @@ pub(super) struct NodeInner {
     logger: Logger,
     parameters: OnceLock<Parameters>,
     clock: OnceLock<TimeSource>,
+    beside: Arc<Beside>,
     delay_injection: Option<DelayInjection>,
     next_delay: Mutex<u64>,
     crate_side: Mutex<Option<CrateSide>>,
@@ -145,6 +147,7 @@ impl NodeInner {
         // Dropping the node publishes the list of nodes without it; the participant must live until that is on its way.
         drop(node);
         std::thread::sleep(FAREWELL);
+        self.beside.farewell();
         drop(context);
         drop(participant);
     }
@@ -193,8 +196,10 @@ impl Node {
         let crate_options = ros2_client::NodeOptions::new().enable_rosout(false).start_parameter_services(false);
         let node = context.new_node(node_name, crate_options).map_err(|error| failed(error.to_string()))?;
 
-        let executor =
-            Executor::new().map_err(|source| RosError::Io { what: format!("node {fully_qualified}"), source })?;
+        let io = |source| RosError::Io { what: format!("node {fully_qualified}"), source };
+        let executor = Executor::new().map_err(io)?;
+        let (domain_id, participant_id) = (participant.domain_id(), participant.participant_id());
+        let beside = Beside::new(participant.guid(), domain_id, participant_id, args.discovery_range()).map_err(io)?;
         let logger = Logger::new(&names, &args);
         let graph = Arc::<Graph>::default();
         graph.set_own(participant.guid());
@@ -207,6 +212,7 @@ impl Node {
                 logger,
                 parameters: OnceLock::new(),
                 clock: OnceLock::new(),
+                beside: Arc::new(beside),
                 delay_injection,
                 next_delay: Mutex::new(0),
                 crate_side: Mutex::new(Some(CrateSide { node, context, participant: participant.clone() })),
@@ -225,11 +231,12 @@ impl Node {
 
     fn watch_graph(&self, participant: &DomainParticipant) -> Result<(), RosError> {
         let (graph, logger) = (Arc::clone(self.graph()), self.logger().clone());
+        let beside = Arc::clone(&self.inner.beside);
         let events = self
             .executor()
             .add_source(participant.status_listener(), |events| {
                 Box::new(move |_| {
-                    for sentence in graph.drain(&events) {
+                    for sentence in graph.drain(&events, &beside) {
                         logger.warn(&sentence);
                     }
                     false
