@@ -69,15 +69,13 @@ impl<'a> Sequence<'a> {
     pub(super) fn prepare(&mut self) -> Result<(), PlanError> {
         let of = Of::part(Phase::Home);
         self.move_axis(of, Axis::X, self.counts(Axis::X, self.job.home.x_mm), None, "wheel clear of the part")?;
-        let half_window = self.machine.origin_half_window_rad;
         let distance = if self.start.c_homed {
-            wrap_turn(-half_window - self.machine.axis(Axis::C).scale.position(self.at[Axis::C.index()]))
+            wrap_turn(-self.machine.axis(Axis::C).scale.position(self.at[Axis::C.index()]))
         } else {
             0.5 * TURN_RAD
         };
-        // The detector closes half a window before its centre, where the key-way faces the wheel.
-        let offset = self.counts(Axis::C, half_window);
-        self.search(of, Axis::C, "origin", HOMING_TURNS * TURN_RAD, distance, offset, "headstock to its origin")?;
+        // The latch catches the index mark at the window's centre, where the key-way faces the wheel.
+        self.search(of, Axis::C, "origin", HOMING_TURNS * TURN_RAD, distance, 0, "headstock to its origin")?;
         self.at[Axis::C.index()] = 0;
         self.command(of, Command::SetHome(Axis::C), "origin is zero");
         self.move_axis(of, Axis::C, 0, None, "key-way to the wheel")?;

@@ -272,7 +272,7 @@ impl Interpolator {
     fn return_to_edge(&mut self, tick: u64, motion: &Prepared, out: &mut StepOutput) {
         let (Some(latch), Some(segment)) = (self.caught, motion.plan.segments.get(self.segment)) else { return };
         let SegmentKind::Search { axis, offset_counts, limits, .. } = &segment.kind else { return };
-        // The zero of `SetHome` is where the search stands, not its edge: the origin closes half a window early.
+        // The zero of `SetHome` is where the search stands: its edge and its offset.
         self.references[axis.index()] = latch.counts + offset_counts;
         let target = AxisTarget { axis: *axis, target_counts: latch.counts + offset_counts, limits: *limits };
         match self.enter_line(&[target], Purpose::Return, tick) {

@@ -300,8 +300,8 @@ fn homing_plan(axes: &[Axis], machine: &MachineDescription) -> Result<Plan, Prep
                 axis: *axis,
                 input: "origin".to_string(),
                 travel_counts: counts_per_turn + counts_per_turn / 4,
-                // The detector closes half a window before its centre, which is the zero.
-                offset_counts: description.scale.counts(machine.origin_half_window_rad),
+                // The latch catches the index mark at the window's centre, which is the zero.
+                offset_counts: 0,
                 limits,
             },
             "search the origin",

@@ -1,14 +1,17 @@
 //! `camwright run`: the whole cell in one process, or the job on a cell that runs already.
 
 use crate::axis_interpolator::AxisInterpolator;
+use crate::config::job_file;
 use crate::job_planner::JobPlanner;
 use crate::machine_sim::MachineSim;
+use crate::planning;
 use crate::ros::{
     ClientGoal, GoalStatus, Lifecycle, Node, NodeOptions, ParameterValue, Qos, RosArgs, RosLayer, Shutdown, Subscription,
     Transition,
 };
 use crate::run_logger::RunLogger;
 use crate::running::NodeError;
+use camwright::machine::description::DriveSettings;
 use camwright::units::deg_from_rad;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobFeedback, RunJobGoal, RunJobResult};
 use camwright_msgs::camwright_msgs::msg::{JobStatus, LobeResult, RecorderStatus};
@@ -94,7 +97,9 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     }
     client.node.shutdown();
     let (status, result) = outcome?;
-    let report = Report { job: &job, status, result: &result, bag: (!args.attach).then_some(&bag), took: started.elapsed() };
+    let took = started.elapsed();
+    let ideal = if result.success { on_ideal_drives(&job, args) } else { None };
+    let report = Report { job: &job, status, result: &result, ideal, bag: (!args.attach).then_some(&bag), took };
     if args.json { report.print_json() } else { report.print() }
     Ok(report.exit_code())
 }
@@ -289,11 +294,20 @@ fn um(m: f64) -> f64 {
     camwright::units::um_from_mm(crate::convert::mm_from_m(m))
 }
 
+/// What the same job grinds on ideal drives, by a rehearsal with the machine's overrides but no ROS.
+fn on_ideal_drives(job: &str, args: &RunArgs) -> Option<Vec<LobeResult>> {
+    let mut job = job_file::load(job, &args.set).ok()?;
+    job.machine = job.machine.with_overrides(&args.set_machine).ok()?;
+    let prepared = planning::plan(job, None).ok()?;
+    planning::rehearse_job(&prepared, Some(DriveSettings::IDEAL), |_, _| {}).ok().map(|(_, lobes)| lobes)
+}
+
 /// What is printed at the end.
 struct Report<'a> {
     job: &'a str,
     status: GoalStatus,
     result: &'a RunJobResult,
+    ideal: Option<Vec<LobeResult>>,
     bag: Option<&'a PathBuf>,
     took: Duration,
 }
@@ -335,6 +349,13 @@ impl Report<'_> {
                 deg_from_rad(lobe.form_error_max_angle),
                 um(lobe.form_error_rms),
             );
+        }
+        if let Some(ideal) = &self.ideal {
+            let errors: Vec<String> = ideal
+                .iter()
+                .map(|lobe| format!("{} {:+.3} um (rms {:.3})", lobe.name, um(lobe.form_error_max), um(lobe.form_error_rms)))
+                .collect();
+            println!("on ideal drives the same job grinds: {}", errors.join(", "));
         }
         if result.duration > 0.0 {
             println!(
@@ -400,6 +421,9 @@ impl Report<'_> {
             "bag": self.bag,
             "took_s": self.took.as_secs_f64(),
             "lobes": lobes,
+            "ideal_form_error_max_um": self.ideal.as_ref().map(|lobes| {
+                lobes.iter().map(|lobe| um(lobe.form_error_max)).collect::<Vec<_>>()
+            }),
         });
         println!("{report}");
     }

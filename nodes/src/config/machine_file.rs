@@ -102,6 +102,16 @@ pub struct Machine {
     pub source: String,
 }
 
+impl Machine {
+    /// This machine with `key=value` overrides over its file.
+    ///
+    /// # Errors
+    /// See [`parse`].
+    pub fn with_overrides(&self, overrides: &[String]) -> Result<Self, ConfigError> {
+        parse(Path::new(&self.description.name), &self.source, overrides)
+    }
+}
+
 /// Reads a machine file with `key=value` overrides.
 ///
 /// # Errors

@@ -9,11 +9,13 @@ mod blame;
 mod export;
 mod findings;
 mod lobes;
+mod rehearse;
 
 pub use blame::blame;
 pub use export::{LimitSummary, LobeSummary, Summary, lobe_times_s, summary, write};
 pub use findings::{Finding, Report, Severity, check};
 pub use lobes::{BLANK_POINTS, LobeFormError, blank, lobe_result};
+pub use rehearse::{RehearsalFailed, rehearse_job};
 
 use crate::config::ConfigError;
 use crate::config::job_file::{self, Job};
