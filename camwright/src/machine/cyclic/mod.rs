@@ -1,36 +1,27 @@
 //! The machine as it runs, one tick after the other.
 
+mod stream;
+mod sweep;
+mod telling;
+mod watch;
+
 use crate::machine::alarm::{ALARM_KINDS, Alarm, AlarmKind, Severity};
 use crate::machine::axis::{AxisState, Span};
 use crate::machine::contact::Contact;
 use crate::machine::description::{AXIS_COUNT, Axis, DescriptionError, MachineDescription};
 use crate::machine::fault::Fault;
-use crate::machine::plausibility::{Implausible, Plausibility};
-use crate::machine::report::{AxisReport, IoState, MAX_LATCHES, MotionState, TickReport};
-use crate::machine::sensors::{Edge, OriginDetector, OvertravelSwitches, StationSwitch};
+use crate::machine::plausibility::Plausibility;
+use crate::machine::report::TickReport;
+use crate::machine::sensors::{OriginDetector, OvertravelSwitches, StationSwitch};
 use crate::machine::state::LastingState;
 use crate::machine::wheel::WheelSpindle;
-use crate::machine::workpiece::{Lobe, LobeError, Removal, WheelPosition, Workpiece};
+use crate::machine::workpiece::{Lobe, LobeError, Removal, Workpiece};
 use crate::numeric::fixed_list::FixedList;
-use crate::setpoint::{Input, Latch, Setpoint};
+use crate::setpoint::{Input, Setpoint};
 use crate::units::TURN_RAD;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use thiserror::Error;
-
-/// Height of the cusps that the sweep may leave where the part is straight or convex (mm); ten times that, 0.05 µm, on
-/// a concave flank whose radius is the wheel's over 0.9, the tightest that is planned.
-///
-/// Between two positions of the wheel whose centres are d apart, seen from the part, a cusp of d² ρ/(8 R (ρ + R)) stays
-/// (R wheel, ρ part, negative where concave): at most d²/(8 R) on convex parts, which gives the largest d.
-const CUSP_MM: f64 = 5.0e-6;
-
-/// Penetration (mm) that a wheel without speed may have before it is called contact: rounding, not touch.
-const TOUCH_MM: f64 = 1.0e-4;
-
-/// Ticks after the last cut for which the loss of the wheel's speed counts as in the cut: a spark-out turn removes
-/// nothing for a while, and yet the wheel is at the part.
-const CUTTING_TICKS: u32 = 1000;
 
 /// Orders that take effect at the tick they are given to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -140,7 +131,7 @@ impl Machine {
             wheel: WheelSpindle::new(&description),
             part: Workpiece::default(),
             contact: Contact::Rigid,
-            since_cut: CUTTING_TICKS,
+            since_cut: watch::CUTTING_TICKS,
             mode: Mode::Following,
             drives_ordered: true,
             powered: true,
@@ -404,258 +395,8 @@ impl Machine {
         }
     }
 
-    fn advance_setpoint(&mut self, setpoint: Option<&Setpoint>) {
-        let cycle_time_s = self.description.cycle_time_s();
-        if matches!(self.mode, Mode::Following | Mode::Draining) {
-            match setpoint {
-                Some(setpoint) => match self.refusal(setpoint) {
-                    None => {
-                        for (i, axis) in self.axes.iter_mut().enumerate() {
-                            axis.follow(setpoint.counts[i], setpoint.velocity[i], setpoint.acceleration[i]);
-                        }
-                    }
-                    Some((kind, value, bound)) => {
-                        self.raise(kind, value, bound);
-                        self.mode = Mode::OwnStop;
-                    }
-                },
-                None if self.setpoint_moves() => {
-                    if self.mode == Mode::Following {
-                        self.raise(AlarmKind::Underrun, 0.0, 0.0);
-                    }
-                    self.mode = Mode::OwnStop;
-                }
-                None => self.axes.iter_mut().for_each(AxisState::hold),
-            }
-            if self.mode == Mode::Draining && !self.setpoint_moves() {
-                self.mode = Mode::Halted;
-            }
-        } else if self.mode == Mode::Halted {
-            self.axes.iter_mut().for_each(AxisState::hold);
-        }
-        if self.mode == Mode::OwnStop {
-            self.axes.iter_mut().for_each(|axis| axis.decelerate(cycle_time_s));
-            if !self.setpoint_moves() {
-                self.mode = Mode::Halted;
-            }
-        }
-    }
-
-    fn setpoint_moves(&self) -> bool {
-        self.axes.iter().any(|axis| axis.target().velocity != 0.0)
-    }
-
-    /// Why a setpoint cannot be followed: the alarm with its value and bound.
-    fn refusal(&self, setpoint: &Setpoint) -> Option<(AlarmKind, f64, f64)> {
-        let last = self.setpoint();
-        if let Some(misfit) = self.plausibility.misfit(&last, setpoint) {
-            let kind = match misfit.what {
-                Implausible::Velocity => AlarmKind::SetpointVelocity(misfit.axis),
-                Implausible::Acceleration => AlarmKind::SetpointAcceleration(misfit.axis),
-                Implausible::Jump => AlarmKind::SetpointJump(misfit.axis),
-            };
-            return Some((kind, misfit.value, misfit.bound));
-        }
-        for axis in Axis::ALL {
-            let i = axis.index();
-            let description = &self.description.axes[i];
-            let Some((min, max)) = description.soft_limits.filter(|_| self.axes[i].homed) else { continue };
-            let (min_counts, max_counts) = (description.scale.counts(min), description.scale.counts(max));
-            let (now, next) = (last.counts[i], setpoint.counts[i]);
-            // An axis that stands outside may come back, never go farther out.
-            let (below, above) = (next < min_counts && next < now, next > max_counts && next > now);
-            if below || above {
-                let bound = if below { min } else { max };
-                return Some((AlarmKind::SoftLimit(axis), description.scale.position(next), bound));
-            }
-        }
-        None
-    }
-
-    fn turn_wheel(&mut self) {
-        let ran = self.wheel.is_running();
-        self.wheel.step();
-        let lost = ran && !self.wheel.is_running() && (self.wheel.is_ordered() || self.estop);
-        if lost && self.since_cut < CUTTING_TICKS {
-            self.raise(AlarmKind::WheelStoppedInCut, 0.0, 0.0);
-        }
-    }
-
     fn servo_step(&mut self, index: u32) -> [Span; AXIS_COUNT] {
         let (count, step_s, powered) = (self.description.servo_steps_per_tick, self.step_s, self.powered);
         core::array::from_fn(|i| if powered { self.axes[i].step(index, count, step_s) } else { self.axes[i].coast() })
-    }
-
-    /// Inputs along a servo step.
-    fn sense(&mut self, spans: &[Span; AXIS_COUNT], latches: &mut FixedList<Latch, MAX_LATCHES>) {
-        let tick = self.tick;
-        let (headstock, table) = (&spans[Axis::C.index()], &spans[Axis::Z.index()]);
-        let mut caught = |axis: Axis, input: Input, edge: Edge, state: &AxisState| {
-            latches.push(Latch { tick, input, rising: edge.rising, axis, counts: state.reading_at(edge.position) });
-        };
-        if !headstock.is_still()
-            && let Some(edge) = self.origin.edge(headstock.from, headstock.to)
-        {
-            caught(Axis::C, Input::Origin, edge, &self.axes[Axis::C.index()]);
-        }
-        if !table.is_still() {
-            for (index, switch) in self.stations.iter_mut().enumerate() {
-                for edge in switch.pass(table.from, table.to).into_iter().flatten() {
-                    caught(Axis::Z, Input::Station(index), edge, &self.axes[Axis::Z.index()]);
-                }
-            }
-        }
-    }
-
-    /// The lobe that stands in front of the wheel: the one whose width overlaps the wheel's, the nearest if several do.
-    /// A lobe is centred on the wheel when the table stands at its station's position.
-    fn lobe_in_front(&self) -> Option<usize> {
-        let table = &self.axes[Axis::Z.index()];
-        let z = table.true_position() / table.counts_per_unit;
-        let distance = |lobe: &Lobe| (z - self.description.stations[lobe.station()].position_mm).abs();
-        self.part
-            .lobes()
-            .iter()
-            .enumerate()
-            .filter(|(_, lobe)| distance(lobe) < 0.5 * (lobe.width_mm() + self.description.wheel.width_mm))
-            .min_by(|(_, a), (_, b)| distance(a).total_cmp(&distance(b)))
-            .map(|(index, _)| index)
-    }
-
-    /// The wheel sweeps the lobe along a servo step, in steps so small that the cusps between them do not matter.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to u32 before the cast")]
-    fn grind(&mut self, lobe: usize, spans: &[Span; AXIS_COUNT]) -> Removal {
-        let (c, x) = (&spans[Axis::C.index()], &spans[Axis::X.index()]);
-        if c.is_still() && x.is_still() {
-            return Removal::default();
-        }
-        let radius_mm = self.lasting.wheel_radius_mm;
-        let (per_mm, per_rad) =
-            (self.axes[Axis::X.index()].counts_per_unit, self.axes[Axis::C.index()].counts_per_unit);
-        let turn = libm::round(TURN_RAD * per_rad);
-        let sense = f64::from(self.description.rotation_sense);
-        let lobe = self.part.lobe_mut(lobe);
-        // Between its ends the cubic swings out by less than the speeds at its ends times the step.
-        let swing = (x.from_velocity.abs() + x.to_velocity.abs()) * self.step_s;
-        if (x.from.min(x.to) - swing) / per_mm >= lobe.reach_mm() {
-            return Removal::default();
-        }
-        let centre = x.from.max(x.to) / per_mm + radius_mm;
-        let path = (c.to - c.from).abs() / per_rad * centre + (x.to - x.from).abs() / per_mm;
-        let longest = libm::sqrt(8.0 * radius_mm * CUSP_MM);
-        let positions = libm::ceil(path / longest).clamp(1.0, 10_000.0) as u32;
-        let mut removal = Removal::default();
-        for j in 1..=positions {
-            let s = f64::from(j) / f64::from(positions);
-            let wheel = WheelPosition {
-                azimuth_rad: sense * libm::fmod(c.at(s, self.step_s), turn) / turn * TURN_RAD,
-                centre_mm: x.at(s, self.step_s) / per_mm + radius_mm,
-                radius_mm,
-            };
-            removal = removal.and(lobe.pass(wheel, self.contact, self.wheel.is_running()));
-        }
-        removal
-    }
-
-    /// `LinuxCNC`'s rule: the limit grows with the speed asked for, but is never below its floor.
-    fn watch_following_error(&mut self) {
-        for axis in Axis::ALL {
-            let (state, description) = (&self.axes[axis.index()], &self.description.axes[axis.index()]);
-            let share = state.setpoint_velocity().abs() / description.limits.velocity;
-            let limit = (description.max_following_error * share).max(description.min_following_error);
-            let error = state.following_error().abs();
-            if error > limit {
-                self.raise(AlarmKind::FollowingError(axis), error, limit);
-            }
-        }
-    }
-
-    /// The alarm comes when a switch closes; a reset with the axis still on its switch lets it move back.
-    fn watch_overtravel(&mut self) {
-        for axis in Axis::ALL {
-            let i = axis.index();
-            let position = self.axes[i].true_position();
-            let beyond = self.overtravel[i].beyond(position);
-            if let Some(limit) = beyond.filter(|_| !self.beyond[i]) {
-                let per_unit = self.axes[i].counts_per_unit;
-                self.raise(AlarmKind::Overtravel(axis), position / per_unit, limit / per_unit);
-            }
-            self.beyond[i] = beyond.is_some();
-        }
-    }
-
-    fn watch_wheel(&mut self, removal: Removal) {
-        self.since_cut = if removal.area_mm2 > 0.0 { 0 } else { self.since_cut.saturating_add(1).min(CUTTING_TICKS) };
-        let over_the_axis = self.wheel.is_running() && removal.depth_mm > 0.0 && removal.area_mm2 == 0.0;
-        let still = !self.wheel.is_running() && removal.depth_mm > TOUCH_MM;
-        let known = self.alarms.iter().any(|alarm| alarm.kind == AlarmKind::WheelStoppedInCut);
-        if over_the_axis || (still && !known) {
-            self.raise(AlarmKind::WheelContact, removal.depth_mm, 0.0);
-        }
-    }
-
-    fn motion(&self, has_setpoint: bool) -> MotionState {
-        let at_rest = self.is_at_rest();
-        let needs_reset = self.alarms.iter().any(|alarm| alarm.kind.entry().severity > Severity::Warning);
-        match (needs_reset, at_rest, self.powered) {
-            (true, true, _) => MotionState::Fault,
-            (true, false, _) => MotionState::Stopping,
-            (false, _, false) => MotionState::Off,
-            (false, true, true) if !has_setpoint => MotionState::Standstill,
-            _ => MotionState::Running,
-        }
-    }
-
-    fn io(&self) -> IoState {
-        let position = |axis: Axis| self.axes[axis.index()].true_position();
-        let closed = |axis: Axis| self.overtravel[axis.index()].closed(position(axis));
-        let ((overtravel_x_min, overtravel_x_max), (overtravel_z_min, overtravel_z_max)) =
-            (closed(Axis::X), closed(Axis::Z));
-        let stations = self.stations.iter().enumerate();
-        IoState {
-            origin: self.origin.is_closed(position(Axis::C)),
-            stations: stations.fold(0, |word, (i, switch)| word | u64::from(switch.is_closed()) << i),
-            overtravel_x_min,
-            overtravel_x_max,
-            overtravel_z_min,
-            overtravel_z_max,
-            estop: self.estop,
-            drives_on: self.powered,
-            wheel_running: self.wheel.is_running(),
-            part_present: !self.part.is_empty(),
-        }
-    }
-
-    fn report(
-        &mut self,
-        has_setpoint: bool,
-        latches: FixedList<Latch, MAX_LATCHES>,
-        lobe: Option<usize>,
-        removal: Removal,
-    ) -> TickReport {
-        let cycle_time_s = self.description.cycle_time_s();
-        TickReport {
-            tick: self.tick,
-            axes: core::array::from_fn(|i| {
-                let axis = &self.axes[i];
-                AxisReport {
-                    setpoint_counts: axis.setpoint_counts(),
-                    counts: axis.counts(),
-                    position: axis.scale.position(axis.counts()),
-                    velocity: axis.velocity(),
-                    effort: axis.effort(cycle_time_s),
-                    following_error: axis.following_error(),
-                    is_at_rest: axis.is_at_rest(),
-                    is_homed: axis.homed,
-                }
-            }),
-            latches,
-            io: self.io(),
-            raised: core::mem::take(&mut self.raised),
-            motion: self.motion(has_setpoint),
-            lobe,
-            removal,
-            wheel_rad_s: self.wheel.rad_s(self.lasting.wheel_radius_mm),
-        }
     }
 }

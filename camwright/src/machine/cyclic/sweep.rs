@@ -1,0 +1,91 @@
+//! The wheel sweeps the lobe in front of it, and the inputs see the axes pass, along one servo step.
+
+use super::Machine;
+use crate::machine::axis::{AxisState, Span};
+use crate::machine::description::{AXIS_COUNT, Axis};
+use crate::machine::report::MAX_LATCHES;
+use crate::machine::sensors::Edge;
+use crate::machine::workpiece::{Lobe, Removal, WheelPosition};
+use crate::numeric::fixed_list::FixedList;
+use crate::setpoint::{Input, Latch};
+use crate::units::TURN_RAD;
+
+/// Height of the cusps that the sweep may leave where the part is straight or convex (mm); ten times that, 0.05 µm, on
+/// a concave flank whose radius is the wheel's over 0.9, the tightest that is planned.
+///
+/// Between two positions of the wheel whose centres are d apart, seen from the part, a cusp of d² ρ/(8 R (ρ + R)) stays
+/// (R wheel, ρ part, negative where concave): at most d²/(8 R) on convex parts, which gives the largest d.
+const CUSP_MM: f64 = 5.0e-6;
+
+impl Machine {
+    /// Inputs along a servo step.
+    pub(super) fn sense(&mut self, spans: &[Span; AXIS_COUNT], latches: &mut FixedList<Latch, MAX_LATCHES>) {
+        let tick = self.tick;
+        let (headstock, table) = (&spans[Axis::C.index()], &spans[Axis::Z.index()]);
+        let mut caught = |axis: Axis, input: Input, edge: Edge, state: &AxisState| {
+            latches.push(Latch { tick, input, rising: edge.rising, axis, counts: state.reading_at(edge.position) });
+        };
+        if !headstock.is_still()
+            && let Some(edge) = self.origin.edge(headstock.from, headstock.to)
+        {
+            caught(Axis::C, Input::Origin, edge, &self.axes[Axis::C.index()]);
+        }
+        if !table.is_still() {
+            for (index, switch) in self.stations.iter_mut().enumerate() {
+                for edge in switch.pass(table.from, table.to).into_iter().flatten() {
+                    caught(Axis::Z, Input::Station(index), edge, &self.axes[Axis::Z.index()]);
+                }
+            }
+        }
+    }
+
+    /// The lobe that stands in front of the wheel: the one whose width overlaps the wheel's, the nearest if several do.
+    /// A lobe is centred on the wheel when the table stands at its station's position.
+    pub(super) fn lobe_in_front(&self) -> Option<usize> {
+        let table = &self.axes[Axis::Z.index()];
+        let z = table.true_position() / table.counts_per_unit;
+        let distance = |lobe: &Lobe| (z - self.description.stations[lobe.station()].position_mm).abs();
+        self.part
+            .lobes()
+            .iter()
+            .enumerate()
+            .filter(|(_, lobe)| distance(lobe) < 0.5 * (lobe.width_mm() + self.description.wheel.width_mm))
+            .min_by(|(_, a), (_, b)| distance(a).total_cmp(&distance(b)))
+            .map(|(index, _)| index)
+    }
+
+    /// The wheel sweeps the lobe along a servo step, in steps so small that the cusps between them do not matter.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to u32 before the cast")]
+    pub(super) fn grind(&mut self, lobe: usize, spans: &[Span; AXIS_COUNT]) -> Removal {
+        let (c, x) = (&spans[Axis::C.index()], &spans[Axis::X.index()]);
+        if c.is_still() && x.is_still() {
+            return Removal::default();
+        }
+        let radius_mm = self.lasting.wheel_radius_mm;
+        let (per_mm, per_rad) =
+            (self.axes[Axis::X.index()].counts_per_unit, self.axes[Axis::C.index()].counts_per_unit);
+        let turn = libm::round(TURN_RAD * per_rad);
+        let sense = f64::from(self.description.rotation_sense);
+        let lobe = self.part.lobe_mut(lobe);
+        // Between its ends the cubic swings out by less than the speeds at its ends times the step.
+        let swing = (x.from_velocity.abs() + x.to_velocity.abs()) * self.step_s;
+        if (x.from.min(x.to) - swing) / per_mm >= lobe.reach_mm() {
+            return Removal::default();
+        }
+        let centre = x.from.max(x.to) / per_mm + radius_mm;
+        let path = (c.to - c.from).abs() / per_rad * centre + (x.to - x.from).abs() / per_mm;
+        let longest = libm::sqrt(8.0 * radius_mm * CUSP_MM);
+        let positions = libm::ceil(path / longest).clamp(1.0, 10_000.0) as u32;
+        let mut removal = Removal::default();
+        for j in 1..=positions {
+            let s = f64::from(j) / f64::from(positions);
+            let wheel = WheelPosition {
+                azimuth_rad: sense * libm::fmod(c.at(s, self.step_s), turn) / turn * TURN_RAD,
+                centre_mm: x.at(s, self.step_s) / per_mm + radius_mm,
+                radius_mm,
+            };
+            removal = removal.and(lobe.pass(wheel, self.contact, self.wheel.is_running()));
+        }
+        removal
+    }
+}

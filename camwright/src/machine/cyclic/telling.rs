@@ -1,0 +1,76 @@
+//! What a tick tells.
+
+use super::Machine;
+use crate::machine::alarm::Severity;
+use crate::machine::description::Axis;
+use crate::machine::report::{AxisReport, IoState, MAX_LATCHES, MotionState, TickReport};
+use crate::machine::workpiece::Removal;
+use crate::numeric::fixed_list::FixedList;
+use crate::setpoint::Latch;
+
+impl Machine {
+    pub(super) fn motion(&self, has_setpoint: bool) -> MotionState {
+        let at_rest = self.is_at_rest();
+        let needs_reset = self.alarms.iter().any(|alarm| alarm.kind.entry().severity > Severity::Warning);
+        match (needs_reset, at_rest, self.powered) {
+            (true, true, _) => MotionState::Fault,
+            (true, false, _) => MotionState::Stopping,
+            (false, _, false) => MotionState::Off,
+            (false, true, true) if !has_setpoint => MotionState::Standstill,
+            _ => MotionState::Running,
+        }
+    }
+
+    pub(super) fn io(&self) -> IoState {
+        let position = |axis: Axis| self.axes[axis.index()].true_position();
+        let closed = |axis: Axis| self.overtravel[axis.index()].closed(position(axis));
+        let ((overtravel_x_min, overtravel_x_max), (overtravel_z_min, overtravel_z_max)) =
+            (closed(Axis::X), closed(Axis::Z));
+        let stations = self.stations.iter().enumerate();
+        IoState {
+            origin: self.origin.is_closed(position(Axis::C)),
+            stations: stations.fold(0, |word, (i, switch)| word | u64::from(switch.is_closed()) << i),
+            overtravel_x_min,
+            overtravel_x_max,
+            overtravel_z_min,
+            overtravel_z_max,
+            estop: self.estop,
+            drives_on: self.powered,
+            wheel_running: self.wheel.is_running(),
+            part_present: !self.part.is_empty(),
+        }
+    }
+
+    pub(super) fn report(
+        &mut self,
+        has_setpoint: bool,
+        latches: FixedList<Latch, MAX_LATCHES>,
+        lobe: Option<usize>,
+        removal: Removal,
+    ) -> TickReport {
+        let cycle_time_s = self.description.cycle_time_s();
+        TickReport {
+            tick: self.tick,
+            axes: core::array::from_fn(|i| {
+                let axis = &self.axes[i];
+                AxisReport {
+                    setpoint_counts: axis.setpoint_counts(),
+                    counts: axis.counts(),
+                    position: axis.scale.position(axis.counts()),
+                    velocity: axis.velocity(),
+                    effort: axis.effort(cycle_time_s),
+                    following_error: axis.following_error(),
+                    is_at_rest: axis.is_at_rest(),
+                    is_homed: axis.homed,
+                }
+            }),
+            latches,
+            io: self.io(),
+            raised: core::mem::take(&mut self.raised),
+            motion: self.motion(has_setpoint),
+            lobe,
+            removal,
+            wheel_rad_s: self.wheel.rad_s(self.lasting.wheel_radius_mm),
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! What the machine watches for: following error, overtravel, a wheel that stops or touches.
+
+use super::Machine;
+use crate::machine::alarm::AlarmKind;
+use crate::machine::description::Axis;
+use crate::machine::workpiece::Removal;
+
+/// Penetration (mm) that a wheel without speed may have before it is called contact: rounding, not touch.
+const TOUCH_MM: f64 = 1.0e-4;
+
+/// Ticks after the last cut for which the loss of the wheel's speed counts as in the cut: a spark-out turn removes
+/// nothing for a while, and yet the wheel is at the part.
+pub(super) const CUTTING_TICKS: u32 = 1000;
+
+impl Machine {
+    /// `LinuxCNC`'s rule: the limit grows with the speed asked for, but is never below its floor.
+    pub(super) fn watch_following_error(&mut self) {
+        for axis in Axis::ALL {
+            let (state, description) = (&self.axes[axis.index()], &self.description.axes[axis.index()]);
+            let share = state.setpoint_velocity().abs() / description.limits.velocity;
+            let limit = (description.max_following_error * share).max(description.min_following_error);
+            let error = state.following_error().abs();
+            if error > limit {
+                self.raise(AlarmKind::FollowingError(axis), error, limit);
+            }
+        }
+    }
+
+    /// The alarm comes when a switch closes; a reset with the axis still on its switch lets it move back.
+    pub(super) fn watch_overtravel(&mut self) {
+        for axis in Axis::ALL {
+            let i = axis.index();
+            let position = self.axes[i].true_position();
+            let beyond = self.overtravel[i].beyond(position);
+            if let Some(limit) = beyond.filter(|_| !self.beyond[i]) {
+                let per_unit = self.axes[i].counts_per_unit;
+                self.raise(AlarmKind::Overtravel(axis), position / per_unit, limit / per_unit);
+            }
+            self.beyond[i] = beyond.is_some();
+        }
+    }
+
+    pub(super) fn watch_wheel(&mut self, removal: Removal) {
+        self.since_cut = if removal.area_mm2 > 0.0 { 0 } else { self.since_cut.saturating_add(1).min(CUTTING_TICKS) };
+        let over_the_axis = self.wheel.is_running() && removal.depth_mm > 0.0 && removal.area_mm2 == 0.0;
+        let still = !self.wheel.is_running() && removal.depth_mm > TOUCH_MM;
+        let known = self.alarms.iter().any(|alarm| alarm.kind == AlarmKind::WheelStoppedInCut);
+        if over_the_axis || (still && !known) {
+            self.raise(AlarmKind::WheelContact, removal.depth_mm, 0.0);
+        }
+    }
+
+    pub(super) fn turn_wheel(&mut self) {
+        let ran = self.wheel.is_running();
+        self.wheel.step();
+        let lost = ran && !self.wheel.is_running() && (self.wheel.is_ordered() || self.estop);
+        if lost && self.since_cut < CUTTING_TICKS {
+            self.raise(AlarmKind::WheelStoppedInCut, 0.0, 0.0);
+        }
+    }
+}
