@@ -38,9 +38,9 @@ pub(crate) struct PathTime {
     pub(crate) slope: f64,
 }
 
-/// The clock of a motion: a rate that changes from one value to another by a quintic smoothstep and then stays.
+/// From an anchor on, a rate that changes from one value to another by a quintic smoothstep and then stays.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct PathClock {
+struct Piece {
     anchor: u64,
     tau: i64,
     from: i64,
@@ -48,16 +48,10 @@ pub(crate) struct PathClock {
     ticks: u64,
 }
 
-impl PathClock {
-    /// Path time 0 at a tick, passing at a steady rate.
-    pub(crate) fn starting(tick: u64, rate: i64) -> Self {
-        Self { anchor: tick, tau: 0, from: rate, to: rate, ticks: 0 }
-    }
-
-    /// Path time at a tick, not before the anchor.
+impl Piece {
     #[allow(clippy::cast_precision_loss, reason = "ramps are short, rates at most 2^32")]
     #[allow(clippy::cast_possible_truncation, reason = "bounded by ticks · 2^32")]
-    pub(crate) fn at(&self, tick: u64) -> PathTime {
+    fn at(&self, tick: u64) -> PathTime {
         let n = tick.saturating_sub(self.anchor);
         let count = |ticks: u64| i64::try_from(ticks).unwrap_or(i64::MAX >> 33);
         let change = self.to - self.from;
@@ -76,35 +70,61 @@ impl PathClock {
         }
     }
 
-    /// Tick from which the rate is steady.
-    pub(crate) fn steady_from(&self) -> u64 {
+    fn steady_from(&self) -> u64 {
         self.anchor + self.ticks
+    }
+}
+
+/// The clock of a motion. It knows the piece before its last one too, for a stop that can only begin when a change
+/// under way is over must be told as a whole.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PathClock {
+    piece: Piece,
+    earlier: Option<Piece>,
+}
+
+impl PathClock {
+    /// Path time 0 at a tick, passing at a steady rate.
+    pub(crate) fn starting(tick: u64, rate: i64) -> Self {
+        Self { piece: Piece { anchor: tick, tau: 0, from: rate, to: rate, ticks: 0 }, earlier: None }
+    }
+
+    /// Path time at a tick.
+    pub(crate) fn at(&self, tick: u64) -> PathTime {
+        match &self.earlier {
+            Some(earlier) if tick < self.piece.anchor => earlier.at(tick),
+            _ => self.piece.at(tick),
+        }
     }
 
     /// The rate is 0 and stays 0.
     pub(crate) fn is_stopped(&self, tick: u64) -> bool {
-        self.to == 0 && tick >= self.steady_from()
+        self.piece.to == 0 && tick >= self.piece.steady_from()
     }
 
     /// Turns towards another rate from a tick on. A change already under way is finished first, so that the slope of
     /// the rate never jumps; the caller asks again every tick.
     pub(crate) fn retarget(&mut self, tick: u64, rate: i64, ticks: u64) {
-        if rate != self.to && tick >= self.steady_from() {
-            *self = Self { anchor: tick, tau: self.at(tick).tau, from: self.to, to: rate, ticks: ticks.max(1) };
+        let piece = self.piece;
+        if rate != piece.to && tick >= piece.steady_from() {
+            self.piece = Piece { anchor: tick, tau: piece.at(tick).tau, from: piece.to, to: rate, ticks: ticks.max(1) };
+            self.earlier = Some(piece);
         }
     }
 
     /// The clock that comes to a stop as soon as it can, and the tick of the stop.
     pub(crate) fn stopping(&self, tick: u64, ticks: u64) -> (Self, u64) {
         let mut clock = *self;
-        let begin = clock.steady_from().max(tick);
-        clock.retarget(begin, 0, ticks);
-        (clock, clock.steady_from().max(tick))
+        clock.retarget(self.piece.steady_from().max(tick), 0, ticks);
+        (clock, clock.piece.steady_from().max(tick))
     }
 
     /// Takes path time back, where a motion repeats itself.
     pub(crate) fn rewind(&mut self, by: i64) {
-        self.tau -= by;
+        self.piece.tau -= by;
+        if let Some(earlier) = &mut self.earlier {
+            earlier.tau -= by;
+        }
     }
 }
 
@@ -141,11 +161,13 @@ mod tests {
         let mut clock = PathClock::starting(0, ONE);
         clock.retarget(0, ONE / 2, 10);
         clock.retarget(5, ONE, 10);
-        assert_eq!(clock.to, ONE / 2);
+        assert_eq!(clock.piece.to, ONE / 2);
         clock.retarget(10, ONE, 10);
-        assert_eq!(clock.to, ONE);
+        assert_eq!(clock.piece.to, ONE);
         let (stopping, stop) = clock.stopping(12, 10);
         assert_eq!(stop, 30);
         assert!(stopping.is_stopped(30));
+        // The change under way goes on as it was until the stop begins.
+        assert_eq!(stopping.at(15), clock.at(15));
     }
 }

@@ -321,16 +321,20 @@ fn check_limits(
     let quantities = [Quantity::Velocity, Quantity::Acceleration, Quantity::Jerk];
     let mut peaks = [0.0_f64; 3];
     let mut worst: Option<(f64, TrajectoryError)> = None;
+    let mut farthest: Option<(f64, TrajectoryError)> = None;
     for pair in law.knots().windows(2) {
         for i in 0..=POINTS {
-            let time_s = pair[0].at + (pair[1].at - pair[0].at) * f64::from(i) / f64::from(POINTS);
+            // Just inside: at a knot itself the third derivative has two values.
+            let share = (f64::from(i) / f64::from(POINTS)).clamp(1e-9, 1.0 - 1e-9);
+            let time_s = pair[0].at + (pair[1].at - pair[0].at) * share;
             let sample = law.sample(time_s);
-            if let Some((low, high)) = description.soft_limits
-                && (sample.value < low || sample.value > high)
-            {
-                let bound = if sample.value < low { low } else { high };
-                let quantity = Quantity::Position;
-                return Err(TrajectoryError::Limit { axis, quantity, time_s, value: sample.value, bound });
+            if let Some((low, high)) = description.soft_limits {
+                let beyond = (low - sample.value).max(sample.value - high);
+                if beyond > farthest.as_ref().map_or(0.0, |(most, _)| *most) {
+                    let bound = if sample.value < low { low } else { high };
+                    let (quantity, value) = (Quantity::Position, sample.value);
+                    farthest = Some((beyond, TrajectoryError::Limit { axis, quantity, time_s, value, bound }));
+                }
             }
             for (k, value) in [sample.first, sample.second, sample.third].into_iter().enumerate() {
                 let (size, bound) = (libm::fabs(value), bounds[k]);
@@ -344,7 +348,7 @@ fn check_limits(
             }
         }
     }
-    match worst {
+    match farthest.or(worst) {
         Some((_, error)) => Err(error),
         None => Ok(MotionLimits { velocity: peaks[0], acceleration: peaks[1], jerk: peaks[2] }),
     }

@@ -1,0 +1,398 @@
+//! A machine without inertia around the interpolator, and a plan on paper for it.
+
+use camwright::infeed::InfeedSchedule;
+use camwright::interpolator::{
+    Event, Interpolator, Motion, Order, OrderKind, Outcome, Prepared, Request, Status, StepOutput, TickInputs,
+};
+use camwright::job::SpeedLaw;
+use camwright::machine::description::{
+    AXIS_COUNT, Axis, AxisDescription, DriveSettings, MachineDescription, MotionLimits, Scale, Station,
+    WheelDescription,
+};
+use camwright::numeric::periodic_spline::PeriodicSpline;
+use camwright::plan::{AxisTarget, Command, CutSegment, Phase, Plan, Segment, SegmentKind};
+use camwright::setpoint::{Input, Latch, Setpoint};
+use camwright::speed_plan::{SpeedPlan, SpeedRequest};
+use camwright::units::TURN_RAD;
+use std::sync::Arc;
+
+pub(crate) const TURN: i64 = 3_600_000;
+pub(crate) const PER_MM: i64 = 100_000;
+/// Where the origin detector closes, and where the station's switch does (counts from power-up).
+pub(crate) const ORIGIN: i64 = 777_777;
+pub(crate) const SWITCH: i64 = 12_345_678;
+pub(crate) const START_RAD: f64 = 1.0;
+pub(crate) const SAFE_X: i64 = 60 * PER_MM;
+
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    pub(crate) fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as f64 / (1u64 << 31) as f64
+    }
+
+    pub(crate) fn below(&mut self, bound: u64) -> u64 {
+        (self.next() * bound as f64) as u64
+    }
+}
+
+fn axis(
+    axis: Axis,
+    scale: Scale,
+    limits: MotionLimits,
+    soft_limits: Option<(f64, f64)>,
+    homing: bool,
+) -> AxisDescription {
+    AxisDescription {
+        axis,
+        scale,
+        limits,
+        soft_limits,
+        overtravel: None,
+        max_following_error: 1.0,
+        min_following_error: 0.1,
+        needs_homing: homing,
+        search_velocity: if axis == Axis::C { 3.0 } else { 40.0 },
+        drive: DriveSettings::IDEAL,
+        inertia: 1.0,
+        power_up_position: 0.0,
+    }
+}
+
+pub(crate) fn machine() -> MachineDescription {
+    let linear = Scale::Linear { counts_per_mm: PER_MM };
+    MachineDescription {
+        name: "bench".into(),
+        hash: String::new(),
+        cycle_time_ns: 1_000_000,
+        feedback_delay_ticks: 20,
+        servo_steps_per_tick: 4,
+        axes: [
+            axis(
+                Axis::C,
+                Scale::Rotary { counts_per_turn: TURN },
+                MotionLimits { velocity: 31.4, acceleration: 300.0, jerk: 30_000.0 },
+                None,
+                true,
+            ),
+            axis(
+                Axis::X,
+                linear,
+                MotionLimits { velocity: 500.0, acceleration: 10_000.0, jerk: 1e6 },
+                Some((-5.0, 200.0)),
+                false,
+            ),
+            axis(
+                Axis::Z,
+                linear,
+                MotionLimits { velocity: 300.0, acceleration: 3_000.0, jerk: 1e5 },
+                Some((-5.0, 900.0)),
+                false,
+            ),
+        ],
+        stations: vec![Station { switch: "LS1".into(), position_mm: 123.456_78 }],
+        dog_length_mm: 5.0,
+        switch_hysteresis_mm: 0.1,
+        origin_half_window_rad: 0.01,
+        wheel: WheelDescription {
+            new_radius_mm: 200.0,
+            min_radius_mm: 150.0,
+            width_mm: 20.0,
+            surface_speed_m_s: 60.0,
+            spin_up_s: 1.0,
+        },
+        rotation_sense: 1,
+    }
+}
+
+/// An eccentric of 4.2 mm about 30 mm, 0.36 mm infeed in 2 turns, 2 turns spark-out.
+pub(crate) fn eccentric(e: f64) -> PeriodicSpline {
+    let values: Vec<f64> = (0..360).map(|i| 30.0 + e * (f64::from(i) * TURN_RAD / 360.0).cos()).collect();
+    PeriodicSpline::interpolate(&values).expect("360 values")
+}
+
+pub(crate) fn segment(kind: SegmentKind, phase: Phase, ticks: u64, stop_ticks: u64, stock_mm: f64) -> Segment {
+    Segment { kind, phase, lobe: Some(0), label: String::new(), ticks, stop_ticks, stock_mm }
+}
+
+pub(crate) fn to(machine: &MachineDescription, axis: Axis, target_counts: i64) -> AxisTarget {
+    AxisTarget { axis, target_counts, limits: machine.axis(axis).limits }
+}
+
+/// A cut of the eccentric at a work speed, starting where C is 0.
+pub(crate) fn cut(machine: &MachineDescription, e: f64, work_speed_rad_s: f64) -> (Plan, CutSegment, u64) {
+    let path = eccentric(e);
+    let infeed = InfeedSchedule::new(0.36, 0.000_05, 3600, machine.axis(Axis::X).scale).expect("2 turns");
+    let speed = SpeedPlan::new(&SpeedRequest {
+        path: &path,
+        path_start_rad: START_RAD,
+        infeed: &infeed,
+        spark_out_turns: 2,
+        speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s },
+        c: machine.axis(Axis::C).limits,
+        x: machine.axis(Axis::X).limits,
+        cycle_time_s: machine.cycle_time_s(),
+    })
+    .expect("fits");
+    let cut = CutSegment {
+        path: 0,
+        speed: 0,
+        infeed: 0,
+        start_counts: 0,
+        path_start_rad: START_RAD,
+        turns: speed.turns(),
+        infeed_turns: infeed.turns(),
+        plateau_s: speed.plateau_s(),
+        turn_s: speed.turn_s(),
+        retract_mm: 2.0,
+    };
+    let stop_ticks = speed.stop_ticks();
+    let plan = Plan {
+        paths: vec![path],
+        time_laws: vec![speed.law().clone()],
+        angle_laws: vec![speed.infeed().law().clone()],
+        ..Plan::default()
+    };
+    (plan, cut, stop_ticks)
+}
+
+/// Home C, find the station, advance, cut, retract: everything once.
+pub(crate) fn whole_job(machine: &MachineDescription, work_speed_rad_s: f64) -> Plan {
+    let (mut plan, cut, stop_ticks) = cut(machine, 4.2, work_speed_rad_s);
+    let x_start = plan.paths[0].sample(START_RAD).value + plan.angle_laws[0].sample(0.0).value;
+    let x_start = machine.axis(Axis::X).scale.counts(x_start);
+    let ticks = (plan.time_laws[0].end() / machine.cycle_time_s()).ceil() as u64;
+    let search = |axis: Axis, input: &str, travel_counts| SegmentKind::Search {
+        axis,
+        input: input.into(),
+        travel_counts,
+        offset_counts: if axis == Axis::Z { 25 * PER_MM } else { 0 },
+        limits: machine.axis(axis).limits.at_most(machine.axis(axis).search_velocity),
+    };
+    plan.segments = vec![
+        segment(SegmentKind::Move(vec![to(machine, Axis::X, SAFE_X)]), Phase::Retract, 200, 1, 0.0),
+        segment(search(Axis::C, "origin", TURN + TURN / 4), Phase::Home, 1000, 1, 0.0),
+        segment(SegmentKind::Command(Command::SetHome(Axis::C)), Phase::Home, 40, 1, 0.0),
+        segment(SegmentKind::Command(Command::WheelStart), Phase::Position, 40, 1, 0.0),
+        segment(SegmentKind::Move(vec![to(machine, Axis::Z, 100 * PER_MM)]), Phase::Index, 500, 1, 0.0),
+        segment(search(Axis::Z, "LS1", 60 * PER_MM), Phase::Index, 1000, 1, 0.0),
+        segment(SegmentKind::Dwell, Phase::Position, 37, 1, 0.0),
+        segment(SegmentKind::Move(vec![to(machine, Axis::X, x_start)]), Phase::Approach, 200, 1, 0.36),
+        segment(SegmentKind::Cut(cut), Phase::Cut, ticks, stop_ticks, 0.36),
+        segment(
+            SegmentKind::Move(vec![to(machine, Axis::X, SAFE_X), to(machine, Axis::Z, 50 * PER_MM)]),
+            Phase::Return,
+            400,
+            1,
+            0.0,
+        ),
+        segment(SegmentKind::Command(Command::WheelStop), Phase::Return, 40, 1, 0.0),
+    ];
+    plan
+}
+
+/// A plan that is the cut alone, and where it starts.
+pub(crate) fn cut_only(machine: &MachineDescription, e: f64, work_speed_rad_s: f64) -> (Plan, [i64; AXIS_COUNT]) {
+    let (mut plan, cut, stop_ticks) = cut(machine, e, work_speed_rad_s);
+    let x = plan.paths[0].sample(START_RAD).value + plan.angle_laws[0].sample(0.0).value;
+    let ticks = (plan.time_laws[0].end() / machine.cycle_time_s()).ceil() as u64;
+    plan.segments = vec![segment(SegmentKind::Cut(cut), Phase::Cut, ticks, stop_ticks, 0.36)];
+    (plan, [0, machine.axis(Axis::X).scale.counts(x), 0])
+}
+
+/// One tick of a run. Positions are absolute: the machine's own, whatever zero is in force.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Row {
+    pub(crate) tick: u64,
+    pub(crate) setpoint: Setpoint,
+    pub(crate) absolute: [i64; AXIS_COUNT],
+    pub(crate) status: Status,
+}
+
+/// Interpolator and machine.
+pub(crate) struct Bench {
+    pub(crate) machine: MachineDescription,
+    pub(crate) interpolator: Interpolator,
+    pub(crate) rows: Vec<Row>,
+    pub(crate) orders: Vec<Order>,
+    pub(crate) events: Vec<(u64, Event)>,
+    pub(crate) outcome: Option<Outcome>,
+    pub(crate) tick: u64,
+    /// Ticks after its own at which an edge reaches the interpolator, 1 … D.
+    pub(crate) delivery: Box<dyn FnMut() -> u64>,
+    pub(crate) origin_works: bool,
+    shift: [i64; AXIS_COUNT],
+    pending: Vec<(u64, Latch)>,
+}
+
+impl Bench {
+    pub(crate) fn new(machine: MachineDescription) -> Self {
+        Self {
+            interpolator: Interpolator::new(&machine),
+            machine,
+            rows: Vec::new(),
+            orders: Vec::new(),
+            events: Vec::new(),
+            outcome: None,
+            tick: 1000,
+            delivery: Box::new(|| 1),
+            origin_works: true,
+            shift: [0; AXIS_COUNT],
+            pending: Vec::new(),
+        }
+    }
+
+    pub(crate) fn start(&mut self, motion: Motion) {
+        let prepared = Prepared::new(motion, &self.machine).unwrap_or_else(|error| panic!("{error}"));
+        self.interpolator.start(Box::new(prepared)).unwrap_or_else(|(error, _)| panic!("{error}"));
+        self.outcome = None;
+    }
+
+    pub(crate) fn start_plan(&mut self, plan: Plan) {
+        self.start(Motion::Plan(Arc::new(plan)));
+    }
+
+    /// Where a machine with a homed C stands at the start of a cut.
+    pub(crate) fn at(machine: MachineDescription, counts: [i64; AXIS_COUNT]) -> Self {
+        let mut bench = Self::new(machine);
+        bench.interpolator.resync(counts);
+        bench.interpolator.set_homed(Axis::C, true);
+        bench
+    }
+
+    pub(crate) fn step(&mut self, requests: &[Request]) -> StepOutput {
+        let tick = self.tick;
+        let interpolator = &mut self.interpolator;
+        self.pending.retain(|(at, latch)| {
+            if *at <= tick {
+                assert!(interpolator.feedback(latch));
+            }
+            *at > tick
+        });
+        let out = self.interpolator.step(&TickInputs { tick, requests });
+        assert_eq!(out.requests_taken, requests.len());
+        for order in &self.orders {
+            if order.tick == tick
+                && let OrderKind::SetHome { axis, counts } = order.kind
+            {
+                self.shift[axis.index()] += counts;
+            }
+        }
+        self.orders.extend(out.orders.iter().copied());
+        self.events.extend(out.events.iter().map(|event| (tick, *event)));
+        for event in out.events.iter() {
+            if let Event::Finished(outcome) = event {
+                self.outcome = Some(*outcome);
+            }
+        }
+        let absolute: [i64; AXIS_COUNT] = std::array::from_fn(|i| out.setpoint.counts[i] + self.shift[i]);
+        if let Some(before) = self.rows.last().map(|row| row.absolute) {
+            if self.origin_works {
+                let turn = |counts: i64| (counts - ORIGIN).div_euclid(TURN);
+                if turn(absolute[0]) > turn(before[0]) {
+                    self.edge(tick, Input::Origin, Axis::C, ORIGIN + turn(absolute[0]) * TURN);
+                }
+            }
+            if before[2] < SWITCH && absolute[2] >= SWITCH {
+                self.edge(tick, Input::Station(0), Axis::Z, SWITCH);
+            }
+        }
+        self.rows.push(Row { tick, setpoint: out.setpoint, absolute, status: out.status });
+        self.tick += 1;
+        out
+    }
+
+    fn edge(&mut self, tick: u64, input: Input, axis: Axis, absolute: i64) {
+        let latch = Latch { tick, input, rising: true, axis, counts: absolute - self.shift[axis.index()] };
+        let delay = (self.delivery)();
+        assert!((1..=u64::from(self.machine.feedback_delay_ticks)).contains(&delay));
+        self.pending.push((tick + delay, latch));
+    }
+
+    /// Steps until the motion ends.
+    pub(crate) fn finish(&mut self, most: u64) -> Outcome {
+        for _ in 0..most {
+            if let Some(outcome) = self.outcome {
+                return outcome;
+            }
+            self.step(&[]);
+        }
+        panic!("not finished after {most} ticks: {:?}", self.rows.last());
+    }
+
+    pub(crate) fn last(&self) -> &Row {
+        self.rows.last().expect("stepped")
+    }
+
+    pub(crate) fn counts(&self) -> [i64; AXIS_COUNT] {
+        self.last().setpoint.counts
+    }
+
+    /// Differences of the positions keep every limit, and setpoint velocities agree with them. A position is rounded
+    /// by half a count, and by half a count more where a motion begins at the rounded end of another; that bounds
+    /// what differences of first, second and third order may exceed a limit by.
+    pub(crate) fn assert_limits(&self, what: &str) {
+        let dt = self.machine.cycle_time_s();
+        for axis in Axis::ALL {
+            let (limits, count) =
+                (self.machine.axis(axis).limits, 1.0 / self.machine.axis(axis).scale.counts_per_unit());
+            let at =
+                |i: usize| (self.rows[i].absolute[axis.index()] - self.rows[0].absolute[axis.index()]) as f64 * count;
+            for i in 3..self.rows.len() {
+                let (a, b, c, d) = (at(i - 3), at(i - 2), at(i - 1), at(i));
+                let v = (d - c) / dt;
+                let acc = (d - 2.0 * c + b) / (dt * dt);
+                let jerk = (d - 3.0 * c + 3.0 * b - a) / (dt * dt * dt);
+                let tick = self.rows[i].tick;
+                let status = &self.rows[i].status;
+                assert!(v.abs() <= limits.velocity + 2.0 * count / dt, "{what}: {axis:?} {tick} v {v} {status:?}");
+                assert!(
+                    acc.abs() <= limits.acceleration + 4.0 * count / (dt * dt),
+                    "{what}: {axis:?} {tick} a {acc} {status:?}"
+                );
+                assert!(
+                    jerk.abs() <= limits.jerk + 8.0 * count / (dt * dt * dt),
+                    "{what}: {axis:?} {tick} j {jerk} {status:?}"
+                );
+                let told = 0.5
+                    * (self.rows[i].setpoint.velocity[axis.index()] + self.rows[i - 1].setpoint.velocity[axis.index()]);
+                // The mean of two velocities misses the mean velocity by at most jerk · dt² / 8 or so.
+                let slack = 2.0 * count / dt + 0.25 * limits.jerk * dt * dt;
+                assert!((v - told).abs() <= slack, "{what}: {axis:?} {tick}: told {told}, went {v}");
+            }
+        }
+    }
+
+    pub(crate) fn assert_at_rest(&self, what: &str) {
+        let row = self.last();
+        assert!(row.setpoint.velocity.iter().all(|v| *v == 0.0), "{what}: {row:?}");
+        assert!(row.setpoint.acceleration.iter().all(|a| *a == 0.0), "{what}: {row:?}");
+    }
+
+    /// Every row of the cut that follows its path lies on it: X against the design at the C of the same row.
+    pub(crate) fn assert_on_path(&self, plan: &Plan, cut: &CutSegment, what: &str) {
+        let law_end = plan.time_laws[cut.speed].end();
+        let mut checked = 0;
+        for row in self.rows.iter().filter(|row| row.status.turns > 0.0) {
+            use camwright::interpolator::State;
+            if row.status.state != State::Executing {
+                continue;
+            }
+            // The turn told leaves inserted turns out, and is not rounded to counts: it selects the turn only.
+            let told = row.status.turn * TURN_RAD;
+            let c = (row.setpoint.counts[0] as f64) / TURN as f64 * TURN_RAD;
+            let turns = ((c - told) / TURN_RAD).round();
+            let c = c - turns * TURN_RAD;
+            assert!((c - told).abs() < 1e-6 + 2.0 * TURN_RAD / TURN as f64, "{what}: {c} {told} {law_end}");
+            let x = plan.paths[0].sample(cut.path_start_rad + c).value + plan.angle_laws[0].sample(c).value;
+            let slope = plan.paths[0].sample(cut.path_start_rad + c).first;
+            let error = row.setpoint.counts[1] as f64 - x * PER_MM as f64;
+            // Half a count of X, and what half a count of C is worth on the slope.
+            let allowed = 0.5 + 0.51 * (TURN_RAD / TURN as f64) * slope.abs() * PER_MM as f64 + 1e-3;
+            assert!(error.abs() <= allowed, "{what}: tick {} x off by {error} counts", row.tick);
+            checked += 1;
+        }
+        assert!(checked > 0, "{what}: nothing followed the path");
+    }
+}
