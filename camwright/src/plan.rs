@@ -106,7 +106,7 @@ pub enum SegmentKind {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Command {
     /// The place where the last search on this axis stands, its caught edge plus its offset, is its zero from now on.
-    /// The origin detector closes half a window before the true zero: the offset of its search makes up for that.
+    /// On the origin detector that edge is the index mark at the centre of its window, the true zero.
     SetHome(Axis),
     /// Bring the wheel to its surface speed.
     WheelStart,

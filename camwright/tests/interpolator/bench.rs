@@ -131,6 +131,7 @@ pub(crate) fn cut(machine: &MachineDescription, e: f64, work_speed_rad_s: f64) -
         spark_out_turns: 2,
         speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s },
         c: machine.axis(Axis::C).limits,
+        rotation_sense: machine.rotation_sense,
         x: machine.axis(Axis::X).limits,
         cycle_time_s: machine.cycle_time_s(),
     })
