@@ -235,6 +235,13 @@ impl Contour {
         self.most_concave.map(|place| -1.0 / place.value)
     }
 
+    /// Radius up to which a wheel is comfortable (mm), a tenth below [`Self::largest_wheel_radius_mm`]: towards the limit
+    /// the contact runs ever faster along the concave flank, and the headstock would have to stand still.
+    #[must_use]
+    pub fn recommended_wheel_radius_mm(&self) -> Option<f64> {
+        self.largest_wheel_radius_mm().map(|largest| 0.9 * largest)
+    }
+
     /// Cam angle whose point lies at an azimuth (rad), to rounding.
     #[must_use]
     pub fn cam_angle_at(&self, azimuth_rad: f64) -> f64 {

@@ -36,7 +36,10 @@ pub enum ToolPathError {
         clearance: f64,
     },
     /// The path is too rough for its spline.
-    #[error("{knots} knots leave {error_mm:e} mm between them, allowed are {bound_mm:e} mm")]
+    #[error(
+        "the path bends too sharply: {knots} knots leave {error_mm:e} mm between them, allowed are {bound_mm:e} mm \
+         (an acceleration that jumps, or a wheel that hardly fits its concave flank)"
+    )]
     Unresolved {
         /// Largest number of knots tried.
         knots: usize,

@@ -163,7 +163,16 @@ fn concave_flank_limits_the_wheel() {
         assert!((found / ratio - 1.0).abs() < 0.05, "R {wheel}: {found}");
     }
     let largest = contour.largest_wheel_radius_mm().unwrap();
-    assert!(ToolPath::for_wheel(&contour, 0.9 * largest).is_ok());
+    let recommended = contour.recommended_wheel_radius_mm().unwrap();
+    assert!((recommended - 0.9 * largest).abs() < 1e-9);
+    ToolPath::for_wheel(&contour, recommended).unwrap();
+    // Hard at the limit the path has a corner in all but name: made exactly, or refused.
+    for fraction in [0.95, 0.99, 0.999_9] {
+        match ToolPath::for_wheel(&contour, fraction * largest) {
+            Ok(path) => assert!(path.accuracy().contour_error_mm < 2e-6),
+            Err(error) => assert!(matches!(error, ToolPathError::Unresolved { .. }), "{error}"),
+        }
+    }
     let error = ToolPath::for_wheel(&contour, 1.1 * largest).unwrap_err();
     let ToolPathError::WheelTooLarge { wheel_radius_mm, largest_mm, clearance, .. } = error else { panic!("{error}") };
     assert!((wheel_radius_mm - 1.1 * largest).abs() < 1e-9 && (largest_mm - largest).abs() < 1e-9);

@@ -72,8 +72,8 @@ pub struct LiftTable {
 impl LiftTable {
     /// Fewest blocks: what the lift law's solver needs, and coarser than any table in use.
     pub const MIN_BLOCKS: usize = 12;
-    /// Most blocks: 0.001° each.
-    pub const MAX_BLOCKS: usize = 360_000;
+    /// Most blocks: 0.01° each. With ten times more, rounding keeps the lift law from its smoothest curve.
+    pub const MAX_BLOCKS: usize = 36_000;
 
     /// A table from the rows of a file. Rows stand in the order of the turn from any angle that is a multiple of the
     /// block; a last absolute row that repeats the first after a whole turn is accepted if its lift is the same.
