@@ -238,6 +238,8 @@ pub struct Interpolator {
     setpoint: Setpoint,
     segment: usize,
     segment_began: u64,
+    /// First tick of the motion in execution; edges from before it concern nobody.
+    motion_began: u64,
     /// The edge that ends the search in execution.
     caught: Option<Latch>,
     /// Position caught by the last search of an axis (counts).
@@ -264,6 +266,7 @@ impl Interpolator {
             setpoint: Setpoint::default(),
             segment: 0,
             segment_began: 0,
+            motion_began: 0,
             caught: None,
             references: [0; AXIS_COUNT],
             homed: core::array::from_fn(|axis| !machine.axes[axis].needs_homing),
@@ -346,9 +349,9 @@ impl Interpolator {
     }
 
     /// Takes an edge caught by the machine. It comes into sight D ticks after its own; `false` if there is no room.
-    /// Every edge of tick k − D must have been given before the step of tick k.
+    /// Every edge of tick k − D must have been given before the step of tick k. Without a motion it is of no interest.
     pub fn feedback(&mut self, latch: &Latch) -> bool {
-        self.remember(Feedback::Latch(*latch))
+        self.motion.is_none() || self.remember(Feedback::Latch(*latch))
     }
 
     /// Takes an alarm of the machine that stops the axes, by its number and the tick at which it was raised. It comes
@@ -373,6 +376,9 @@ impl Interpolator {
             events: FixedList::new(),
             status: Status::default(),
         };
+        if self.mode == Mode::Starting {
+            self.motion_began = inputs.tick;
+        }
         self.look(inputs.tick, &mut out);
         for request in inputs.requests {
             if out.applied.is_full() {
@@ -413,6 +419,8 @@ impl Interpolator {
         {
             seen += 1;
             match feedback {
+                // Whether it was given before or after the start must not show, not even in the record.
+                Feedback::Latch(latch) if latch.tick < self.motion_began => {}
                 Feedback::Latch(latch) => {
                     out.applied.push(AppliedInput::Feedback(latch));
                     self.catch(latch);

@@ -180,3 +180,21 @@ fn applied_inputs_replay_the_run() {
         assert_eq!(out.setpoint, row.setpoint, "tick {}", row.tick);
     }
 }
+
+/// However many edges pass between motions, the next search sees its own; and the record does not tell of the others.
+#[test]
+fn edges_between_motions_leave_no_trace() {
+    let machine = machine();
+    let mut bench = Bench::new(machine.clone());
+    let old = |tick| Latch { tick, input: Input::Origin, rising: true, axis: Axis::C, counts: 5 };
+    for tick in 0..500 {
+        assert!(bench.interpolator.feedback(&old(tick)));
+    }
+    bench.start(Motion::Home(vec![Axis::C]));
+    assert!(bench.interpolator.feedback(&old(999)));
+    let mut seen = 0;
+    while bench.outcome.is_none() {
+        seen += bench.step(&[]).applied.len();
+    }
+    assert_eq!((bench.outcome, seen, bench.last().absolute[0]), (Some(Outcome::Completed), 1, ORIGIN));
+}
