@@ -8,9 +8,9 @@ use crate::infeed::InfeedSchedule;
 use crate::job::JobSpec;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits, Station};
 use crate::numeric::hermite::HermiteSpline;
+use crate::path_stop::path_stop_s;
 use crate::plan::{AxisTarget, Command, CutSegment, Phase, Plan, Segment, SegmentKind};
-use crate::point_to_point::{MoveLaw, PointToPointError, rest_to_rest, velocity_ramp, whole_ticks};
-use crate::speed_plan::shortest_on_line;
+use crate::point_to_point::{MOVE_SHARE, MoveLaw, PointToPointError, rest_to_rest, velocity_ramp, whole_ticks};
 use crate::units::{TURN_RAD, wrap_turn};
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -235,8 +235,13 @@ impl<'a> Sequence<'a> {
         let law = MoveLaw::new(from, to, self.machine).map_err(wrong)?;
         let cycle_time_s = self.machine.cycle_time_s();
         let ticks = law.ticks(cycle_time_s);
-        // A law too lazy to be stopped early is stopped by letting it end.
-        Ok((ticks, shortest_on_line(law.law(), law.limits(), cycle_time_s).unwrap_or(ticks)))
+        let ((velocity, acceleration), line) = (law.law().peaks(), law.limits());
+        let peaks = MotionLimits { velocity, acceleration, jerk: line.jerk };
+        let whole =
+            MotionLimits { acceleration: line.acceleration / MOVE_SHARE, jerk: line.jerk / MOVE_SHARE, ..*line };
+        // A law without room for a stop is stopped by letting it end.
+        let stop_ticks = path_stop_s(&peaks, &whole).map_or(ticks, |stop_s| whole_ticks(stop_s, cycle_time_s));
+        Ok((ticks, stop_ticks))
     }
 
     /// A search with the time it takes if the edge lies `distance` ahead (mm or rad).

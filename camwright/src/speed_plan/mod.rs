@@ -16,7 +16,6 @@ mod stop;
 
 pub use limit_use::{LimitUse, Quantity, uses_by_differences};
 pub(crate) use limit_use::{figures, windows};
-pub use stop::shortest_on_line;
 
 use crate::cut_motion::CutMotion;
 use crate::infeed::{InfeedLaw, InfeedSchedule};
@@ -196,17 +195,14 @@ impl SpeedPlan {
             Misfit::Ramp(error) => error.into(),
         })?;
         let motion = request.motion(&candidate);
-        let found = uses_by_differences(
-            &motion,
-            &windows(&motion, candidate.plateau_s, candidate.turn_s, request.blend(&candidate)),
-            (request.step(candidate.turn_s) / CHECK_FACTOR).max(SHORTEST_CHECK_STEP_S),
-            &request.c,
-            &request.x,
-        );
+        let stretches = windows(&motion, candidate.plateau_s, candidate.turn_s, request.blend(&candidate));
+        let step = (request.step(candidate.turn_s) / CHECK_FACTOR).max(SHORTEST_CHECK_STEP_S);
+        let found = uses_by_differences(&motion, &stretches, step, &request.c, &request.x);
         if let Some(exceeded) = request.seen_from_lobe(found).into_iter().find(|found| found.ratio() > 1.0) {
             return Err(SpeedPlanError::Check(exceeded));
         }
-        let stop_ticks = stop::shortest(&motion, candidate.turn_s, request.cycle_time_s, &request.c, &request.x)
+        let limits = [&request.c, &request.x];
+        let stop_ticks = stop::shortest(&motion, &stretches, candidate.turn_s, request.cycle_time_s, limits)
             .ok_or(SpeedPlanError::NoStop { longest_s: stop::LONGEST_S })?;
         Ok(Self {
             turns: request.turns(),
@@ -268,7 +264,8 @@ impl SpeedPlan {
         self.uses.iter().max_by(|a, b| a.ratio().total_cmp(&b.ratio()))
     }
 
-    /// Length of a stop on the path, from anywhere, that keeps every limit (ticks).
+    /// Length of a stop on the path that keeps every limit wherever it begins, and over which every smaller change of rate,
+    /// down or up, keeps them too (ticks).
     #[must_use]
     pub const fn stop_ticks(&self) -> u64 {
         self.stop_ticks
