@@ -11,6 +11,6 @@ mod peer;
 mod process;
 
 pub use domain::Domain;
-pub use env::{PeerEnv, peer_env};
+pub use env::{PeerEnv, in_ci, peer_env, repository, target_directory};
 pub use peer::Peer;
 pub use process::{Guarded, PATIENCE};

@@ -60,6 +60,16 @@ impl Peer {
         }
     }
 
+    /// Whether an order has been answered; waits a moment for it.
+    pub fn has_answer(&mut self, id: u64) -> bool {
+        if !self.answers.iter().any(|answer| answer["id"] == id)
+            && let Some(line) = self.process.line_within(std::time::Duration::from_millis(20))
+        {
+            self.take(&line);
+        }
+        self.answers.iter().any(|answer| answer["id"] == id)
+    }
+
     /// Gives an order and waits for its answer.
     ///
     /// # Panics
@@ -122,7 +132,11 @@ impl Peer {
         let Some(line) = self.process.line(left) else {
             panic!("the peer ended while {what} was awaited{}", self.process.complaint());
         };
-        match serde_json::from_str::<Value>(&line) {
+        self.take(&line);
+    }
+
+    fn take(&mut self, line: &str) {
+        match serde_json::from_str::<Value>(line) {
             Ok(told) if told.get("event").is_some() => self.events.push_back(told),
             Ok(told) => self.answers.push_back(told),
             Err(error) => panic!("the peer said what is not JSON ({error}): {line}"),

@@ -62,6 +62,11 @@ impl Guarded {
         }
     }
 
+    /// The next line of its output if it comes within this time.
+    pub fn line_within(&mut self, time: Duration) -> Option<String> {
+        self.lines.recv_timeout(time).ok()
+    }
+
     /// Everything it still says until it closes its output.
     pub fn remaining_lines(&mut self, patience: Duration) -> Vec<String> {
         std::iter::from_fn(|| self.line(patience)).collect()
