@@ -59,6 +59,19 @@ impl ActionHandler<Home> for Homing {
     fn goal(&mut self, _id: GoalId, goal: &HomeGoal) -> GoalDecision {
         match Self::wish(goal) {
             "reject" => GoalDecision::Reject("axis 'reject' does not exist".into()),
+            "later" | "later no" | "never" => {
+                let (decider, decision) = GoalDecision::later();
+                let wish = Self::wish(goal).to_owned();
+                std::thread::spawn(move || {
+                    std::thread::sleep(Duration::from_millis(50));
+                    match wish.as_str() {
+                        "later" => decider.accept(),
+                        "later no" => decider.reject("thought about it"),
+                        _ => drop(decider),
+                    }
+                });
+                decision
+            }
             _ => GoalDecision::Accept,
         }
     }
@@ -148,6 +161,21 @@ fn three_goals_run_at_once_and_each_has_its_own_end() {
     assert_eq!((status, late.message.as_str()), (GoalStatus::Succeeded, "homed"));
     assert_eq!(second.cancel(PATIENCE).expect("an answer"), CancelOutcome::Terminated);
     assert!(server.active_goals().is_empty());
+}
+
+#[test]
+fn a_decision_may_come_later_from_another_thread() {
+    let (machine, _a) = node(88, "machine");
+    let (operator, _b) = node(88, "operator");
+    let homing = Homing::default();
+    let _server = machine.action_server::<Home>("home", homing.clone()).expect("a server");
+    let client = operator.action_client::<Home>("home").expect("a client");
+    client.wait_for_server(PATIENCE).expect("the server is there");
+    for (wish, accepted) in [("later", true), ("later no", false), ("never", false)] {
+        let sent = client.send_goal(goal(wish), |_| {}, PATIENCE).expect("an answer");
+        assert_eq!(sent.accepted(), accepted, "{wish}");
+    }
+    assert!(homing.named("later").succeed(result("homed")));
 }
 
 #[test]

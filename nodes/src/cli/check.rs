@@ -23,7 +23,7 @@ pub(super) struct CheckArgs {
 
 /// Exit code 0: clean; 1: warnings; 2: refused, or not there.
 pub(super) fn main(args: &CheckArgs) -> ExitCode {
-    let (findings, summary, file) = match planning::check(&args.file, &args.set) {
+    let (findings, summary, file) = match planning::check(&args.file, &args.set, None) {
         Ok(report) => (report.findings, report.summary, report.file.display().to_string()),
         Err(error) => (vec![Finding { severity: Severity::Error, error }], None, args.file.clone()),
     };

@@ -180,6 +180,7 @@ mod tests {
     }
 
     fn printed(form: &str) -> String {
+        #[allow(clippy::cast_possible_truncation, reason = "at most 2000 um")]
         let lift = |i: i32| 1000 + (1000.0 * (f64::from(i) * std::f64::consts::TAU / 360.0).cos()).round() as i64;
         let rows: Vec<String> = match form {
             "lift_mm" => (0..360).map(|i| format!("{i},{:.3}", (lift(i + 180)) as f64 / 1000.0)).collect(),

@@ -1,6 +1,6 @@
 //! Everything that can be said about a job or a lift table before anything moves.
 
-use super::{PreparedJob, blame, plan};
+use super::{MachineNow, PreparedJob, blame, plan};
 use crate::config::job_file::{self, Job};
 use crate::config::lift_file;
 use crate::config::locate::{Located, locate};
@@ -73,35 +73,36 @@ impl Report {
     }
 }
 
-/// Checks a job, planning it to the end, or a lift table. `name` is a path or the name of a job or of a table.
+/// Checks a job, planning it to the end for the machine as it is now (see [`super::prepare`]), or a lift table. `name` is a
+/// path or the name of a job or of a table.
 ///
 /// # Errors
 /// There is no such file.
-pub fn check(name: &str, overrides: &[String]) -> Result<Report, ConfigError> {
+pub fn check(name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Result<Report, ConfigError> {
     let is_table =
         std::path::Path::new(name).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
     let job = if is_table { None } else { Some(locate("jobs", name, "yaml", None)) };
     match job {
-        Some(Ok(located)) => Ok(check_job(&located, overrides)),
+        Some(Ok(located)) => Ok(check_job(&located, overrides, machine)),
         Some(Err(error)) => locate("lifts", name, "csv", None).map(|located| check_lift(&located)).map_err(|_| error),
         None => locate("lifts", name, "csv", None).map(|located| check_lift(&located)),
     }
 }
 
-fn check_job(located: &Located, overrides: &[String]) -> Report {
+fn check_job(located: &Located, overrides: &[String], machine: Option<&MachineNow>) -> Report {
     let job = match job_file::read(located, overrides) {
         Ok(job) => job,
         Err(errors) => return Report::refused(located, errors),
     };
     let warnings = warnings(&job);
-    match plan(job.clone(), None) {
+    match plan(job.clone(), machine) {
         Ok(prepared) => {
             let mut findings = warnings;
             findings.extend(planned_warnings(&prepared));
             Report { file: located.path.clone(), findings, summary: Some(prepared.summary()) }
         }
         Err(first) => {
-            let mut report = Report::refused(located, all_errors(&job, first));
+            let mut report = Report::refused(located, all_errors(&job, machine, first));
             report.findings.extend(warnings);
             report
         }
@@ -110,15 +111,18 @@ fn check_job(located: &Located, overrides: &[String]) -> Report {
 
 /// The core stops at its first refusal. Asking it about every lobe, alone and together with those before it that have no
 /// fault, finds the others.
-fn all_errors(job: &Job, first: ConfigError) -> Vec<ConfigError> {
+fn all_errors(job: &Job, machine: Option<&MachineNow>, first: ConfigError) -> Vec<ConfigError> {
     let mut errors = vec![first];
     let mut add = |error: ConfigError| {
         if !errors.contains(&error) {
             errors.push(error);
         }
     };
-    let description = &job.machine.description;
-    let wheel_radius_mm = job.wheel_radius_mm.unwrap_or(description.wheel.new_radius_mm);
+    let description = machine.map_or(&job.machine.description, |now| &now.description);
+    let wheel_radius_mm = match machine {
+        Some(now) => now.wheel_radius_mm,
+        None => job.wheel_radius_mm.unwrap_or(description.wheel.new_radius_mm),
+    };
     let mut accepted = Vec::new();
     for lobe in &job.spec.lobes {
         let mut tried = job.spec.clone();

@@ -36,12 +36,94 @@ use super::{
 };
 
 /// Whether a goal is taken on.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug)]
 pub enum GoalDecision {
     /// It is, at once.
     Accept,
     /// It is not; the reason goes to the log, since the protocol has no place for it.
     Reject(String),
+    /// Somebody else decides: see [`GoalDecision::later`].
+    Later(LaterDecision),
+}
+
+impl GoalDecision {
+    /// A decision that takes longer than a callback may: this goes to the server, the decider to whoever decides.
+    pub fn later() -> (GoalDecider, GoalDecision) {
+        let decision: Arc<Mutex<Undecided>> = Arc::default();
+        (GoalDecider(Arc::clone(&decision)), GoalDecision::Later(LaterDecision(decision)))
+    }
+}
+
+type Verdict = Result<(), String>;
+
+/// A verdict and what is to be done with it, whichever comes first.
+#[derive(Default)]
+struct Undecided {
+    verdict: Option<Verdict>,
+    then: Option<Box<dyn FnOnce(Verdict) + Send>>,
+}
+
+/// A decision that is still to come.
+pub struct LaterDecision(Arc<Mutex<Undecided>>);
+
+impl fmt::Debug for LaterDecision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("LaterDecision").finish_non_exhaustive()
+    }
+}
+
+impl LaterDecision {
+    fn then(self, then: impl FnOnce(Verdict) + Send + 'static) {
+        let mut undecided = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        match undecided.verdict.take() {
+            Some(verdict) => {
+                drop(undecided);
+                then(verdict);
+            }
+            None => undecided.then = Some(Box::new(then)),
+        }
+    }
+}
+
+/// The right to decide on one goal, once, from any thread. If it is dropped, the goal is rejected.
+#[must_use = "dropping it rejects the goal"]
+pub struct GoalDecider(Arc<Mutex<Undecided>>);
+
+impl fmt::Debug for GoalDecider {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("GoalDecider").finish_non_exhaustive()
+    }
+}
+
+impl GoalDecider {
+    /// The goal is taken on: [`ActionHandler::accepted`] comes on the executor thread.
+    pub fn accept(self) {
+        self.decide(Ok(()));
+    }
+
+    /// It is not; the reason goes to the log.
+    pub fn reject(self, reason: &str) {
+        self.decide(Err(reason.to_string()));
+    }
+
+    fn decide(&self, verdict: Verdict) {
+        let mut undecided = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        match undecided.then.take() {
+            Some(then) => {
+                drop(undecided);
+                then(verdict);
+            }
+            // The first verdict stands: a drop after it changes nothing.
+            None if undecided.verdict.is_none() => undecided.verdict = Some(verdict),
+            None => {}
+        }
+    }
+}
+
+impl Drop for GoalDecider {
+    fn drop(&mut self) {
+        self.decide(Err("nobody decided on it".into()));
+    }
 }
 
 /// What a server decides. All calls come on the executor thread and must not block.
@@ -114,19 +196,47 @@ impl<A: Action> Core<A> {
     /// Takes a request for a goal.
     fn send_goal<H: ActionHandler<A>>(
         self: &Arc<Self>,
-        handler: &Mutex<H>,
+        handler: &Arc<Mutex<H>>,
         request: <A::SendGoal as Service>::Request,
         responder: Responder<A::SendGoal>,
     ) {
         let (uuid, goal) = A::split_send_goal_request(request);
         let id = GoalId::from_msg(&uuid);
-        let stamp = self.now();
         let decision = if self.goals().contains_key(&id) {
             GoalDecision::Reject("its id is in use".into())
         } else {
             handler.lock().unwrap_or_else(PoisonError::into_inner).goal(id, &goal)
         };
-        if let GoalDecision::Reject(reason) = decision {
+        match decision {
+            GoalDecision::Accept => self.decided(handler, id, goal, responder, Ok(())),
+            GoalDecision::Reject(reason) => self.decided(handler, id, goal, responder, Err(reason)),
+            GoalDecision::Later(decision) => {
+                let (core, handler) = (Arc::clone(self), Arc::clone(handler));
+                decision.then(move |verdict| {
+                    // On the executor thread, whoever decided: handlers are promised that.
+                    if let Some(node) = core.node.upgrade() {
+                        node.post(move || core.decided(&handler, id, goal, responder, verdict));
+                    }
+                });
+            }
+        }
+    }
+
+    /// Answers a request for a goal and, if it is taken on, lets the work begin.
+    fn decided<H: ActionHandler<A>>(
+        self: &Arc<Self>,
+        handler: &Mutex<H>,
+        id: GoalId,
+        goal: A::Goal,
+        responder: Responder<A::SendGoal>,
+        verdict: Verdict,
+    ) {
+        let stamp = self.now();
+        let verdict = verdict.and_then(|()| match self.goals().contains_key(&id) {
+            true => Err("its id is in use".into()),
+            false => Ok(()),
+        });
+        if let Err(reason) = verdict {
             self.logger.warn(&format!("goal {id} of {} rejected: {reason}", self.name));
             responder.send(&A::send_goal_response(false, stamp));
             return;

@@ -50,7 +50,7 @@ mod wire;
 
 pub use action::{GoalId, GoalStatus};
 pub use action_client::{ActionClient, CancelOutcome, ClientGoal};
-pub use action_server::{ActionHandler, ActionServer, GoalDecision, GoalHandle};
+pub use action_server::{ActionHandler, ActionServer, GoalDecider, GoalDecision, GoalHandle, LaterDecision};
 pub use args::{ArgsError, DiscoveryRange, RosArgs};
 pub use clock::{from_time, to_time};
 pub use diagnostics::{Diagnostics, diagnostic_status};

@@ -59,6 +59,7 @@ impl ParameterEvents {
 fn to_msg(value: &ParameterValue) -> ValueMsg {
     let mut msg = ValueMsg { type_: value.type_id(), ..Default::default() };
     match value.clone() {
+        ParameterValue::NotSet => {}
         ParameterValue::Bool(value) => msg.bool_value = value,
         ParameterValue::Integer(value) => msg.integer_value = value,
         ParameterValue::Double(value) => msg.double_value = value,
@@ -75,7 +76,7 @@ fn to_msg(value: &ParameterValue) -> ValueMsg {
 /// The value of a message, or why it is none.
 fn from_msg(name: &str, msg: ValueMsg) -> Result<ParameterValue, String> {
     Ok(match msg.type_ {
-        0 => return Err(format!("parameter '{name}' cannot be removed")),
+        0 => ParameterValue::NotSet,
         1 => ParameterValue::Bool(msg.bool_value),
         2 => ParameterValue::Integer(msg.integer_value),
         3 => ParameterValue::Double(msg.double_value),
@@ -91,8 +92,9 @@ fn from_msg(name: &str, msg: ValueMsg) -> Result<ParameterValue, String> {
 
 fn descriptor(declaration: Parameter) -> ParameterDescriptor {
     let mut descriptor = ParameterDescriptor {
+        type_: declaration.example.type_id(),
+        dynamic_typing: declaration.is_optional(),
         name: declaration.name,
-        type_: declaration.default.type_id(),
         description: declaration.description,
         additional_constraints: declaration.constraints,
         read_only: declaration.read_only,
@@ -210,6 +212,7 @@ mod tests {
     #[test]
     fn values_survive_the_way_through_messages() {
         for value in [
+            ParameterValue::NotSet,
             ParameterValue::Bool(true),
             ParameterValue::Integer(-3),
             ParameterValue::Double(0.1),

@@ -14,6 +14,8 @@ use super::{
 /// Value of a parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ParameterValue {
+    /// No value: only an optional parameter may have it.
+    NotSet,
     /// `bool`.
     Bool(bool),
     /// `int64`.
@@ -38,6 +40,7 @@ impl ParameterValue {
     /// `rcl_interfaces/msg/ParameterType`.
     pub fn type_id(&self) -> u8 {
         match self {
+            ParameterValue::NotSet => 0,
             ParameterValue::Bool(_) => 1,
             ParameterValue::Integer(_) => 2,
             ParameterValue::Double(_) => 3,
@@ -53,6 +56,7 @@ impl ParameterValue {
     /// Name of the type, for sentences.
     pub fn type_name(&self) -> &'static str {
         match self {
+            ParameterValue::NotSet => "value that is not set",
             ParameterValue::Bool(_) => "bool",
             ParameterValue::Integer(_) => "integer",
             ParameterValue::Double(_) => "double",
@@ -114,6 +118,8 @@ pub enum ParameterRange {
 pub struct Parameter {
     pub(super) name: String,
     pub(super) default: ParameterValue,
+    /// A value of the parameter's type: the default, unless that is "not set".
+    pub(super) example: ParameterValue,
     pub(super) description: String,
     pub(super) constraints: String,
     pub(super) range: Option<ParameterRange>,
@@ -128,12 +134,23 @@ impl Parameter {
     pub fn new(name: &str, default: ParameterValue) -> Self {
         Parameter {
             name: name.to_string(),
+            example: default.clone(),
             default,
             description: String::new(),
             constraints: String::new(),
             range: None,
             read_only: false,
         }
+    }
+
+    /// A parameter that is not set at first and may be unset again; `example` gives it its type.
+    pub fn optional(name: &str, example: ParameterValue) -> Self {
+        Parameter { example, ..Self::new(name, ParameterValue::NotSet) }
+    }
+
+    /// Whether it may be without a value.
+    pub fn is_optional(&self) -> bool {
+        self.default == ParameterValue::NotSet
     }
 
     /// A bool.
@@ -221,8 +238,11 @@ impl Parameter {
 
     /// Whether a value is of the right type and within the range.
     fn check(&self, value: &ParameterValue) -> Result<(), String> {
-        if value.type_id() != self.default.type_id() {
-            return Err(format!("is a {}, not a {}", self.default.type_name(), value.type_name()));
+        if *value == ParameterValue::NotSet {
+            return if self.is_optional() { Ok(()) } else { Err("cannot be removed".into()) };
+        }
+        if value.type_id() != self.example.type_id() {
+            return Err(format!("is a {}, not a {}", self.example.type_name(), value.type_name()));
         }
         match (value, self.range) {
             (_, None) => Ok(()),
@@ -323,7 +343,7 @@ impl Parameters {
             let refuse = |reason: String| RosError::Parameter { name: declaration.name.clone(), reason };
             let given = overrides.iter().rev().find(|o| o.name == declaration.name);
             let value =
-                given.map_or_else(|| declaration.default.clone(), |o| o.value.clone().meant_as(&declaration.default));
+                given.map_or_else(|| declaration.default.clone(), |o| o.value.clone().meant_as(&declaration.example));
             declaration.check(&value).map_err(refuse)?;
             let name = declaration.name.clone();
             if entries.insert(name.clone(), Entry { declaration, value }).is_some() {
@@ -484,6 +504,18 @@ mod tests {
         }
         let array = Parameter::double_array("a", &[]).range(0.0, 1.0);
         assert!(array.check(&ParameterValue::DoubleArray(vec![0.5, 2.0])).is_err());
+    }
+
+    #[test]
+    fn an_optional_parameter_has_a_type_and_may_be_without_a_value() {
+        let optional = Parameter::optional("o", ParameterValue::Double(0.0)).range(0.0, 10.0);
+        assert_eq!(optional.default, ParameterValue::NotSet);
+        assert_eq!(optional.check(&ParameterValue::NotSet), Ok(()));
+        assert_eq!(optional.check(&ParameterValue::Double(5.0)), Ok(()));
+        assert!(optional.check(&ParameterValue::Double(11.0)).is_err());
+        assert!(optional.check(&ParameterValue::Bool(true)).is_err());
+        let always = Parameter::double("d", 1.0);
+        assert_eq!(always.check(&ParameterValue::NotSet), Err("cannot be removed".into()));
     }
 
     #[test]

@@ -1,0 +1,74 @@
+//! What the planner says about its job, on `~/job_status`.
+
+use super::lock;
+use crate::planning::PreparedJob;
+use crate::ros::{Node, Publisher, Qos, RosError};
+use camwright_msgs::camwright_msgs::msg::{JobStatus, LobeResult};
+use std::sync::Mutex;
+
+/// The latched status and what it said last.
+#[derive(Debug)]
+pub(super) struct Board {
+    node: Node,
+    publisher: Publisher<JobStatus>,
+    /// Held while publishing, so that the last message is the last change.
+    last: Mutex<JobStatus>,
+}
+
+impl Board {
+    pub(super) fn new(node: &Node) -> Result<Self, RosError> {
+        let publisher = node.publisher("~/job_status", &Qos::latched(1))?;
+        let board = Self { node: node.clone(), publisher, last: Mutex::default() };
+        board.set(|_| {});
+        Ok(board)
+    }
+
+    fn set(&self, change: impl FnOnce(&mut JobStatus)) {
+        let mut last = lock(&self.last);
+        change(&mut last);
+        last.stamp = self.node.now();
+        if let Err(error) = self.publisher.publish(&last) {
+            self.node.logger().warn(&error.to_string());
+        }
+    }
+
+    /// A job is being planned.
+    pub(super) fn planning(&self, job: &str) {
+        let message = format!("planning {job}");
+        self.set(|status| {
+            *status = JobStatus { state: JobStatus::PLANNING, job: job.into(), message, ..JobStatus::default() }
+        });
+    }
+
+    /// A job was refused before anything moved.
+    pub(super) fn refused(&self, job: &str, reason: &str) {
+        let message = format!("refused, nothing moved: {reason}");
+        self.set(|status| {
+            *status = JobStatus { state: JobStatus::IDLE, job: job.into(), message, ..JobStatus::default() }
+        });
+    }
+
+    /// A job is planned; `state` says what becomes of it.
+    pub(super) fn planned(&self, state: u8, prepared: &PreparedJob, message: &str) {
+        self.set(|status| {
+            *status = JobStatus {
+                state,
+                job: prepared.job.spec.name.clone(),
+                job_source: prepared.job.source.clone(),
+                job_hash: prepared.job.hash.clone(),
+                plan_hash: prepared.plan_hash().to_owned(),
+                message: message.to_owned(),
+                ..JobStatus::default()
+            };
+        });
+    }
+
+    /// The job goes on in another way, or has ended.
+    pub(super) fn change(&self, state: u8, message: &str, lobes: &[LobeResult]) {
+        self.set(|status| {
+            status.state = state;
+            status.message = message.to_owned();
+            status.lobes = lobes.to_vec();
+        });
+    }
+}

@@ -1,0 +1,195 @@
+//! The one job there can be: from a goal's request to its thread.
+
+use super::run::{Event, Run};
+use super::{Shared, lock, settings};
+use crate::planning::{self, MachineNow, PreparedJob};
+use crate::ros::{ActionHandler, GoalDecider, GoalDecision, GoalHandle, GoalId, RosError};
+use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal, RunJobResult};
+use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus};
+use std::fmt;
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, mpsc};
+use std::time::Duration;
+
+/// How long the machine and the interpolator may take to be there when a job is to run.
+const MEETING: Duration = Duration::from_secs(5);
+
+/// What the planner is doing about running jobs.
+#[derive(Debug, Default)]
+pub(super) enum Course {
+    /// Nothing.
+    #[default]
+    Idle,
+    /// A goal is being decided on.
+    Deciding(String),
+    /// A goal was accepted; its thread is about to start.
+    Prepared(Box<PreparedJob>),
+    /// A job runs; its thread listens here.
+    Running(String, mpsc::Sender<Event>),
+}
+
+impl fmt::Display for Course {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Course::Idle => f.write_str("idle"),
+            Course::Deciding(job) => write!(f, "job {job} is being planned"),
+            Course::Prepared(prepared) => write!(f, "job {} is about to start", prepared.job.spec.name),
+            Course::Running(job, _) => write!(f, "job {job} is running"),
+        }
+    }
+}
+
+/// A job that `load_job` planned, and what it was planned with.
+#[derive(Debug)]
+pub(super) struct Loaded {
+    /// Name or path it was loaded by.
+    pub(super) name: String,
+    /// Overrides of the request.
+    pub(super) overrides: Vec<String>,
+    /// Overrides as used, the parameters' included.
+    used: Vec<String>,
+    machine: Option<MachineNow>,
+    prepared: PreparedJob,
+}
+
+impl Shared {
+    /// Asks a job that runs to come to rest; false if none does.
+    pub(super) fn cancel(&self) -> bool {
+        match &*lock(&self.course) {
+            Course::Running(_, events) => events.send(Event::Cancel).is_ok(),
+            Course::Idle | Course::Deciding(_) | Course::Prepared(_) => false,
+        }
+    }
+
+    /// Name and overrides of a goal: an empty name is the loaded job, else the parameter's.
+    fn wanted(&self, job: &str, overrides: &[String]) -> (String, Vec<String>) {
+        if !job.is_empty() {
+            return (job.to_owned(), overrides.to_vec());
+        }
+        match &*lock(&self.loaded) {
+            Some(loaded) => {
+                let all = loaded.overrides.iter().chain(overrides).cloned().collect();
+                (loaded.name.clone(), all)
+            }
+            None => (self.node.parameters().string(settings::JOB), overrides.to_vec()),
+        }
+    }
+
+    /// Plans a job for the machine as it is now, or takes the loaded plan if nothing has changed since.
+    fn prepare(&self, name: &str, overrides: &[String], machine: Option<MachineNow>) -> Result<PreparedJob, String> {
+        let used = settings::overrides(self.node.parameters(), overrides);
+        let loaded = lock(&self.loaded);
+        let same = |loaded: &&Loaded| loaded.name == name && loaded.used == used && loaded.machine == machine;
+        if let Some(loaded) = loaded.as_ref().filter(same) {
+            return Ok(loaded.prepared.clone());
+        }
+        drop(loaded);
+        planning::prepare(name, &used, machine.as_ref()).map_err(|error| error.to_string())
+    }
+
+    /// Plans a job and keeps it, for `load_job`.
+    pub(super) fn load(&self, job: &str, overrides: &[String]) -> Result<PreparedJob, String> {
+        let (name, overrides) = self.wanted(job, overrides);
+        let used = settings::overrides(self.node.parameters(), &overrides);
+        let machine = lock(&self.machine).clone();
+        let prepared = planning::prepare(&name, &used, machine.as_ref()).map_err(|error| error.to_string())?;
+        if matches!(*lock(&self.course), Course::Idle) {
+            self.board.planned(JobStatus::IDLE, &prepared, &format!("loaded {}", prepared.summary()));
+        }
+        *lock(&self.loaded) = Some(Loaded { name, overrides, used, machine, prepared: prepared.clone() });
+        Ok(prepared)
+    }
+
+    /// Everything that stands between a goal and its first motion.
+    fn decide(&self, name: &str, overrides: &[String]) -> Result<PreparedJob, String> {
+        let there = |outcome: Result<(), RosError>| outcome.map_err(|error| error.to_string());
+        there(self.load_lobe.wait_for_service(MEETING))?;
+        there(self.execute.wait_for_server(MEETING))?;
+        let machine = lock(&self.machine).clone();
+        let machine = machine.ok_or("the machine has not said what it is (topic machine/description)")?;
+        if let Some(alarm) = lock(&self.alarms).iter().find(|alarm| alarm.active && alarm.severity >= Alarm::STOP) {
+            return Err(format!("alarm {} needs a reset: {}; {}", alarm.number, alarm.text, alarm.remedy));
+        }
+        self.prepare(name, overrides, Some(machine))
+    }
+}
+
+/// Serves `~/run_job`.
+#[derive(Debug)]
+pub(super) struct RunHandler(pub(super) Arc<Shared>);
+
+impl RunHandler {
+    /// Decides on the planning thread.
+    fn begin(&self, name: String, overrides: Vec<String>, decider: GoalDecider) {
+        let shared = Arc::clone(&self.0);
+        let sent = self.0.order(move || {
+            shared.board.planning(&name);
+            match shared.decide(&name, &overrides) {
+                Ok(prepared) => {
+                    shared.board.planned(JobStatus::PLANNING, &prepared, &prepared.summary());
+                    *lock(&shared.course) = Course::Prepared(Box::new(prepared));
+                    decider.accept();
+                }
+                Err(reason) => {
+                    *lock(&shared.course) = Course::Idle;
+                    shared.board.refused(&name, &reason);
+                    decider.reject(&reason);
+                }
+            }
+        });
+        if !sent {
+            *lock(&self.0.course) = Course::Idle;
+        }
+    }
+}
+
+impl ActionHandler<RunJob> for RunHandler {
+    fn goal(&mut self, _id: GoalId, goal: &RunJobGoal) -> GoalDecision {
+        if !self.0.active.load(Ordering::Acquire) {
+            return GoalDecision::Reject("the node is not active".into());
+        }
+        let (name, overrides) = self.0.wanted(&goal.job, &goal.overrides);
+        {
+            let mut course = lock(&self.0.course);
+            if !matches!(*course, Course::Idle) {
+                return GoalDecision::Reject(course.to_string());
+            }
+            *course = Course::Deciding(name.clone());
+        }
+        let (decider, decision) = GoalDecision::later();
+        self.begin(name, overrides, decider);
+        decision
+    }
+
+    fn accepted(&mut self, goal: GoalHandle<RunJob>) {
+        let abort = |message: &str| {
+            goal.abort(RunJobResult { message: format!("{message}; nothing moved"), ..RunJobResult::default() });
+        };
+        let mut course = lock(&self.0.course);
+        let prepared = match std::mem::take(&mut *course) {
+            Course::Prepared(prepared) => prepared,
+            other => {
+                *course = other;
+                return abort("its plan is gone");
+            }
+        };
+        if !self.0.active.load(Ordering::Acquire) {
+            return abort("the node is not active any more");
+        }
+        let (events, inbox) = mpsc::channel();
+        let name = prepared.job.spec.name.clone();
+        let run = Run::new(Arc::clone(&self.0), *prepared, goal.clone(), events.clone(), inbox);
+        match std::thread::Builder::new().name("job".into()).spawn(move || run.run()) {
+            Ok(thread) => {
+                *course = Course::Running(name, events);
+                // The one before has ended: it set the course to idle as its last act.
+                *lock(&self.0.run) = Some(thread);
+            }
+            Err(error) => abort(&format!("no thread for the job: {error}")),
+        }
+    }
+
+    fn cancel(&mut self, _id: GoalId) -> bool {
+        self.0.cancel()
+    }
+}

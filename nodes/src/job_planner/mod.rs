@@ -1,0 +1,235 @@
+//! The node `job_planner`: jobs, plans, the sequence of a job, results.
+//!
+//! The executor thread only takes requests and answers. Files are read and jobs planned on a worker thread; a job that
+//! runs has a thread of its own, which loads the blanks, hands the plan to the axis interpolator, and measures the part.
+
+mod board;
+mod course;
+mod parts;
+mod run;
+mod services;
+mod settings;
+
+use crate::config::machine_file;
+use crate::convert::mm_from_m;
+use crate::planning::MachineNow;
+use crate::ros::{
+    ActionClient, ActionServer, Client, Diagnostics, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Publisher, Qos,
+    RosArgs, ServiceHandle, SpinThread, Subscription, diagnostic_status,
+};
+use crate::running::{NodeError, autostart};
+use board::Board;
+use camwright_msgs::camwright_msgs::action::{ExecutePlan, RunJob};
+use camwright_msgs::camwright_msgs::msg::{
+    Alarm, MachineAlarms, MachineDescription as DescriptionMessage, PartLobe, PlanPage,
+};
+use camwright_msgs::camwright_msgs::srv::LoadLobe;
+use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
+use course::{Course, Loaded, RunHandler};
+use parts::Parts;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
+use std::thread::JoinHandle;
+
+/// Pages of plans that a late joiner still gets: some ten plans.
+const PLAN_DEPTH: u32 = 256;
+
+/// A running `job_planner`.
+#[derive(Debug)]
+pub struct JobPlanner {
+    node: Node,
+    lifecycle: Lifecycle,
+    shared: Arc<Shared>,
+    worker: Option<JoinHandle<()>>,
+    _subscriptions: Vec<Subscription>,
+    _services: Vec<ServiceHandle>,
+    _action: ActionServer<RunJob>,
+    _diagnostics: Diagnostics,
+    _spin: SpinThread,
+}
+
+/// A piece of work for the planning thread.
+type Work = Box<dyn FnOnce() + Send>;
+
+/// What callbacks, the planning thread and a running job share.
+#[derive(Debug)]
+struct Shared {
+    node: Node,
+    active: AtomicBool,
+    /// The machine as it last described itself.
+    machine: Mutex<Option<MachineNow>>,
+    alarms: Mutex<Vec<Alarm>>,
+    parts: Parts,
+    board: Board,
+    /// The job that `load_job` planned last.
+    loaded: Mutex<Option<Loaded>>,
+    /// The one job there can be.
+    course: Mutex<Course>,
+    /// The thread of the job that runs or ran last.
+    run: Mutex<Option<JoinHandle<()>>>,
+    /// The way to the planning thread; gone when the node ends.
+    work: Mutex<Option<mpsc::Sender<Work>>>,
+    plan: Publisher<PlanPage>,
+    load_lobe: Client<LoadLobe>,
+    execute: ActionClient<ExecutePlan>,
+}
+
+/// Locks a mutex whose value stays sound whatever a panicking holder did.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl JobPlanner {
+    /// Starts the node.
+    ///
+    /// # Errors
+    /// Parameters that are refused, DDS that cannot start.
+    pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
+        let options = NodeOptions::new("job_planner", args).parameters(settings::parameters());
+        let node = Node::new(options.parameter(autostart::parameter()))?;
+        settings::validate(&node.parameters().all()).map_err(NodeError::Parameter)?;
+        node.parameters().on_set(settings::validate);
+        let (work, orders) = mpsc::channel::<Work>();
+        let shared = Arc::new(Shared {
+            active: AtomicBool::new(false),
+            machine: Mutex::default(),
+            alarms: Mutex::default(),
+            parts: Parts::default(),
+            board: Board::new(&node)?,
+            loaded: Mutex::default(),
+            course: Mutex::default(),
+            run: Mutex::default(),
+            work: Mutex::new(Some(work)),
+            plan: node.publisher("~/plan", &Qos::latched(PLAN_DEPTH))?,
+            load_lobe: node.client("machine/load_lobe")?,
+            execute: node.action_client("axis_interpolator/execute_plan")?,
+            node: node.clone(),
+        });
+        let worker = std::thread::Builder::new().name("planning".into()).spawn(move || {
+            for order in orders {
+                order();
+            }
+        })?;
+        let subscriptions = subscriptions(&shared)?;
+        let services = services::offer(&shared)?;
+        let action = node.action_server("~/run_job", RunHandler(Arc::clone(&shared)))?;
+        let lifecycle = node.lifecycle(Activation(Arc::clone(&shared)))?;
+        let this = Arc::clone(&shared);
+        let diagnostics = node.diagnostics("job_planner", move || vec![this.health()])?;
+        let spin = node.spin_in_thread()?;
+        autostart::begin(&node, &lifecycle);
+        Ok(Self {
+            node,
+            lifecycle,
+            shared,
+            worker: Some(worker),
+            _subscriptions: subscriptions,
+            _services: services,
+            _action: action,
+            _diagnostics: diagnostics,
+            _spin: spin,
+        })
+    }
+
+    /// The node.
+    #[must_use]
+    pub fn node(&self) -> &Node {
+        &self.node
+    }
+
+    /// Its life cycle.
+    pub fn lifecycle(&self) -> &Lifecycle {
+        &self.lifecycle
+    }
+
+    /// Whether the machine has said what it is.
+    #[must_use]
+    pub fn knows_machine(&self) -> bool {
+        lock(&self.shared.machine).is_some()
+    }
+
+    /// Brings a job that runs to rest, then ends the node.
+    pub fn stop(mut self) {
+        self.shared.active.store(false, Ordering::Release);
+        self.shared.cancel();
+        drop(lock(&self.shared.work).take());
+        if let Some(worker) = self.worker.take() {
+            // A thread that panicked has told so.
+            let _panicked = worker.join();
+        }
+        self.shared.cancel();
+        let run = lock(&self.shared.run).take();
+        if let Some(run) = run {
+            let _panicked = run.join();
+        }
+        self.node.shutdown();
+    }
+}
+
+#[derive(Debug)]
+struct Activation(Arc<Shared>);
+
+impl LifecycleCallbacks for Activation {
+    fn activate(&mut self) -> Result<(), String> {
+        self.0.active.store(true, Ordering::Release);
+        Ok(())
+    }
+    fn deactivate(&mut self) -> Result<(), String> {
+        self.0.active.store(false, Ordering::Release);
+        self.0.cancel();
+        Ok(())
+    }
+    fn shutdown(&mut self) -> Result<(), String> {
+        self.deactivate()
+    }
+}
+
+impl Shared {
+    /// Takes the machine's description: what it is, and the wheel that is mounted.
+    fn meet(&self, message: &DescriptionMessage) {
+        match machine_file::parse(Path::new("machine/description"), &message.source, &[]) {
+            Ok(file) if file.description.hash == message.hash => {
+                let wheel_radius_mm = mm_from_m(message.wheel_radius);
+                *lock(&self.machine) = Some(MachineNow { description: file.description, wheel_radius_mm });
+            }
+            Ok(_) => self.node.logger().error("the machine's description does not have its hash"),
+            Err(error) => self.node.logger().error(&error.to_string()),
+        }
+    }
+
+    /// Gives work to the planning thread; false when the node is ending.
+    fn order(&self, work: impl FnOnce() + Send + 'static) -> bool {
+        lock(&self.work).as_ref().is_some_and(|orders| orders.send(Box::new(work)).is_ok())
+    }
+
+    /// One status: whether it works, whether the machine is known, what runs.
+    fn health(&self) -> DiagnosticStatus {
+        let course = lock(&self.course).to_string();
+        let (level, message) = if !self.active.load(Ordering::Acquire) {
+            (DiagnosticStatus::OK, "not active".to_owned())
+        } else if lock(&self.machine).is_none() {
+            (DiagnosticStatus::WARN, "the machine has not been heard of yet".to_owned())
+        } else {
+            (DiagnosticStatus::OK, course)
+        };
+        let loaded = lock(&self.loaded).as_ref().map_or_else(String::new, |loaded| loaded.name.clone());
+        diagnostic_status(level, "", &message, &[("loaded", loaded)])
+    }
+}
+
+fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
+    let node = &shared.node;
+    let this = Arc::clone(shared);
+    let description =
+        node.subscribe::<DescriptionMessage>("machine/description", &Qos::latched(1), move |message, _| {
+            this.meet(&message);
+        })?;
+    let this = Arc::clone(shared);
+    let part = node.subscribe::<PartLobe>("machine/part", &Qos::latched(32), move |lobe, _| this.parts.take(lobe))?;
+    let this = Arc::clone(shared);
+    let alarms = node.subscribe::<MachineAlarms>("machine/alarms", &Qos::latched(1), move |message, _| {
+        *lock(&this.alarms) = message.alarms;
+    })?;
+    Ok(vec![description, part, alarms])
+}

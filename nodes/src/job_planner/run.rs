@@ -1,0 +1,322 @@
+//! A job that runs, on a thread of its own: pages, blanks, execution, measuring.
+
+use super::course::Course;
+use super::{Shared, lock};
+use crate::convert::plan::{phase_from, phase_name};
+use crate::planning::{self, PreparedJob};
+use crate::ros::{ClientGoal, GoalHandle, GoalStatus};
+use camwright_msgs::camwright_msgs::action::{
+    ExecutePlan, ExecutePlanFeedback, ExecutePlanGoal, ExecutePlanResult, RunJob, RunJobFeedback, RunJobResult,
+};
+use camwright_msgs::camwright_msgs::msg::{JobStatus, LobeResult, PartLobe};
+use camwright_msgs::camwright_msgs::srv::LoadLobeRequest;
+use std::sync::{Arc, Mutex, mpsc};
+use std::time::{Duration, Instant};
+
+/// How long a peer may take to answer a request.
+const ANSWER: Duration = Duration::from_secs(10);
+/// How long the machine may take to come to rest before it takes a new part.
+const AT_REST: Duration = Duration::from_secs(5);
+/// Pause between two attempts to load a lobe.
+const BETWEEN_ATTEMPTS: Duration = Duration::from_millis(50);
+/// How long the finished part may take to arrive: one page of outline per lobe.
+const MEASURING: Duration = Duration::from_secs(20);
+/// How long a job may take to come to rest after it was cancelled.
+const STOPPING: Duration = Duration::from_secs(60);
+/// How often the interpolator is looked for while it executes.
+const WATCH: Duration = Duration::from_secs(1);
+/// How long it may be out of sight: longer than a discovery hiccup.
+const OUT_OF_SIGHT: Duration = Duration::from_secs(5);
+
+/// What a running job is told.
+#[derive(Debug)]
+pub(super) enum Event {
+    /// Come to rest.
+    Cancel,
+    /// The interpolator has ended the plan.
+    Ended(GoalStatus, ExecutePlanResult),
+}
+
+/// How a job ended that did not reach its end.
+enum Failure {
+    /// Somebody wished so.
+    Cancelled(String),
+    /// It could not go on.
+    Failed(String),
+}
+
+/// One run of a job.
+pub(super) struct Run {
+    shared: Arc<Shared>,
+    prepared: PreparedJob,
+    goal: GoalHandle<RunJob>,
+    events: mpsc::Sender<Event>,
+    inbox: mpsc::Receiver<Event>,
+    times: Arc<Mutex<LobeTicks>>,
+}
+
+/// Ticks at which each lobe began and ended, as the interpolator told.
+#[derive(Debug, Default)]
+struct LobeTicks {
+    current: Option<usize>,
+    spans: Vec<(u64, Option<u64>)>,
+}
+
+impl LobeTicks {
+    fn note(&mut self, lobe: Option<usize>, tick: u64) {
+        if lobe == self.current {
+            return;
+        }
+        if let Some(span) = self.current.and_then(|index| self.spans.get_mut(index)) {
+            span.1 = Some(tick);
+        }
+        // Lobes come in the order of the plan; one that is missed leaves those after it without a time.
+        if lobe == Some(self.spans.len()) {
+            self.spans.push((tick, None));
+        }
+        self.current = lobe;
+    }
+
+    /// Ticks of a lobe; the last one may end with the job.
+    fn of(&self, lobe: usize, last_tick: u64) -> Option<u64> {
+        let (begin, end) = self.spans.get(lobe)?;
+        Some(end.unwrap_or(last_tick).saturating_sub(*begin))
+    }
+}
+
+impl Run {
+    pub(super) fn new(
+        shared: Arc<Shared>,
+        prepared: PreparedJob,
+        goal: GoalHandle<RunJob>,
+        events: mpsc::Sender<Event>,
+        inbox: mpsc::Receiver<Event>,
+    ) -> Self {
+        Self { shared, prepared, goal, events, inbox, times: Arc::default() }
+    }
+
+    /// The whole run; the course is idle again when it returns.
+    pub(super) fn run(self) {
+        let logger = self.shared.node.logger().clone();
+        let _current = logger.enter();
+        let name = self.prepared.job.spec.name.clone();
+        let started = self.prepared.summary();
+        self.shared.board.planned(JobStatus::EXECUTING, &self.prepared, &started);
+        logger.info(&format!("job {started}"));
+        let mut result = RunJobResult { plan_hash: self.prepared.plan_hash().to_owned(), ..RunJobResult::default() };
+        let outcome = self.proceed(&mut result);
+        // Idle before the client hears of the end: it may send the next goal at once.
+        *lock(&self.shared.course) = Course::Idle;
+        match outcome {
+            Ok(()) => {
+                result.success = true;
+                logger.info(&format!("job {name} complete: {}", result.message));
+                self.shared.board.change(JobStatus::COMPLETE, &result.message, &result.lobes);
+                self.goal.succeed(result);
+            }
+            Err(Failure::Cancelled(message)) => {
+                result.message = message;
+                logger.warn(&format!("job {name} stopped: {}", result.message));
+                self.shared.board.change(JobStatus::STOPPED, &result.message, &result.lobes);
+                self.goal.canceled(result);
+            }
+            Err(Failure::Failed(message)) => {
+                result.message = message;
+                logger.error(&format!("job {name} aborted: {}", result.message));
+                self.shared.board.change(JobStatus::ABORTED, &result.message, &result.lobes);
+                self.goal.abort(result);
+            }
+        }
+    }
+
+    fn proceed(&self, result: &mut RunJobResult) -> Result<(), Failure> {
+        for page in &self.prepared.pages {
+            self.shared.plan.publish(page).map_err(|error| failed_still(&error.to_string()))?;
+        }
+        self.load_blanks()?;
+        let (status, ended) = self.execute()?;
+        (result.alarm, result.first_tick, result.last_tick) = (ended.alarm, ended.first_tick, ended.last_tick);
+        let ticks = ended.last_tick.saturating_sub(ended.first_tick);
+        result.duration = self.seconds(ticks);
+        result.duration_with_indexing = result.duration + self.prepared.planned.saved_by_not_indexing_s();
+        match status {
+            GoalStatus::Succeeded => {
+                result.lobes = self.measure(&ended)?;
+                result.message = self.told(result);
+                Ok(())
+            }
+            GoalStatus::Canceled => Err(Failure::Cancelled(ended.message)),
+            _ => Err(Failure::Failed(ended.message)),
+        }
+    }
+
+    fn told(&self, result: &RunJobResult) -> String {
+        let lobes = result.lobes.len();
+        if self.prepared.job.spec.rotary_indexing {
+            return format!("{lobes} lobes in {:.2} s, with rotary indexing before each", result.duration);
+        }
+        format!(
+            "{lobes} lobes in {:.2} s; with rotary indexing before each {:.2} s: {:.2} s saved",
+            result.duration,
+            result.duration_with_indexing,
+            result.duration_with_indexing - result.duration
+        )
+    }
+
+    #[allow(clippy::cast_precision_loss, reason = "a job of 2^53 ticks would last 285 000 years")]
+    fn seconds(&self, ticks: u64) -> f64 {
+        ticks as f64 * self.prepared.machine.cycle_time_s()
+    }
+
+    /// Whether somebody wishes the end before anything has moved.
+    fn check_cancelled(&self) -> Result<(), Failure> {
+        match self.inbox.try_recv() {
+            Ok(Event::Cancel) => Err(Failure::Cancelled("cancelled before anything moved".into())),
+            _ => Ok(()),
+        }
+    }
+
+    /// Puts the raw part between the centres.
+    fn load_blanks(&self) -> Result<(), Failure> {
+        let stock_mm = self.prepared.job.spec.stock_mm;
+        for (index, lobe) in self.prepared.planned.lobes.iter().enumerate() {
+            let request = LoadLobeRequest { clear: index == 0, lobe: planning::blank(&lobe.design, stock_mm) };
+            let end = Instant::now() + AT_REST;
+            loop {
+                self.check_cancelled()?;
+                let response =
+                    self.shared.load_lobe.call(&request, ANSWER).map_err(|error| failed_still(&error.to_string()))?;
+                if response.success {
+                    break;
+                }
+                // The job before may just have ended: its last axis is still settling.
+                if Instant::now() >= end {
+                    return Err(failed_still(&format!("the machine does not take the part: {}", response.message)));
+                }
+                std::thread::sleep(BETWEEN_ATTEMPTS);
+            }
+        }
+        Ok(())
+    }
+
+    /// Hands the plan to the interpolator and waits for its end.
+    fn execute(&self) -> Result<(GoalStatus, ExecutePlanResult), Failure> {
+        self.check_cancelled()?;
+        let wanted = ExecutePlanGoal {
+            plan_hash: self.prepared.plan_hash().to_owned(),
+            client: format!("{}, job {}", self.shared.node.fully_qualified_name(), self.prepared.job.spec.name),
+        };
+        let sent = self.shared.execute.send_goal(wanted, self.feedback(), ANSWER);
+        let plan = sent.map_err(|error| failed_still(&error.to_string()))?;
+        if !plan.accepted() {
+            return Err(failed_still("the axis interpolator refused the plan; its log says why"));
+        }
+        let events = self.events.clone();
+        plan.result_with(move |status, result| drop(events.send(Event::Ended(status, result))))
+            .map_err(|error| Failure::Failed(error.to_string()))?;
+        self.wait(&plan)
+    }
+
+    fn wait(&self, plan: &ClientGoal<ExecutePlan>) -> Result<(GoalStatus, ExecutePlanResult), Failure> {
+        let mut give_up: Option<Instant> = None;
+        let mut seen = Instant::now();
+        loop {
+            match self.inbox.recv_timeout(WATCH) {
+                Ok(Event::Ended(status, result)) => return Ok((status, result)),
+                Ok(Event::Cancel) if give_up.is_none() => {
+                    give_up = Some(Instant::now() + STOPPING);
+                    self.shared.board.change(JobStatus::STOPPING, "coming to rest", &[]);
+                    plan.cancel_with(|_| {}).map_err(|error| Failure::Failed(error.to_string()))?;
+                }
+                Ok(Event::Cancel) => {}
+                Err(_) => {
+                    if self.shared.execute.is_ready() {
+                        seen = Instant::now();
+                    }
+                    if seen.elapsed() > OUT_OF_SIGHT {
+                        return Err(Failure::Failed(
+                            "the axis interpolator has left; the machine stops on the path by itself".into(),
+                        ));
+                    }
+                }
+            }
+            if give_up.is_some_and(|end| Instant::now() > end) {
+                let message = format!("cancelled, but the axes did not come to rest within {} s", STOPPING.as_secs());
+                return Err(Failure::Failed(message));
+            }
+        }
+    }
+
+    /// Passes the interpolator's feedback on in the words of the job.
+    fn feedback(&self) -> impl FnMut(ExecutePlanFeedback) + Send + 'static {
+        let (goal, times) = (self.goal.clone(), Arc::clone(&self.times));
+        let names: Vec<String> = self.prepared.planned.plan.lobes.clone();
+        let mut last_index = 0;
+        move |feedback| {
+            let lobe = usize::try_from(feedback.lobe).ok().filter(|index| *index < names.len());
+            lock(&times).note(lobe, feedback.tick);
+            last_index = lobe.unwrap_or(last_index);
+            goal.feedback(&RunJobFeedback {
+                phase: feedback.phase,
+                phase_name: phase_from(feedback.phase).map_or("", phase_name).to_owned(),
+                lobe: lobe.map_or_else(String::new, |index| names[index].clone()),
+                lobe_index: u32::try_from(last_index).unwrap_or(u32::MAX),
+                lobe_count: u32::try_from(names.len()).unwrap_or(u32::MAX),
+                turn: feedback.turn,
+                turns: feedback.turns,
+                stock: feedback.stock,
+                percent: feedback.percent,
+                time_left: feedback.time_left,
+            });
+        }
+    }
+
+    /// The form of every lobe of the finished part.
+    fn measure(&self, ended: &ExecutePlanResult) -> Result<Vec<LobeResult>, Failure> {
+        let lobes = &self.prepared.planned.lobes;
+        let names: Vec<&str> = lobes.iter().map(|lobe| lobe.design.name.as_str()).collect();
+        let parts = self.shared.parts.wait_finished(&names, ended.first_tick, MEASURING).map_err(|missing| {
+            Failure::Failed(format!("the job was executed, but the machine did not report the finished lobe {missing}"))
+        })?;
+        let predicted = planning::lobe_times_s(&self.prepared);
+        let times = lock(&self.times);
+        let result = |(index, part): (usize, &PartLobe)| {
+            let lobe = &lobes[index];
+            let mut result = planning::lobe_result(&lobe.design, part).map_err(|e| Failure::Failed(e.to_string()))?;
+            result.start_angle = lobe.start_rad;
+            result.turns = f64::from(lobe.speed.turns());
+            result.duration = match times.of(index, ended.last_tick) {
+                Some(ticks) => self.seconds(ticks),
+                // Feedback may be lost on its way; then the plan's time is the best there is.
+                None => predicted.get(index).copied().unwrap_or_default(),
+            };
+            Ok(result)
+        };
+        parts.iter().enumerate().map(result).collect()
+    }
+}
+
+fn failed_still(reason: &str) -> Failure {
+    Failure::Failed(format!("{reason}; nothing moved"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lobe_lasts_from_its_first_tick_to_the_next_one_that_is_not_its() {
+        let mut ticks = LobeTicks::default();
+        for (lobe, tick) in [(None, 0), (Some(0), 100), (Some(0), 150), (Some(1), 300), (None, 450), (None, 500)] {
+            ticks.note(lobe, tick);
+        }
+        assert_eq!((ticks.of(0, 600), ticks.of(1, 600), ticks.of(2, 600)), (Some(200), Some(150), None));
+    }
+
+    #[test]
+    fn the_last_lobe_may_end_with_the_job() {
+        let mut ticks = LobeTicks::default();
+        ticks.note(Some(0), 10);
+        assert_eq!(ticks.of(0, 60), Some(50));
+    }
+}
