@@ -242,7 +242,13 @@ impl Ticker {
         if self.is_stopped_by_alarm() {
             return !self.machine.is_at_rest();
         }
-        self.has_work(next) && !self.buffer.is_underrun(next)
+        self.has_work(next) && !self.buffer.is_underrun(next) && !self.awaits_job(next)
+    }
+
+    /// A job begins with this tick and its first setpoints are still on their way: they must not find it executed.
+    fn awaits_job(&self, next: u64) -> bool {
+        let begins = |c: &TimedCommand| matches!(c.order, Order::JobBegin) && c.tick <= next;
+        !self.buffer.has_setpoints() && self.commands.iter().flatten().any(begins)
     }
 
     fn is_stopped_by_alarm(&self) -> bool {
