@@ -9,5 +9,7 @@ pub mod cyclic;
 pub mod job_planner;
 pub mod machine_sim;
 pub mod planning;
+pub mod replay;
 pub mod ros;
+pub mod run_logger;
 pub mod running;

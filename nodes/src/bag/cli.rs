@@ -10,25 +10,28 @@ use super::info::BagInfo;
 /// Arguments of `camwright bag`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct BagArgs {
+    /// What to do with the bag
     #[command(subcommand)]
-    command: BagCommand,
+    pub command: BagCommand,
 }
 
+/// What `camwright bag` does.
 #[derive(Debug, Clone, clap::Subcommand)]
-enum BagCommand {
+pub enum BagCommand {
     /// Topics, counts, times and custom data of a bag
     Info(BagPath),
     /// Structure, check sums, order, and agreement with metadata.yaml; exit 0 clean, 1 warnings, 2 errors
     Check(BagPath),
 }
 
+/// Which bag, and how to tell about it.
 #[derive(Debug, Clone, clap::Args)]
-struct BagPath {
+pub struct BagPath {
     /// Directory of the bag, or one MCAP file
-    bag: PathBuf,
+    pub bag: PathBuf,
     /// One JSON object instead of text
     #[arg(long)]
-    json: bool,
+    pub json: bool,
 }
 
 /// Runs `camwright bag …`. Exit code 0: done, or clean; 1: warnings; 2: errors in the bag, or no bag.

@@ -84,6 +84,8 @@ struct Shared {
     queued_bytes: AtomicU64,
     bytes: AtomicU64,
     fault: OnceLock<String>,
+    /// Messages known to have been lost before they were handed over.
+    missed: AtomicU64,
     /// Guards the list only; it is locked to add a topic or to read the counts, never while writing.
     topics: Mutex<Vec<Arc<TopicState>>>,
 }
@@ -93,8 +95,9 @@ impl Shared {
         self.topics.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    fn dropped(&self) -> u64 {
-        self.topics().iter().map(|t| t.dropped.load(Ordering::Acquire)).sum()
+    fn lost(&self) -> u64 {
+        let dropped: u64 = self.topics().iter().map(|t| t.dropped.load(Ordering::Acquire)).sum();
+        dropped + self.missed.load(Ordering::Acquire)
     }
 }
 
@@ -112,6 +115,12 @@ pub struct RecordedTopic {
 }
 
 impl RecordedTopic {
+    /// Fully qualified name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.state.topic
+    }
+
     /// Messages of this topic handed to the recording so far.
     #[must_use]
     pub fn received(&self) -> u64 {
@@ -126,7 +135,8 @@ pub struct Recording {
     commands: mpsc::Sender<Command>,
     shared: Arc<Shared>,
     queue_bytes: u64,
-    thread: Option<JoinHandle<Result<BagMetadata, BagError>>>,
+    /// The writer's thread until somebody has waited for its end.
+    thread: Mutex<Option<JoinHandle<Result<BagMetadata, BagError>>>>,
 }
 
 impl Recording {
@@ -156,7 +166,7 @@ impl Recording {
             commands,
             shared,
             queue_bytes: options.queue_bytes,
-            thread: Some(thread),
+            thread: Mutex::new(Some(thread)),
         })
     }
 
@@ -207,6 +217,13 @@ impl Recording {
         false
     }
 
+    /// Notes that `count` messages were lost before they could be handed over; they enter `camwright.lost_total`. Returns whether
+    /// that is worth saying: the first time, and at every doubling after it.
+    pub fn report_missed(&self, count: u64) -> bool {
+        let before = self.shared.missed.fetch_add(count, Ordering::AcqRel);
+        before == 0 || (before + count).ilog2() > before.ilog2()
+    }
+
     /// Why the recording cannot go on, when it cannot: its bag is closed then, and everything since is counted as dropped.
     #[must_use]
     pub fn fault(&self) -> Option<&str> {
@@ -235,19 +252,20 @@ impl Recording {
         counts
     }
 
-    /// Writes what is queued and closes the bag.
+    /// Writes what is queued and closes the bag; whatever is handed over afterwards is dropped and counted.
     ///
     /// # Errors
     /// When the bag could not be closed properly. A full disk is no such error: the bag is whole, and
     /// `camwright.outcome` in it says `fault`.
-    pub fn stop(mut self, outcome: Outcome) -> Result<(BagMetadata, Counts), BagError> {
+    pub fn stop(&self, outcome: Outcome) -> Result<(BagMetadata, Counts), BagError> {
         let result = self.join(outcome);
         result.map(|metadata| (metadata, self.counts()))
     }
 
-    fn join(&mut self, outcome: Outcome) -> Result<BagMetadata, BagError> {
+    fn join(&self, outcome: Outcome) -> Result<BagMetadata, BagError> {
         let lost = || BagError::Closed { reason: "its writer ended".into() };
-        let Some(thread) = self.thread.take() else { return Err(lost()) };
+        let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let Some(thread) = thread else { return Err(lost()) };
         // When the writer is gone already, joining says why.
         let _ = self.commands.send(Command::Stop(outcome));
         thread.join().map_err(|_| lost())?
@@ -256,10 +274,8 @@ impl Recording {
 
 impl Drop for Recording {
     fn drop(&mut self) {
-        if self.thread.is_some() {
-            // Nobody is left to hear of a failure; the bag's own metadata says how it ended.
-            drop(self.join(Outcome::Complete));
-        }
+        // Nobody is left to hear of a failure; the bag's own metadata says how it ended. After `stop` there is nothing to join.
+        drop(self.join(Outcome::Complete));
     }
 }
 
@@ -342,7 +358,7 @@ impl WriterTask {
 
     fn close(&mut self, outcome: Outcome) {
         if let Some(writer) = self.writer.take() {
-            self.closed = Some(writer.close(outcome, self.shared.dropped()));
+            self.closed = Some(writer.close(outcome, self.shared.lost()));
         }
     }
 }

@@ -26,13 +26,15 @@ enum CommandLine {
     Check(check::CheckArgs),
     /// Look into a bag.
     Bag(crate::bag::cli::BagArgs),
+    /// Play a bag to the ROS graph.
+    Replay(crate::replay::ReplayArgs),
 }
 
 /// Entry point of the binary.
 #[must_use]
 pub fn main() -> ExitCode {
-    let rest = match RosArgs::from_env() {
-        Ok((_, rest)) => rest,
+    let (ros, rest) = match RosArgs::from_env() {
+        Ok(both) => both,
         Err(error) => {
             // A reader that went away is no failure of ours.
             let _ = writeln!(std::io::stderr(), "camwright: {error}");
@@ -44,5 +46,6 @@ pub fn main() -> ExitCode {
         CommandLine::Plan(args) => plan::main(&args),
         CommandLine::Check(args) => check::main(&args),
         CommandLine::Bag(args) => crate::bag::cli::run(&args),
+        CommandLine::Replay(args) => crate::replay::run(&args, &ros),
     }
 }

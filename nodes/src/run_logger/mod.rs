@@ -1,0 +1,293 @@
+//! The node `run_logger`: records the topics of its cell as a rosbag2 bag.
+//!
+//! ```text
+//!   discovery ──► Selection ──► raw subscriptions ──► Recording (queue, writer thread) ──► <bag_dir>/
+//!                                     │ joint_states, machine/stream
+//!                                     └──► TickWatch ──► ~/status ──► machine_sim: at pace fast it waits for us
+//! ```
+//!
+//! Active means recording: activation opens the bag, deactivation closes it. `~/pause`, `~/resume` and `~/is_paused` are those of
+//! rosbag2's recorder.
+
+mod selection;
+mod session;
+mod settings;
+mod ticks;
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use camwright_msgs::camwright_msgs::msg::RecorderStatus;
+use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
+use camwright_msgs::rosbag2_interfaces::srv::{
+    IsPaused, IsPausedResponse, Pause, PauseResponse, Resume, ResumeResponse,
+};
+
+use crate::bag::Counts;
+use crate::ros::{
+    Diagnostics, GraphListener, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Publisher, Qos, RosArgs, RosError,
+    ServiceHandle, Shutdown, TimerHandle, Transition, diagnostic_status,
+};
+
+pub use selection::Selection;
+use session::Session;
+use settings::Settings;
+
+/// How often `~/status` is published at least.
+const STATUS_PERIOD: Duration = Duration::from_millis(100);
+/// How long what was published before a deactivation may take to arrive.
+const LAST_ARRIVALS: Duration = Duration::from_millis(100);
+
+/// A recording under way and what feeds it.
+struct Active {
+    session: Arc<Session>,
+    _status: TimerHandle,
+    _graph: GraphListener,
+}
+
+/// What the node's callbacks share.
+struct Shared {
+    node: Node,
+    status: Publisher<RecorderStatus>,
+    /// Locked for the moments of activation and deactivation (the life cycle's thread) and by services (the executor's); never
+    /// while waiting for the other.
+    active: Mutex<Option<Active>>,
+}
+
+/// The recorder's node.
+pub struct RunLogger {
+    shared: Arc<Shared>,
+    lifecycle: Lifecycle,
+    _diagnostics: Diagnostics,
+    _services: Vec<ServiceHandle>,
+}
+
+impl std::fmt::Debug for RunLogger {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("RunLogger").field("node", &self.shared.node).finish_non_exhaustive()
+    }
+}
+
+impl Shared {
+    fn active(&self) -> std::sync::MutexGuard<'_, Option<Active>> {
+        self.active.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The present parameters, or a sentence about the one that is wrong.
+    fn settings(&self) -> Result<Settings, String> {
+        let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+        Settings::read(self.node.parameters(), u64::try_from(since.as_nanos()).unwrap_or(u64::MAX))
+    }
+
+    /// Opens the bag and begins to record.
+    fn activate(self: &Arc<Self>) -> Result<(), String> {
+        let mut active = self.active();
+        if active.is_some() {
+            return Err("a bag is open already".into());
+        }
+        let session = Session::start(&self.node, self.settings()?, self.status.clone()).map_err(|e| e.to_string())?;
+        let graph = self.node.on_graph_change({
+            let session = Arc::downgrade(&session);
+            move || {
+                if let Some(session) = session.upgrade() {
+                    session.refresh();
+                }
+            }
+        });
+        let status = self.node.timer(STATUS_PERIOD, {
+            let (session, logger) = (Arc::downgrade(&session), self.node.logger().clone());
+            let mut has_told_fault = false;
+            move || {
+                let Some(session) = session.upgrade() else { return };
+                session.tell();
+                if let Some(fault) = session.fault().filter(|_| !has_told_fault) {
+                    has_told_fault = true;
+                    logger.error(&format!("the recording has ended: {fault}"));
+                }
+            }
+        });
+        // On the executor thread, where subscriptions are made whenever the graph changes.
+        self.node.post({
+            let session = Arc::downgrade(&session);
+            move || {
+                if let Some(session) = session.upgrade() {
+                    session.refresh();
+                }
+            }
+        });
+        self.node.logger().info(&format!("recording into {}", session.bag().display()));
+        *active = Some(Active { session, _status: status, _graph: graph });
+        Ok(())
+    }
+
+    /// Closes the bag. Nothing happens when none is open.
+    fn deactivate(&self) -> Result<(), String> {
+        let Some(Active { session, _status, _graph }) = self.active().take() else { return Ok(()) };
+        // The executor goes on delivering meanwhile, unless this is it.
+        if !self.node.on_executor_thread() {
+            std::thread::sleep(LAST_ARRIVALS);
+        }
+        drop((_status, _graph));
+        let bag = session.bag().display().to_string();
+        match session.stop() {
+            Ok((metadata, counts)) => {
+                let Counts { received, dropped, .. } = counts;
+                let (written, topics) = (metadata.message_count, metadata.topics.len());
+                let text = format!("closed {bag}: {written} messages on {topics} topics");
+                match dropped {
+                    0 => self.node.logger().info(&text),
+                    _ => self.node.logger().warn(&format!("{text}; {dropped} of {received} received were dropped")),
+                }
+                Ok(())
+            }
+            Err(error) => {
+                let text = format!("{bag} could not be closed properly: {error}");
+                self.node.logger().error(&text);
+                Err(text)
+            }
+        }
+    }
+
+    fn with_session<T>(&self, idle: T, action: impl FnOnce(&Session) -> T) -> T {
+        match self.active().as_ref() {
+            Some(active) => action(&active.session),
+            None => idle,
+        }
+    }
+
+    /// One status for `/diagnostics`.
+    fn diagnosis(&self) -> DiagnosticStatus {
+        let idle = diagnostic_status(DiagnosticStatus::OK, "", "not recording", &[]);
+        self.with_session(idle, |session| {
+            let counts = session.counts();
+            let bag = session.bag().display().to_string();
+            let (level, text) = if let Some(fault) = session.fault() {
+                (DiagnosticStatus::ERROR, format!("the recording has ended: {fault}"))
+            } else if counts.dropped > 0 {
+                (DiagnosticStatus::WARN, format!("{} messages were dropped", counts.dropped))
+            } else if counts.queued_bytes > session.queue_bytes() / 2 {
+                (DiagnosticStatus::WARN, "the disk is slow: the queue is more than half full".into())
+            } else if session.is_paused() {
+                (DiagnosticStatus::OK, "paused".into())
+            } else {
+                (DiagnosticStatus::OK, "recording".into())
+            };
+            let values = [
+                ("bag", bag),
+                ("topics", counts.topics.len().to_string()),
+                ("received", counts.received.to_string()),
+                ("written", counts.written.to_string()),
+                ("dropped", counts.dropped.to_string()),
+                ("queued_bytes", counts.queued_bytes.to_string()),
+                ("file_bytes", counts.bytes.to_string()),
+            ];
+            diagnostic_status(level, "", &text, &values)
+        })
+    }
+}
+
+/// Active is recording.
+struct Callbacks(Arc<Shared>);
+
+impl LifecycleCallbacks for Callbacks {
+    fn configure(&mut self) -> Result<(), String> {
+        self.0.settings().map(drop)
+    }
+
+    fn activate(&mut self) -> Result<(), String> {
+        self.0.activate()
+    }
+
+    fn deactivate(&mut self) -> Result<(), String> {
+        // A bag that could not be closed properly is told; the node is inactive all the same.
+        drop(self.0.deactivate());
+        Ok(())
+    }
+
+    fn shutdown(&mut self) -> Result<(), String> {
+        self.0.deactivate()
+    }
+}
+
+impl RunLogger {
+    /// Joins the graph as `run_logger`, unless `args` say otherwise. Nothing is recorded before the node is active.
+    ///
+    /// # Errors
+    /// A name or a parameter is refused, or the network is.
+    pub fn new(args: &RosArgs) -> Result<Self, RosError> {
+        let node = Node::new(NodeOptions::new("run_logger", args).parameters(settings::parameters()))?;
+        node.parameters().on_set(settings::check);
+        let status = node.publisher::<RecorderStatus>("~/status", &Qos::default_topic())?;
+        let shared = Arc::new(Shared { node: node.clone(), status, active: Mutex::default() });
+        let mut services = Vec::new();
+        for (name, is_paused) in [("~/pause", true), ("~/resume", false)] {
+            let weak = Arc::downgrade(&shared);
+            let change = move || {
+                if let Some(shared) = weak.upgrade() {
+                    shared.with_session((), |session| session.pause(is_paused));
+                }
+            };
+            services.push(if is_paused {
+                node.service::<Pause>(name, move |_| {
+                    change();
+                    PauseResponse::default()
+                })?
+            } else {
+                node.service::<Resume>(name, move |_| {
+                    change();
+                    ResumeResponse::default()
+                })?
+            });
+        }
+        let weak = Arc::downgrade(&shared);
+        services.push(node.service::<IsPaused>("~/is_paused", move |_| IsPausedResponse {
+            paused: weak.upgrade().is_some_and(|s| s.with_session(false, Session::is_paused)),
+        })?);
+        let weak = Arc::downgrade(&shared);
+        let diagnostics = node.diagnostics("", move || weak.upgrade().map(|s| s.diagnosis()).into_iter().collect())?;
+        let lifecycle = node.lifecycle(Callbacks(shared.clone()))?;
+        Ok(Self { shared, lifecycle, _diagnostics: diagnostics, _services: services })
+    }
+
+    /// The node, for those who manage several in one process.
+    #[must_use]
+    pub fn node(&self) -> &Node {
+        &self.shared.node
+    }
+
+    /// Its life cycle.
+    pub fn lifecycle(&self) -> &Lifecycle {
+        &self.lifecycle
+    }
+
+    /// Runs the node until shutdown is requested; then closes the bag and leaves the graph. With the parameter `autostart` it
+    /// records from the start.
+    ///
+    /// # Errors
+    /// When another thread runs the node, or the start asked for is refused.
+    pub fn run(&self, shutdown: &Shutdown) -> Result<(), RosError> {
+        let node = &self.shared.node;
+        // On a thread of its own, so that messages arrive and services answer until the bag is closed.
+        let spinning = node.spin_in_thread()?;
+        let started = if node.parameters().bool("autostart") {
+            self.lifecycle.trigger(Transition::Configure).and_then(|()| self.lifecycle.trigger(Transition::Activate))
+        } else {
+            Ok(())
+        };
+        if started.is_ok() {
+            shutdown.wait();
+        }
+        // What could not be closed has been logged, and a node that was shut down before has nothing to close.
+        drop(self.lifecycle.trigger(Transition::Shutdown));
+        spinning.stop();
+        node.shutdown();
+        started
+    }
+}
+
+impl Drop for RunLogger {
+    fn drop(&mut self) {
+        // A bag that nobody closed: its metadata and the log say how it went.
+        drop(self.shared.deactivate());
+    }
+}

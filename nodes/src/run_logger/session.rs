@@ -1,0 +1,328 @@
+//! One recording of the graph: who is subscribed to, and what becomes of what arrives.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use camwright_msgs::camwright_msgs::msg::{RecorderStatus, TopicRecord};
+
+use super::selection::{Selection, recorded_qos, subscription_qos};
+use super::settings::Settings;
+use super::ticks::TickWatch;
+use crate::bag::recording::RecordedTopic;
+use crate::bag::{BagError, BagMetadata, Counts, Outcome, Recording, Topic};
+use crate::ros::{Guid, MessageInfo, Node, Publisher, RosError, Subscription, TopicInfo};
+
+/// Most that waits for the first `/clock` (B); what comes then is stamped with its time of receipt.
+const HELD_BYTES: usize = 64 << 20;
+
+/// What a topic means to the recorder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Meaning {
+    JointStates,
+    Stream,
+    Other,
+}
+
+/// A topic that is subscribed to.
+struct Entry {
+    type_name: String,
+    subscription: Subscription,
+    /// A publisher matched once; from then on it is shown in the status.
+    was_matched: bool,
+}
+
+#[derive(Default)]
+struct Topics {
+    entries: BTreeMap<String, Entry>,
+    /// Topic and type of what is not recorded, so that it is said once.
+    refused: BTreeSet<(String, String)>,
+}
+
+/// A message that waits for `/clock`.
+struct Held {
+    topic: RecordedTopic,
+    publish_ns: u64,
+    reception_ns: u64,
+    data: Vec<u8>,
+}
+
+/// How far the machine's joint states are in the bag, and how far that has been told.
+#[derive(Default)]
+struct Progress {
+    watch: TickWatch,
+    told_tick: u64,
+}
+
+/// A recording of the graph, from activation to deactivation. Callbacks hold it weakly: dropping it ends them.
+pub(super) struct Session {
+    node: Node,
+    settings: Settings,
+    selection: Selection,
+    recording: Recording,
+    is_paused: AtomicBool,
+    is_stopped: AtomicBool,
+    /// Guard the fields below against each other's threads; all callbacks run on the executor's, so nobody waits long.
+    topics: Mutex<Topics>,
+    progress: Mutex<Progress>,
+    held: Mutex<Vec<Held>>,
+    status: Publisher<RecorderStatus>,
+    joint_states: String,
+    stream: String,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn unsigned(ns: i64) -> u64 {
+    u64::try_from(ns).unwrap_or(0)
+}
+
+impl Session {
+    /// Opens the bag. Nothing is subscribed to before [`Session::refresh`].
+    pub(super) fn start(
+        node: &Node,
+        settings: Settings,
+        status: Publisher<RecorderStatus>,
+    ) -> Result<Arc<Self>, SessionError> {
+        let joint_states = node.resolve_topic("joint_states")?;
+        let stream = node.resolve_topic("machine/stream")?;
+        let recording = Recording::start(&settings.bag_dir, &settings.recording)?;
+        Ok(Arc::new(Self {
+            node: node.clone(),
+            selection: Selection::new(node.namespace(), &settings.topics, &settings.exclude),
+            is_paused: AtomicBool::new(settings.start_paused),
+            is_stopped: AtomicBool::new(false),
+            settings,
+            recording,
+            topics: Mutex::default(),
+            progress: Mutex::default(),
+            held: Mutex::default(),
+            status,
+            joint_states,
+            stream,
+        }))
+    }
+
+    /// The bag's directory.
+    pub(super) fn bag(&self) -> &Path {
+        self.recording.directory()
+    }
+
+    /// Why the recording cannot go on, when it cannot.
+    pub(super) fn fault(&self) -> Option<&str> {
+        self.recording.fault()
+    }
+
+    /// What has come and where it went.
+    pub(super) fn counts(&self) -> Counts {
+        self.recording.counts()
+    }
+
+    /// Most bytes that wait for the disk.
+    pub(super) fn queue_bytes(&self) -> u64 {
+        self.settings.recording.queue_bytes
+    }
+
+    /// Stops or resumes writing; what arrives in between is not part of the recording.
+    pub(super) fn pause(&self, is_paused: bool) {
+        self.is_paused.store(is_paused, Ordering::Release);
+    }
+
+    /// Whether messages are not being written.
+    pub(super) fn is_paused(&self) -> bool {
+        self.is_paused.load(Ordering::Acquire)
+    }
+
+    /// Subscribes to what has turned up in the graph since the last call.
+    pub(super) fn refresh(self: &Arc<Self>) {
+        if self.is_stopped.load(Ordering::Acquire) {
+            return;
+        }
+        let mut topics = lock(&self.topics);
+        for found in self.node.discovered_topics() {
+            if found.publishers.is_empty() || !self.selection.takes(&found.name) {
+                continue;
+            }
+            if let Some(entry) = topics.entries.get(&found.name) {
+                if entry.type_name != found.type_name {
+                    let text = format!("a publisher says {}, the recording says {}", found.type_name, entry.type_name);
+                    self.refuse(&mut topics, &found, &text);
+                }
+                continue;
+            }
+            match self.subscribe(&found) {
+                Ok(entry) => {
+                    topics.entries.insert(found.name, entry);
+                }
+                Err(reason) => self.refuse(&mut topics, &found, &reason),
+            }
+        }
+        for entry in topics.entries.values_mut().filter(|e| !e.was_matched) {
+            entry.was_matched = entry.subscription.matched() > 0;
+        }
+    }
+
+    /// Says once why a topic is not recorded.
+    fn refuse(&self, topics: &mut Topics, found: &TopicInfo, reason: &str) {
+        if topics.refused.insert((found.name.clone(), found.type_name.clone())) {
+            self.node.logger().warn(&format!("{} is not recorded: {reason}", found.name));
+        }
+    }
+
+    fn subscribe(self: &Arc<Self>, found: &TopicInfo) -> Result<Entry, String> {
+        let info = camwright_msgs::by_type_name(&found.type_name)
+            .filter(|info| !info.schema.is_empty())
+            .ok_or_else(|| format!("the definition of {} is not known here", found.type_name))?;
+        let offers: Vec<_> = found.publishers.iter().map(|p| p.qos).collect();
+        let recorded = self.recording.add_topic(Topic {
+            name: found.name.clone(),
+            type_name: info.type_name.into(),
+            type_hash: info.type_hash.into(),
+            definition: info.schema.into(),
+            offered_qos: offers.iter().map(recorded_qos).collect(),
+        });
+        let meaning = match &found.name {
+            name if *name == self.joint_states => Meaning::JointStates,
+            name if *name == self.stream => Meaning::Stream,
+            _ => Meaning::Other,
+        };
+        let weak = Arc::downgrade(self);
+        // The number of the last message of each publisher: a jump is a loss on the way here.
+        let mut last_numbers: BTreeMap<Guid, i64> = BTreeMap::new();
+        let qos = subscription_qos(&offers, self.settings.depth);
+        let subscription = self
+            .node
+            .subscribe_raw(&found.name, info.type_name, &qos, move |cdr, message| {
+                let Some(session) = weak.upgrade() else { return };
+                if let Some(last) = last_numbers.insert(message.writer, message.sequence_number) {
+                    session.note_missing(message.sequence_number.saturating_sub(last).saturating_sub(1), &recorded);
+                }
+                session.take(&recorded, meaning, cdr, message);
+            })
+            .map_err(|error| error.to_string())?;
+        Ok(Entry { type_name: found.type_name.clone(), subscription, was_matched: false })
+    }
+
+    fn note_missing(&self, count: i64, topic: &RecordedTopic) {
+        let count = unsigned(count);
+        if count > 0 && self.recording.report_missed(count) {
+            let name = topic.name();
+            self.node.logger().warn(&format!("{count} messages of {name} were lost on their way to the recorder"));
+        }
+    }
+
+    /// Takes one message.
+    fn take(&self, topic: &RecordedTopic, meaning: Meaning, cdr: &[u8], message: &MessageInfo) {
+        if self.is_stopped.load(Ordering::Acquire) {
+            return;
+        }
+        let is_kept = self.is_paused() || self.store(topic, cdr, message);
+        // Ticks go on while paused, or a machine at pace fast would wait for a recorder that is told to wait.
+        match meaning {
+            Meaning::JointStates if is_kept => self.advance(|watch| watch.joint_states(cdr)),
+            Meaning::Stream => self.advance(|watch| watch.stream(cdr)),
+            _ => {}
+        }
+    }
+
+    fn store(&self, topic: &RecordedTopic, cdr: &[u8], message: &MessageInfo) -> bool {
+        let reception_ns = unsigned(message.reception_timestamp_ns);
+        let publish_ns = message.source_timestamp_ns.map_or(reception_ns, unsigned);
+        if !self.settings.use_sim_time {
+            return self.recording.record(topic, reception_ns, publish_ns, cdr.to_vec());
+        }
+        let now_ns = unsigned(self.node.now_ns());
+        let mut held = lock(&self.held);
+        if now_ns == 0 {
+            held.push(Held { topic: topic.clone(), publish_ns, reception_ns, data: cdr.to_vec() });
+            let waits_too_long = held.iter().map(|h| h.data.len()).sum::<usize>() > HELD_BYTES;
+            if waits_too_long {
+                self.release(&mut held, None);
+            }
+            return true;
+        }
+        self.release(&mut held, Some(now_ns));
+        drop(held);
+        self.recording.record(topic, now_ns, publish_ns, cdr.to_vec())
+    }
+
+    /// Writes what has waited for `/clock`, with the first time it showed or each message's time of receipt.
+    fn release(&self, held: &mut Vec<Held>, clock_ns: Option<u64>) {
+        for h in held.drain(..) {
+            self.recording.record(&h.topic, clock_ns.unwrap_or(h.reception_ns), h.publish_ns, h.data);
+        }
+    }
+
+    /// Follows the machine, and tells how far the bag is when that is news to it.
+    fn advance(&self, step: impl FnOnce(&mut TickWatch)) {
+        let mut progress = lock(&self.progress);
+        step(&mut progress.watch);
+        let tick = progress.watch.last_tick();
+        let is_news = tick < progress.told_tick || tick - progress.told_tick >= self.settings.credit_ticks;
+        drop(progress);
+        if is_news {
+            self.tell();
+        }
+    }
+
+    /// Publishes the status.
+    pub(super) fn tell(&self) {
+        let mut status = RecorderStatus {
+            stamp: self.node.now(),
+            recording: !self.is_stopped.load(Ordering::Acquire) && self.fault().is_none(),
+            paused: self.is_paused(),
+            bag: self.bag().display().to_string(),
+            ..RecorderStatus::default()
+        };
+        {
+            let mut progress = lock(&self.progress);
+            status.last_tick = progress.watch.last_tick();
+            progress.told_tick = status.last_tick;
+        }
+        let counts = self.counts();
+        (status.bytes, status.received) = (counts.bytes, counts.received);
+        (status.written, status.dropped) = (counts.written, counts.dropped);
+        let topics = lock(&self.topics);
+        status.topics = counts
+            .topics
+            .into_iter()
+            .filter(|t| t.received > 0 || topics.entries.get(&t.topic).is_some_and(|e| e.was_matched))
+            .map(|t| TopicRecord {
+                topic: t.topic,
+                type_: t.type_name,
+                received: t.received,
+                written: t.written,
+                dropped: t.dropped,
+            })
+            .collect();
+        drop(topics);
+        if let Err(error) = self.status.publish(&status) {
+            self.node.logger().warn(&error.to_string());
+        }
+    }
+
+    /// Ends the subscriptions, writes what is queued and closes the bag.
+    pub(super) fn stop(&self) -> Result<(BagMetadata, Counts), BagError> {
+        self.is_stopped.store(true, Ordering::Release);
+        let entries = std::mem::take(&mut lock(&self.topics).entries);
+        drop(entries);
+        self.release(&mut lock(&self.held), None);
+        let result = self.recording.stop(Outcome::Complete);
+        self.tell();
+        result
+    }
+}
+
+/// Why a recording could not begin.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum SessionError {
+    /// The bag.
+    #[error(transparent)]
+    Bag(#[from] BagError),
+    /// The graph.
+    #[error(transparent)]
+    Ros(#[from] RosError),
+}

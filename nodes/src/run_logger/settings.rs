@@ -1,0 +1,150 @@
+//! The recorder's parameters.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use crate::bag::info::utc;
+use crate::bag::recording::RecordingOptions;
+use crate::bag::{Preset, WriterOptions};
+use crate::ros::{Parameter, ParameterChanges, ParameterValue, Parameters};
+
+/// What one recording is to be.
+#[derive(Debug, Clone)]
+pub(super) struct Settings {
+    /// Directory of the bag.
+    pub(super) bag_dir: PathBuf,
+    /// Patterns of topics to take; empty takes all.
+    pub(super) topics: Vec<String>,
+    /// Patterns of topics to leave out.
+    pub(super) exclude: Vec<String>,
+    /// Begin paused.
+    pub(super) start_paused: bool,
+    /// Ticks after which the machine hears how far the bag is, besides ten times a second.
+    pub(super) credit_ticks: u64,
+    /// Unread messages a subscription keeps.
+    pub(super) depth: u32,
+    /// Stamp with `/clock`.
+    pub(super) use_sim_time: bool,
+    /// How the bag is written.
+    pub(super) recording: RecordingOptions,
+}
+
+/// The declarations.
+pub(super) fn parameters() -> Vec<Parameter> {
+    vec![
+        Parameter::string("bag_dir", "")
+            .describe("directory of the next bag; empty makes bags/run_<UTC time>; an existing one is refused"),
+        Parameter::string("run_id", "").describe("name of the run, written into the bag"),
+        Parameter::string_array("custom_data", &[])
+            .describe("what else is to be known about the run, each entry as key=value")
+            .constraints("every entry has a key, a '=' and a value"),
+        Parameter::string("preset", "default")
+            .describe("layout of the bag as rosbag2 names them")
+            .constraints("default, zstd or fastwrite"),
+        Parameter::string_array("topics", &[])
+            .describe("topics to record, '*' stands for anything; empty records all of the cell"),
+        Parameter::string_array("exclude", &[]).describe("topics to leave out, '*' stands for anything"),
+        Parameter::bool("start_on_activate", true)
+            .describe("write messages from activation on; false begins paused, until ~/resume"),
+        Parameter::bool("autostart", false)
+            .describe("configure and activate at the start of the process, without a manager")
+            .read_only(),
+        Parameter::integer("credit_ticks", 100)
+            .describe("machine ticks after which ~/status is published besides ten times a second")
+            .integer_range(1, 1_000_000),
+        Parameter::integer("depth", 5000).describe("unread messages each subscription keeps").integer_range(1, 65_536),
+        Parameter::integer("queue_mb", 256)
+            .describe("most that waits for the disk (MB); what exceeds it is dropped and counted")
+            .integer_range(1, 65_536),
+        Parameter::double("flush_interval_s", 0.1)
+            .describe("longest time until a message is handed to the system (s)")
+            .range(0.01, 10.0),
+        Parameter::double("sync_interval_s", 1.0)
+            .describe("longest time until a message is forced to the disk (s)")
+            .range(0.1, 60.0),
+    ]
+}
+
+/// Refuses what a recording could not begin with.
+pub(super) fn check(changes: &ParameterChanges) -> Result<(), String> {
+    for (name, value) in changes {
+        match (name.as_str(), value) {
+            ("preset", ParameterValue::String(preset)) => {
+                parse_preset(preset)?;
+            }
+            ("custom_data", ParameterValue::StringArray(entries)) => {
+                parse_custom_data(entries)?;
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+fn parse_preset(name: &str) -> Result<Preset, String> {
+    Preset::from_name(name).ok_or_else(|| format!("preset '{name}' is not default, zstd or fastwrite"))
+}
+
+fn parse_custom_data(entries: &[String]) -> Result<BTreeMap<String, String>, String> {
+    entries
+        .iter()
+        .map(|entry| match entry.split_once('=') {
+            Some((key, value)) if !key.trim().is_empty() => Ok((key.trim().to_owned(), value.to_owned())),
+            _ => Err(format!("custom_data entry '{entry}' is not key=value")),
+        })
+        .collect()
+}
+
+impl Settings {
+    /// The parameters as they are now. `now_ns` (ns since 1970, system clock) names a bag without a name.
+    ///
+    /// # Errors
+    /// One sentence about the parameter that is wrong.
+    pub(super) fn read(parameters: &Parameters, now_ns: u64) -> Result<Self, String> {
+        let started = utc(now_ns);
+        let mut custom_data = parse_custom_data(&parameters.string_array("custom_data"))?;
+        let run_id = parameters.string("run_id");
+        if !run_id.is_empty() {
+            custom_data.insert("camwright.run_id".into(), run_id);
+        }
+        custom_data.insert("camwright.wall_start_utc".into(), started.clone());
+        let bag_dir = match parameters.string("bag_dir") {
+            // To the second, and without the colons that some file systems refuse.
+            dir if dir.is_empty() => PathBuf::from(format!("bags/run_{}Z", started[..19].replace(':', "-"))),
+            dir => PathBuf::from(dir),
+        };
+        let count = |name: &str| u64::try_from(parameters.integer(name)).map_err(|_| format!("{name} is negative"));
+        Ok(Self {
+            bag_dir,
+            topics: parameters.string_array("topics"),
+            exclude: parameters.string_array("exclude"),
+            start_paused: !parameters.bool("start_on_activate"),
+            credit_ticks: count("credit_ticks")?,
+            depth: u32::try_from(count("depth")?).map_err(|_| "depth is too large".to_owned())?,
+            use_sim_time: parameters.bool("use_sim_time"),
+            recording: RecordingOptions {
+                writer: WriterOptions { preset: parse_preset(&parameters.string("preset"))?, custom_data },
+                flush_interval: Duration::from_secs_f64(parameters.double("flush_interval_s")),
+                sync_interval: Duration::from_secs_f64(parameters.double("sync_interval_s")),
+                queue_bytes: count("queue_mb")?.saturating_mul(1_000_000),
+            },
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn custom_data_is_pairs_and_a_preset_has_a_name() {
+        let entries = ["a=1".to_owned(), "b = x=y".to_owned()];
+        let pairs = parse_custom_data(&entries).expect("they are pairs");
+        assert_eq!(pairs, BTreeMap::from([("a".into(), "1".into()), ("b".into(), " x=y".into())]));
+        assert_eq!(parse_custom_data(&["=1".into()]), Err("custom_data entry '=1' is not key=value".into()));
+        let change = [("preset".to_owned(), ParameterValue::String("lz4".into()))];
+        assert_eq!(check(&change), Err("preset 'lz4' is not default, zstd or fastwrite".into()));
+        assert_eq!(check(&[("preset".to_owned(), ParameterValue::String("zstd".into()))]), Ok(()));
+    }
+}
