@@ -1,6 +1,4 @@
 //! Actions, life cycle and diagnostics between two nodes of this process.
-//!
-//! Domains 80 to 89 belong to this file, one per test, so that tests that run side by side do not meet.
 
 use std::{
     collections::BTreeMap,
@@ -29,11 +27,15 @@ use camwright_nodes::ros::{
     LifecycleState, Node, NodeOptions, Qos, RosArgs, RosError, SpinThread, Transition, diagnostic_status,
 };
 
+mod support;
+
+use support::Domain;
+
 /// Generous: the machine may be building at the same time.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-fn node(domain: u16, name: &str) -> (Node, SpinThread) {
-    let node = Node::new(NodeOptions::new(name, &RosArgs::default().with_domain_id(domain))).expect("a node");
+fn node(domain: &Domain, name: &str) -> (Node, SpinThread) {
+    let node = Node::new(NodeOptions::new(name, &RosArgs::default().with_domain_id(domain.id()))).expect("a node");
     let thread = node.spin_in_thread().expect("a thread");
     (node, thread)
 }
@@ -105,8 +107,9 @@ fn until(what: &str, condition: impl Fn() -> bool) {
 
 #[test]
 fn three_goals_run_at_once_and_each_has_its_own_end() {
-    let (machine, _a) = node(80, "machine");
-    let (operator, _b) = node(80, "operator");
+    let domain = Domain::take();
+    let (machine, _a) = node(&domain, "machine");
+    let (operator, _b) = node(&domain, "operator");
     let homing = Homing::default();
     let server = machine.action_server::<Home>("~/home", homing.clone()).expect("a server");
     assert_eq!(server.action(), "/machine/home");
@@ -180,16 +183,17 @@ fn a_decision_may_come_later_from_another_thread() {
 
 #[test]
 fn the_state_of_goals_is_latched_for_late_joiners() {
-    let (machine, _a) = node(81, "machine");
+    let domain = Domain::take();
+    let (machine, _a) = node(&domain, "machine");
     let homing = Homing::default();
     let _server = machine.action_server::<Home>("home", homing.clone()).expect("a server");
-    let (operator, _b) = node(81, "operator");
+    let (operator, _b) = node(&domain, "operator");
     let client = operator.action_client::<Home>("home").expect("a client");
     client.wait_for_server(PATIENCE).expect("the server is there");
     let sent = client.send_goal(goal("x"), |_| {}, PATIENCE).expect("an answer");
     homing.named("x").succeed(result("homed"));
 
-    let (late, _c) = node(81, "late");
+    let (late, _c) = node(&domain, "late");
     let (sender, receiver) = mpsc::channel();
     let _status = late
         .subscribe::<GoalStatusArray>("home/_action/status", &Qos::action_status(), move |message, _| {
@@ -208,8 +212,9 @@ fn the_state_of_goals_is_latched_for_late_joiners() {
 
 #[test]
 fn cancelling_follows_the_rules_of_action_msgs() {
-    let (machine, _a) = node(82, "machine");
-    let (operator, _b) = node(82, "operator");
+    let domain = Domain::take();
+    let (machine, _a) = node(&domain, "machine");
+    let (operator, _b) = node(&domain, "operator");
     let homing = Homing::default();
     let _server = machine.action_server::<Home>("home", homing.clone()).expect("a server");
     let client = operator.action_client::<Home>("home").expect("a client");
@@ -243,8 +248,9 @@ fn cancelling_follows_the_rules_of_action_msgs() {
 
 #[test]
 fn ids_in_use_are_refused_and_a_dropped_goal_is_aborted() {
-    let (machine, _a) = node(83, "machine");
-    let (operator, _b) = node(83, "operator");
+    let domain = Domain::take();
+    let (machine, _a) = node(&domain, "machine");
+    let (operator, _b) = node(&domain, "operator");
     let homing = Homing::default();
     let _server = machine.action_server::<Home>("home", homing.clone()).expect("a server");
     let client = operator.action_client::<Home>("home").expect("a client");
@@ -318,8 +324,9 @@ impl LifecycleCallbacks for Managed {
 
 #[test]
 fn a_managed_node_walks_its_life_by_service_and_by_itself() {
-    let (managed, _a) = node(84, "managed");
-    let (manager, _b) = node(84, "manager");
+    let domain = Domain::take();
+    let (managed, _a) = node(&domain, "managed");
+    let (manager, _b) = node(&domain, "manager");
     let callbacks = Managed::default();
     let (calls, refuse) = (Arc::clone(&callbacks.calls), Arc::clone(&callbacks.refuse_activation));
     let life: Lifecycle = managed.lifecycle(callbacks).expect("a life cycle");
@@ -378,8 +385,9 @@ fn a_managed_node_walks_its_life_by_service_and_by_itself() {
 
 #[test]
 fn diagnostics_come_every_second_and_at_once_when_asked() {
-    let (machine, _a) = node(85, "machine");
-    let (monitor, _b) = node(85, "monitor");
+    let domain = Domain::take();
+    let (machine, _a) = node(&domain, "machine");
+    let (monitor, _b) = node(&domain, "monitor");
     let (sender, receiver) = mpsc::channel();
     let listening = monitor
         .subscribe::<DiagnosticArray>("/diagnostics", &Qos::default_topic(), move |message, _| {

@@ -1,6 +1,4 @@
 //! Two nodes of this process talk to each other over DDS: topics, services, actions, parameters, life cycle, time.
-//!
-//! Domains 60 to 79 belong to this file, one per test, so that tests that run side by side do not meet.
 
 use std::{
     sync::{
@@ -28,17 +26,21 @@ use camwright_nodes::ros::{
     DelayInjection, Level, Node, NodeOptions, Parameter, ParameterValue, Qos, RosArgs, RosError, SpinThread,
 };
 
+mod support;
+
+use support::Domain;
+
 /// Generous: the machine may be building at the same time.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-fn args(domain: u16, text: &str) -> RosArgs {
+fn args(domain: &Domain, text: &str) -> RosArgs {
     let words: Vec<String> = text.split_whitespace().map(str::to_string).collect();
     let (args, rest) = RosArgs::parse_with(&words, |_| None).expect("valid arguments");
     assert!(rest.is_empty());
-    args.with_domain_id(domain)
+    args.with_domain_id(domain.id())
 }
 
-fn node(domain: u16, name: &str) -> (Node, SpinThread) {
+fn node(domain: &Domain, name: &str) -> (Node, SpinThread) {
     start(NodeOptions::new(name, &args(domain, "")))
 }
 
@@ -58,8 +60,9 @@ fn until(what: &str, condition: impl Fn() -> bool) {
 
 #[test]
 fn reliable_messages_arrive_in_order_with_their_numbers_and_times() {
-    let (talker, _a) = node(60, "talker");
-    let (listener, _b) = node(60, "listener");
+    let domain = Domain::take();
+    let (talker, _a) = node(&domain, "talker");
+    let (listener, _b) = node(&domain, "listener");
     let publisher = talker.publisher::<Float64>("numbers", &Qos::default_topic()).expect("a publisher");
     let (sender, receiver) = mpsc::channel();
     let subscription = listener
@@ -94,7 +97,8 @@ fn reliable_messages_arrive_in_order_with_their_numbers_and_times() {
 
 #[test]
 fn late_joiners_get_latched_messages_and_nothing_else() {
-    let (talker, _a) = node(61, "talker");
+    let domain = Domain::take();
+    let (talker, _a) = node(&domain, "talker");
     let latched = talker.publisher::<Text>("latched", &Qos::latched(2)).expect("a publisher");
     let volatile = talker.publisher::<Text>("volatile", &Qos::default_topic()).expect("a publisher");
     for text in ["one", "two", "three"] {
@@ -102,7 +106,7 @@ fn late_joiners_get_latched_messages_and_nothing_else() {
         latched.publish(&text).expect("published");
         volatile.publish(&text).expect("published");
     }
-    let (listener, _b) = node(61, "listener");
+    let (listener, _b) = node(&domain, "listener");
     let (sender, receiver) = mpsc::channel();
     let from_volatile = sender.clone();
     let _latched = listener
@@ -122,7 +126,8 @@ fn late_joiners_get_latched_messages_and_nothing_else() {
 
 #[test]
 fn raw_messages_are_the_typed_ones() {
-    let (node, _a) = node(62, "both");
+    let domain = Domain::take();
+    let (node, _a) = node(&domain, "both");
     let raw = node.raw_publisher("text", "std_msgs/msg/String", &Qos::default_topic()).expect("a publisher");
     let (sender, receiver) = mpsc::channel();
     let (raw_sender, raw_receiver) = mpsc::channel();
@@ -148,8 +153,9 @@ fn raw_messages_are_the_typed_ones() {
 
 #[test]
 fn services_answer_at_once_later_and_many_clients_at_the_same_time() {
-    let (server, _a) = node(63, "server");
-    let (caller, _b) = node(63, "caller");
+    let domain = Domain::take();
+    let (server, _a) = node(&domain, "server");
+    let (caller, _b) = node(&domain, "caller");
     let _trigger = server
         .service::<Trigger>("~/trigger", |_| TriggerResponse { success: true, message: "done".into() })
         .expect("a service");
@@ -196,10 +202,11 @@ fn services_answer_at_once_later_and_many_clients_at_the_same_time() {
 /// The race that loses the first reply when a client calls the moment it sees the server.
 #[test]
 fn the_first_call_of_a_fresh_client_is_answered() {
-    let (server, _a) = node(64, "server");
+    let domain = Domain::take();
+    let (server, _a) = node(&domain, "server");
     let _trigger = server.service::<Trigger>("trigger", |_| TriggerResponse::default()).expect("a service");
     for round in 0..5 {
-        let (caller, _b) = node(64, &format!("caller{round}"));
+        let (caller, _b) = node(&domain, &format!("caller{round}"));
         let client = caller.client::<Trigger>("trigger").expect("a client");
         client.wait_for_service(PATIENCE).expect("the service is there");
         let begun = Instant::now();
@@ -211,8 +218,10 @@ fn the_first_call_of_a_fresh_client_is_answered() {
 
 #[test]
 fn names_are_remapped_and_two_namespaces_do_not_meet() {
-    let (one, _a) = start(NodeOptions::new("machine", &args(65, "--ros-args -r __ns:=/cell1 -r machine/stream:=flow")));
-    let (two, _b) = start(NodeOptions::new("machine", &args(65, "--ros-args -r __ns:=/cell2 -r __node:=press")));
+    let domain = Domain::take();
+    let (one, _a) =
+        start(NodeOptions::new("machine", &args(&domain, "--ros-args -r __ns:=/cell1 -r machine/stream:=flow")));
+    let (two, _b) = start(NodeOptions::new("machine", &args(&domain, "--ros-args -r __ns:=/cell2 -r __node:=press")));
     assert_eq!((one.fully_qualified_name().as_str(), two.name()), ("/cell1/machine", "press"));
     let out = one.publisher::<Text>("machine/stream", &Qos::default_topic()).expect("a publisher");
     assert_eq!(out.topic(), "/cell1/flow");
@@ -232,7 +241,8 @@ fn names_are_remapped_and_two_namespaces_do_not_meet() {
 
 #[test]
 fn parameters_are_guarded_described_and_told() {
-    let options = NodeOptions::new("holder", &args(66, "--ros-args -p rate:=5 -p holder:group.name:=given"))
+    let domain = Domain::take();
+    let options = NodeOptions::new("holder", &args(&domain, "--ros-args -p rate:=5 -p holder:group.name:=given"))
         .parameter(Parameter::double("rate", 1.0).describe("in Hz").range(0.0, 10.0))
         .parameter(Parameter::string("group.name", "default"))
         .parameter(Parameter::integer("axes", 2).integer_range(1, 4).read_only());
@@ -247,7 +257,7 @@ fn parameters_are_guarded_described_and_told() {
     let (sender, changed) = mpsc::channel();
     parameters.on_change(move |changes| drop(sender.send(changes.to_vec())));
 
-    let (user, _b) = node(66, "user");
+    let (user, _b) = node(&domain, "user");
     let (sender, events) = mpsc::channel();
     let listening = user
         .subscribe::<ParameterEvent>("/parameter_events", &Qos::parameter_events(), move |event, _| {
@@ -327,15 +337,16 @@ fn parameters_are_guarded_described_and_told() {
     let values = get.call(&GetParametersRequest { names }, PATIENCE).expect("an answer").values;
     assert_eq!((values[0].type_, values[1].string_value.as_str()), (0, "given"));
 
-    let refused =
-        NodeOptions::new("refused", &args(66, "--ros-args -p rate:=fast")).parameter(Parameter::double("rate", 1.0));
+    let refused = NodeOptions::new("refused", &args(&domain, "--ros-args -p rate:=fast"))
+        .parameter(Parameter::double("rate", 1.0));
     assert!(matches!(Node::new(refused), Err(RosError::Parameter { .. })));
 }
 
 #[test]
 fn simulated_time_comes_from_a_real_clock_topic() {
-    let (clock, _a) = node(67, "clock");
-    let (follower, _b) = start(NodeOptions::new("follower", &args(67, "--ros-args -p use_sim_time:=true")));
+    let domain = Domain::take();
+    let (clock, _a) = node(&domain, "clock");
+    let (follower, _b) = start(NodeOptions::new("follower", &args(&domain, "--ros-args -p use_sim_time:=true")));
     assert_eq!(follower.now_ns(), 0, "before the first message");
     assert!(clock.now_ns() > 1_700_000_000_000_000_000);
     let publisher = clock.publisher::<Clock>("/clock", &Qos::default_topic()).expect("a publisher");
@@ -354,10 +365,12 @@ fn simulated_time_comes_from_a_real_clock_topic() {
 
 #[test]
 fn log_lines_reach_rosout_with_the_name_of_their_node() {
-    let (speaker, _a) = start(NodeOptions::new("speaker", &args(68, "--ros-args -r __ns:=/cell --log-level warn")));
+    let domain = Domain::take();
+    let (speaker, _a) =
+        start(NodeOptions::new("speaker", &args(&domain, "--ros-args -r __ns:=/cell --log-level warn")));
     speaker.log(Level::Info, "too quiet");
     speaker.log(Level::Warn, "before anybody listened");
-    let (listener, _b) = node(68, "listener");
+    let (listener, _b) = node(&domain, "listener");
     let (sender, receiver) = mpsc::channel();
     let _rosout = listener
         .subscribe::<Log>("/rosout", &Qos::rosout(), move |log, _| drop(sender.send(log)))
@@ -372,10 +385,11 @@ fn log_lines_reach_rosout_with_the_name_of_their_node() {
 
 #[test]
 fn injected_delays_keep_the_order_within_a_topic() {
+    let domain = Domain::take();
     let seed = 7;
     println!("seed {seed}");
-    let (talker, _a) = node(69, "talker");
-    let options = NodeOptions::new("delayed", &args(69, ""));
+    let (talker, _a) = node(&domain, "talker");
+    let options = NodeOptions::new("delayed", &args(&domain, ""));
     let (listener, _b) = start(options.delay_injection(Some(DelayInjection { seed, max_ms: 20 })));
     let publisher = talker.publisher::<Float64>("numbers", &Qos::default_topic()).expect("a publisher");
     let seen = Arc::new(Mutex::new(Vec::new()));
@@ -397,8 +411,9 @@ fn injected_delays_keep_the_order_within_a_topic() {
 
 #[test]
 fn a_node_that_is_shut_down_is_forgotten_and_refuses_further_work() {
-    let (stayer, _a) = node(70, "stayer");
-    let (leaver, thread) = node(70, "leaver");
+    let domain = Domain::take();
+    let (stayer, _a) = node(&domain, "stayer");
+    let (leaver, thread) = node(&domain, "leaver");
     assert!(stayer.wait_for_node("/leaver", PATIENCE));
     thread.stop();
     leaver.shutdown();
