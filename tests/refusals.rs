@@ -1,5 +1,13 @@
-//! What cannot be made is refused with one clear sentence that names file, line, value and bound.
+//! What cannot be made is refused with one clear sentence that names file, line, value and bound: by `check`, by the
+//! planner's service, and by its action as a rejection, with nothing moved.
 
+#[path = "support/cell.rs"]
+mod cell;
+mod support;
+
+use camwright_msgs::camwright_msgs::msg::JobStatus;
+use camwright_msgs::camwright_msgs::srv::{ValidateJob, ValidateJobRequest};
+use cell::Cell;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -38,133 +46,232 @@ fn check(path: &Path) -> (i32, String) {
     (output.status.code().unwrap_or(-1), text)
 }
 
-/// A copy of the default job with changes to its text and to its intake table.
-fn refused(
-    name: &str,
-    change: impl Fn(String) -> String,
-    table: impl Fn(Vec<String>) -> Vec<String>,
-    expected: &[&str],
-) {
-    let folder = Folder::new(name);
-    let rows = table(params("lifts/intake.csv").lines().map(str::to_owned).collect());
-    folder.write("intake.csv", &(rows.join("\n") + "\n"));
-    folder.write("exhaust.csv", &params("lifts/exhaust.csv"));
-    let job = folder.write("job.yaml", &change(params("jobs/four_lobe_camshaft.yaml")));
-    let (code, text) = check(&job);
-    assert_eq!(code, 2, "{name} must be refused: {text}");
-    for part in expected {
-        assert!(text.contains(part), "{name}: {part:?} is not in: {text}");
+/// The default job with one thing wrong.
+struct BadJob {
+    name: &'static str,
+    job: String,
+    intake: Vec<String>,
+    /// What the refusal must say.
+    expected: &'static [&'static str],
+}
+
+impl BadJob {
+    /// Something is wrong in the job file.
+    fn job(name: &'static str, change: impl Fn(String) -> String, expected: &'static [&'static str]) -> Self {
+        let job = change(params("jobs/four_lobe_camshaft.yaml"));
+        Self { name, job, intake: intake(), expected }
+    }
+
+    /// Something is wrong in its intake table.
+    fn table(name: &'static str, change: impl Fn(&mut Vec<String>), expected: &'static [&'static str]) -> Self {
+        let mut rows = intake();
+        change(&mut rows);
+        Self { name, job: params("jobs/four_lobe_camshaft.yaml"), intake: rows, expected }
+    }
+
+    /// Writes its files; the path of the job.
+    fn write(&self, folder: &Folder) -> PathBuf {
+        folder.write("intake.csv", &(self.intake.join("\n") + "\n"));
+        folder.write("exhaust.csv", &params("lifts/exhaust.csv"));
+        folder.write("job.yaml", &self.job)
+    }
+
+    fn is_told_by(&self, who: &str, text: &str) {
+        for part in self.expected {
+            assert!(text.contains(part), "{}: {who} does not say {part:?}: {text}", self.name);
+        }
+    }
+
+    /// `camwright check` refuses it.
+    fn refused(&self) {
+        let folder = Folder::new(self.name);
+        let (code, text) = check(&self.write(&folder));
+        assert_eq!(code, 2, "{} must be refused: {text}", self.name);
+        self.is_told_by("check", &text);
     }
 }
 
-fn same<T>(value: T) -> T {
-    value
+fn intake() -> Vec<String> {
+    params("lifts/intake.csv").lines().map(str::to_owned).collect()
 }
 
-#[test]
-fn a_duplicate_angle() {
-    let duplicate = |mut rows: Vec<String>| {
-        rows[1203] = rows[1202].clone();
-        rows
+/// Row of a cam angle in tenths of a degree: two comment lines and the header stand above.
+fn row(rows: &[String], tenths: usize) -> usize {
+    let angle = format!("{}.{},", tenths / 10, tenths % 10);
+    rows.iter().position(|row| row.starts_with(&angle)).expect("a row of the table")
+}
+
+/// Every row's angle and lift, changed.
+fn change_rows(rows: &mut [String], change: impl Fn(f64, f64) -> (f64, f64)) {
+    for row in rows.iter_mut().filter(|row| row.starts_with(|c: char| c.is_ascii_digit())) {
+        let (angle, lift) = row.split_once(',').expect("two columns");
+        let (angle, lift) = change(angle.parse().expect("an angle"), lift.parse().expect("a lift"));
+        *row = format!("{angle:.1},{lift:.3}");
+    }
+}
+
+fn duplicate_angle() -> BadJob {
+    let change = |rows: &mut Vec<String>| {
+        let at = row(rows, 1200);
+        rows[at] = rows[at - 1].clone();
     };
-    refused("duplicate", same, duplicate, &["intake.csv:1204", "119.9", "1203"]);
+    BadJob::table("duplicate", change, &["intake.csv:1204", "119.9", "1203"])
 }
 
-#[test]
-fn a_missing_block() {
-    let missing = |mut rows: Vec<String>| {
-        rows.remove(1203);
-        rows
+fn missing_block() -> BadJob {
+    let change = |rows: &mut Vec<String>| drop(rows.remove(row(rows, 1200)));
+    BadJob::table("missing", change, &["intake.csv:1204", "1 block", "120.0"])
+}
+
+fn nan() -> BadJob {
+    let change = |rows: &mut Vec<String>| {
+        let at = row(rows, 1200);
+        rows[at] = "120.0,NaN".into();
     };
-    refused("missing", same, missing, &["intake.csv:1204", "1 block", "120.0"]);
+    BadJob::table("nan", change, &["intake.csv:1204", "NaN"])
+}
+
+fn crank_degrees() -> BadJob {
+    let change = |rows: &mut Vec<String>| change_rows(rows, |angle, lift| (2.0 * angle, lift));
+    BadJob::table("crank", change, &["intake.csv", "crank degrees", "360"])
+}
+
+fn step() -> BadJob {
+    let raise = |angle: f64, lift: f64| (angle, if (149.95..209.95).contains(&angle) { lift + 0.2 } else { lift });
+    BadJob::table("step", |rows| change_rows(rows, raise), &["intake.csv:1504", "jumps"])
+}
+
+fn undercut() -> BadJob {
+    let mut bad = BadJob::job(
+        "undercut",
+        |text| {
+            let text = text.replacen("radius_mm: 8.5", "radius_mm: 45.0", 1);
+            text.replacen("base_radius_mm: 16.0", "base_radius_mm: 6.0", 1)
+        },
+        &["job.yaml:", "undercut", "it must be above 0"],
+    );
+    change_rows(&mut bad.intake, |angle, lift| (angle, 3.0 * lift));
+    bad
+}
+
+fn unknown_key() -> BadJob {
+    let change = |text: String| text.replace("work_speed_rpm:", "work_speed_rmp:");
+    BadJob::job("unknown-key", change, &["job.yaml:", "work_speed_rmp"])
+}
+
+fn two_lobes_on_one_station() -> BadJob {
+    let change = |text: String| text.replace("station: LS2", "station: LS1");
+    BadJob::job("one-station", change, &["job.yaml:", "I1", "E1", "LS1"])
+}
+
+fn station_without_a_switch() -> BadJob {
+    let change = |text: String| text.replace("station: LS4", "station: LS9");
+    BadJob::job("no-switch", change, &["job.yaml:", "E2", "LS9", "LS1, LS2, LS3, LS4"])
+}
+
+fn newer_schema() -> BadJob {
+    let change = |text: String| text.replace("camwright/job/1", "camwright/job/9");
+    BadJob::job("schema", change, &["job.yaml:3", "version 9", "up to version 1"])
+}
+
+fn infeed_of_broken_turns() -> BadJob {
+    let change = |text: String| text.replace("total_mm: 0.36 ", "total_mm: 0.35 ");
+    BadJob::job("infeed", change, &["job.yaml:", "0.35", "0.324", "0.36"])
+}
+
+const ALL: [fn() -> BadJob; 11] = [
+    duplicate_angle,
+    missing_block,
+    nan,
+    crank_degrees,
+    step,
+    undercut,
+    unknown_key,
+    two_lobes_on_one_station,
+    station_without_a_switch,
+    newer_schema,
+    infeed_of_broken_turns,
+];
+
+#[test]
+fn a_duplicate_angle_is_refused() {
+    duplicate_angle().refused();
 }
 
 #[test]
-fn a_nan() {
-    let nan = |mut rows: Vec<String>| {
-        rows[1203] = "120.0,NaN".into();
-        rows
-    };
-    refused("nan", same, nan, &["intake.csv:1204", "NaN"]);
+fn a_missing_block_is_refused() {
+    missing_block().refused();
 }
 
 #[test]
-fn crank_degrees_where_cam_degrees_are_declared() {
-    let crank = |rows: Vec<String>| {
-        let double = |row: String| match row.split_once(',') {
-            Some((angle, lift)) if !row.starts_with(['#', 'c']) => {
-                format!("{:.1},{lift}", 2.0 * angle.parse::<f64>().expect("an angle"))
-            }
-            _ => row,
-        };
-        rows.into_iter().map(double).collect()
-    };
-    refused("crank", same, crank, &["intake.csv", "crank degrees", "360"]);
+fn a_nan_is_refused() {
+    nan().refused();
 }
 
 #[test]
-fn a_step() {
-    let step = |rows: Vec<String>| {
-        let raise = |(index, row): (usize, String)| match row.split_once(',') {
-            Some((angle, lift)) if (1503..2103).contains(&index) => {
-                format!("{angle},{:.3}", lift.parse::<f64>().expect("a lift") + 0.2)
-            }
-            _ => row,
-        };
-        rows.into_iter().enumerate().map(raise).collect()
-    };
-    refused("step", same, step, &["intake.csv:1504", "jumps"]);
+fn crank_degrees_where_cam_degrees_are_declared_are_refused() {
+    crank_degrees().refused();
 }
 
 #[test]
-fn an_undercut_lobe() {
-    let undercut = |text: String| {
-        text.replacen("radius_mm: 8.5", "radius_mm: 45.0", 1).replacen("base_radius_mm: 16.0", "base_radius_mm: 6.0", 1)
-    };
-    let steep = |rows: Vec<String>| {
-        let triple = |row: String| match row.split_once(',') {
-            Some((angle, lift)) if !row.starts_with(['#', 'c']) => {
-                format!("{angle},{:.3}", 3.0 * lift.parse::<f64>().expect("a lift"))
-            }
-            _ => row,
-        };
-        rows.into_iter().map(triple).collect()
-    };
-    refused("undercut", undercut, steep, &["job.yaml", "undercut"]);
+fn a_step_is_refused() {
+    step().refused();
 }
 
 #[test]
-fn an_unknown_key() {
-    let unknown = |text: String| text.replace("work_speed_rpm:", "work_speed_rmp:");
-    refused("unknown-key", unknown, same, &["job.yaml", "work_speed_rmp"]);
+fn an_undercut_lobe_is_refused() {
+    undercut().refused();
 }
 
 #[test]
-fn two_lobes_on_one_station() {
-    let twice = |text: String| text.replace("station: LS2", "station: LS1");
-    refused("one-station", twice, same, &["job.yaml:", "I1", "E1", "LS1"]);
+fn an_unknown_key_is_refused() {
+    unknown_key().refused();
 }
 
 #[test]
-fn a_station_without_a_switch() {
-    let without = |text: String| text.replace("station: LS4", "station: LS9");
-    refused("no-switch", without, same, &["job.yaml:", "E2", "LS9", "LS1, LS2, LS3, LS4"]);
+fn two_lobes_on_one_station_are_refused() {
+    two_lobes_on_one_station().refused();
 }
 
 #[test]
-fn a_newer_schema() {
-    let newer = |text: String| text.replace("camwright/job/1", "camwright/job/9");
-    refused("schema", newer, same, &["job.yaml:3", "version 9", "up to version 1"]);
+fn a_station_without_a_switch_is_refused() {
+    station_without_a_switch().refused();
 }
 
 #[test]
-fn a_total_infeed_that_is_no_whole_number_of_turns() {
-    let off = |text: String| text.replace("total_mm: 0.36 ", "total_mm: 0.35 ");
-    refused("infeed", off, same, &["job.yaml:", "0.35", "0.324", "0.36"]);
+fn a_newer_schema_is_refused() {
+    newer_schema().refused();
+}
+
+#[test]
+fn a_total_infeed_that_is_no_whole_number_of_turns_is_refused() {
+    infeed_of_broken_turns().refused();
 }
 
 #[test]
 fn the_default_job_is_clean() {
     let (code, text) = check(Path::new("four_lobe_camshaft"));
     assert_eq!(code, 0, "{text}");
+}
+
+/// The service says the same sentence as the rejected goal's status, and the cell has not stirred.
+#[test]
+fn the_service_and_the_action_refuse_the_same_with_nothing_moved() {
+    let cell = Cell::start(&[]);
+    for bad in ALL.map(|bad| bad()) {
+        let folder = Folder::new(&format!("ros-{}", bad.name));
+        let job = bad.write(&folder).display().to_string();
+        let request = ValidateJobRequest { job: job.clone(), overrides: Vec::new() };
+        let validated = cell.client.call::<ValidateJob>("job_planner/validate_job", &request);
+        assert!(!validated.success, "{}", bad.name);
+        bad.is_told_by("the service", &validated.message);
+        assert!(validated.findings[0].starts_with("error: "), "{:?}", validated.findings);
+        let (goal, _) = cell.client.send(&job, &[]);
+        assert!(!goal.accepted(), "{}", bad.name);
+        let status = cell.client.status(&validated.message, |status| status.message.contains(&validated.message));
+        assert_eq!(status.state, JobStatus::IDLE);
+        assert!(status.message.contains("nothing moved"), "{}", status.message);
+    }
+    assert!(!cell.client.has_moved());
+    cell.stop();
 }
