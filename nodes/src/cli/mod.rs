@@ -2,6 +2,7 @@
 
 mod check;
 mod plan;
+mod run;
 
 use crate::ros::RosArgs;
 use clap::{Parser, Subcommand};
@@ -15,11 +16,13 @@ use std::process::ExitCode;
 #[command(name = "camwright", version, max_term_width = 110)]
 struct Cli {
     #[command(subcommand)]
-    command: CommandLine,
+    command: Option<CommandLine>,
 }
 
 #[derive(Debug, Subcommand)]
 enum CommandLine {
+    /// Run a job on the whole cell, in this process, and leave a bag.
+    Run(run::RunArgs),
     /// Plan a job without ROS and write contour, tool path and speed plan of every lobe.
     Plan(plan::PlanArgs),
     /// Check a job or a lift table: every finding with file, line, value and bound.
@@ -33,8 +36,8 @@ enum CommandLine {
 /// Entry point of the binary.
 #[must_use]
 pub fn main() -> ExitCode {
-    let (ros, rest) = match RosArgs::from_env() {
-        Ok(both) => both,
+    let (ros_args, rest) = match RosArgs::from_env() {
+        Ok(parsed) => parsed,
         Err(error) => {
             // A reader that went away is no failure of ours.
             let _ = writeln!(std::io::stderr(), "camwright: {error}");
@@ -42,10 +45,11 @@ pub fn main() -> ExitCode {
         }
     };
     let cli = Cli::parse_from(std::iter::once("camwright".to_owned()).chain(rest));
-    match cli.command {
+    match cli.command.unwrap_or_else(|| CommandLine::Run(run::RunArgs::default())) {
+        CommandLine::Run(args) => run::main(&args, &ros_args),
         CommandLine::Plan(args) => plan::main(&args),
         CommandLine::Check(args) => check::main(&args),
         CommandLine::Bag(args) => crate::bag::cli::run(&args),
-        CommandLine::Replay(args) => crate::replay::run(&args, &ros),
+        CommandLine::Replay(args) => crate::replay::run(&args, &ros_args),
     }
 }
