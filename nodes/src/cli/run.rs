@@ -6,8 +6,8 @@ use crate::job_planner::JobPlanner;
 use crate::machine_sim::MachineSim;
 use crate::planning;
 use crate::ros::{
-    ClientGoal, GoalStatus, Lifecycle, Node, NodeOptions, ParameterValue, Qos, RosArgs, RosLayer, Shutdown, Subscription,
-    Transition,
+    ClientGoal, GoalStatus, Lifecycle, Node, NodeOptions, ParameterValue, Qos, RosArgs, RosLayer, Shutdown,
+    Subscription, Transition,
 };
 use crate::run_logger::RunLogger;
 use crate::running::NodeError;
@@ -32,7 +32,7 @@ const TOLERANCE_UM: f64 = 5.0;
 
 /// Arguments of `camwright run`.
 #[derive(Debug, Clone, Args, Default)]
-pub struct RunArgs {
+pub(super) struct RunArgs {
     /// Job, by name or path.
     #[arg(default_value = "four_lobe_camshaft")]
     job: Option<String>,
@@ -100,12 +100,17 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let took = started.elapsed();
     let ideal = if result.success { on_ideal_drives(&job, args) } else { None };
     let report = Report { job: &job, status, result: &result, ideal, bag: (!args.attach).then_some(&bag), took };
-    if args.json { report.print_json() } else { report.print() }
+    if args.json {
+        report.print_json()
+    } else {
+        report.print()
+    }
     Ok(report.exit_code())
 }
 
 fn default_bag(job: &str) -> PathBuf {
-    let name = std::path::Path::new(job).file_stem().map_or_else(|| job.to_owned(), |stem| stem.to_string_lossy().into());
+    let name =
+        std::path::Path::new(job).file_stem().map_or_else(|| job.to_owned(), |stem| stem.to_string_lossy().into());
     let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     PathBuf::from("bags").join(format!("{name}_{seconds}"))
 }
@@ -230,7 +235,7 @@ impl Client {
         progress.set_message("planning");
         let bar = progress.clone();
         let goal = RunJobGoal { job: job.to_owned(), overrides: overrides.to_vec() };
-        let goal = self.action.send_goal(&goal, move |feedback| show(&bar, &feedback), MEETING)?;
+        let goal = self.action.send_goal(goal, move |feedback| show(&bar, &feedback), MEETING)?;
         if !goal.accepted() {
             progress.finish_and_clear();
             let (mutex, _) = &*self.heard;
@@ -353,7 +358,9 @@ impl Report<'_> {
         if let Some(ideal) = &self.ideal {
             let errors: Vec<String> = ideal
                 .iter()
-                .map(|lobe| format!("{} {:+.3} um (rms {:.3})", lobe.name, um(lobe.form_error_max), um(lobe.form_error_rms)))
+                .map(|lobe| {
+                    format!("{} {:+.3} um (rms {:.3})", lobe.name, um(lobe.form_error_max), um(lobe.form_error_rms))
+                })
                 .collect();
             println!("on ideal drives the same job grinds: {}", errors.join(", "));
         }
