@@ -58,7 +58,9 @@ impl Cell {
         let shutdown = Shutdown::new();
         let (ros, stop) = (args(domain, recorder), shutdown.clone());
         let recorder = std::thread::spawn(move || {
-            RunLogger::new(&ros).expect("it joins the graph").run(&stop).expect("it runs");
+            let recorder = RunLogger::start(&ros).expect("it joins the graph");
+            stop.wait();
+            recorder.stop();
         });
         let node = Node::new(NodeOptions::new("manager", &args(domain, &[]))).expect("it joins the graph");
         let spinning = node.spin_in_thread().expect("there are threads");

@@ -25,9 +25,10 @@ use camwright_msgs::rosbag2_interfaces::srv::{
 
 use crate::bag::Counts;
 use crate::ros::{
-    Diagnostics, GraphListener, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Publisher, Qos, RosArgs, RosError,
-    ServiceHandle, Shutdown, TimerHandle, Transition, diagnostic_status,
+    Diagnostics, GraphListener, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Publisher, Qos, RosArgs,
+    ServiceHandle, SpinThread, TimerHandle, Transition, diagnostic_status,
 };
+use crate::running::{NodeError, autostart};
 
 pub use selection::Selection;
 use session::Session;
@@ -60,6 +61,7 @@ pub struct RunLogger {
     lifecycle: Lifecycle,
     _diagnostics: Diagnostics,
     _services: Vec<ServiceHandle>,
+    _spin: SpinThread,
 }
 
 impl std::fmt::Debug for RunLogger {
@@ -214,7 +216,7 @@ impl RunLogger {
     ///
     /// # Errors
     /// A name or a parameter is refused, or the network is.
-    pub fn new(args: &RosArgs) -> Result<Self, RosError> {
+    pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
         let node = Node::new(NodeOptions::new("run_logger", args).parameters(settings::parameters()))?;
         node.parameters().on_set(settings::check);
         let status = node.publisher::<RecorderStatus>("~/status", &Qos::default_topic())?;
@@ -246,7 +248,9 @@ impl RunLogger {
         let weak = Arc::downgrade(&shared);
         let diagnostics = node.diagnostics("", move || weak.upgrade().map(|s| s.diagnosis()).into_iter().collect())?;
         let lifecycle = node.lifecycle(Callbacks(shared.clone()))?;
-        Ok(Self { shared, lifecycle, _diagnostics: diagnostics, _services: services })
+        let spin = shared.node.spin_in_thread()?;
+        autostart::begin(&shared.node, &lifecycle);
+        Ok(Self { shared, lifecycle, _spin: spin, _diagnostics: diagnostics, _services: services })
     }
 
     /// The node, for those who manage several in one process.
@@ -260,28 +264,11 @@ impl RunLogger {
         &self.lifecycle
     }
 
-    /// Runs the node until shutdown is requested; then closes the bag and leaves the graph. With the parameter `autostart` it
-    /// records from the start.
-    ///
-    /// # Errors
-    /// When another thread runs the node, or the start asked for is refused.
-    pub fn run(&self, shutdown: &Shutdown) -> Result<(), RosError> {
-        let node = &self.shared.node;
-        // On a thread of its own, so that messages arrive and services answer until the bag is closed.
-        let spinning = node.spin_in_thread()?;
-        let started = if node.parameters().bool("autostart") {
-            self.lifecycle.trigger(Transition::Configure).and_then(|()| self.lifecycle.trigger(Transition::Activate))
-        } else {
-            Ok(())
-        };
-        if started.is_ok() {
-            shutdown.wait();
-        }
+    /// Closes the bag, then ends the node.
+    pub fn stop(self) {
         // What could not be closed has been logged, and a node that was shut down before has nothing to close.
         drop(self.lifecycle.trigger(Transition::Shutdown));
-        spinning.stop();
-        node.shutdown();
-        started
+        self.shared.node.shutdown();
     }
 }
 

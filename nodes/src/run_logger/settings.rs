@@ -47,9 +47,7 @@ pub(super) fn parameters() -> Vec<Parameter> {
         Parameter::string_array("exclude", &[]).describe("topics to leave out, '*' stands for anything"),
         Parameter::bool("start_on_activate", true)
             .describe("write messages from activation on; false begins paused, until ~/resume"),
-        Parameter::bool("autostart", false)
-            .describe("configure and activate at the start of the process, without a manager")
-            .read_only(),
+        crate::running::autostart::parameter(),
         Parameter::integer("credit_ticks", 100)
             .describe("machine ticks after which ~/status is published besides ten times a second")
             .integer_range(1, 1_000_000),
