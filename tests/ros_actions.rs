@@ -168,8 +168,9 @@ fn three_goals_run_at_once_and_each_has_its_own_end() {
 
 #[test]
 fn a_decision_may_come_later_from_another_thread() {
-    let (machine, _a) = node(88, "machine");
-    let (operator, _b) = node(88, "operator");
+    let domain = Domain::take();
+    let (machine, _a) = node(&domain, "machine");
+    let (operator, _b) = node(&domain, "operator");
     let homing = Homing::default();
     let _server = machine.action_server::<Home>("home", homing.clone()).expect("a server");
     let client = operator.action_client::<Home>("home").expect("a client");

@@ -23,7 +23,7 @@ pub struct PeerEnv {
 /// The environment, made if it is missing or out of date. `None` when the developer asked to skip the peers.
 ///
 /// # Panics
-/// When it cannot be made, with what pip, CMake or the compiler said; and when it is to be skipped under `CI=true`.
+/// When it cannot be made, with what pip, `CMake` or the compiler said; and when it is to be skipped under `CI=true`.
 pub fn peer_env() -> Option<&'static PeerEnv> {
     static ENV: OnceLock<Option<PeerEnv>> = OnceLock::new();
     ENV.get_or_init(|| {

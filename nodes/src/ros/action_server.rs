@@ -28,6 +28,7 @@ use super::{
     clock::from_time,
     error::RosError,
     executor::TimerHandle,
+    goal_handle::GoalHandle,
     logging::Logger,
     node::{Node, WeakNode},
     qos::Qos,
@@ -153,13 +154,13 @@ impl<A: Action> Entry<A> {
     }
 }
 
-struct Core<A: Action> {
-    name: String,
+pub(super) struct Core<A: Action> {
+    pub(super) name: String,
     /// Guards the table and the order of what is published about it: the status is published with the lock held.
     goals: Mutex<BTreeMap<GoalId, Entry<A>>>,
-    feedback: Publisher<A::FeedbackMessage>,
+    pub(super) feedback: Publisher<A::FeedbackMessage>,
     status: Publisher<GoalStatusArray>,
-    logger: Logger,
+    pub(super) logger: Logger,
     node: WeakNode,
 }
 
@@ -242,7 +243,7 @@ impl<A: Action> Core<A> {
             return;
         }
         let status = Arc::new(AtomicI8::new(GoalStatus::Accepted as i8));
-        let token = Token { core: Arc::clone(self), id, goal, status: Arc::clone(&status) };
+        let handle = GoalHandle::new(self, id, goal, Arc::clone(&status));
         {
             let mut goals = self.goals();
             let entry = Entry { stamp: stamp.clone(), status, result: None, waiting: Vec::new(), ended: None };
@@ -251,7 +252,7 @@ impl<A: Action> Core<A> {
             self.publish_status(&goals);
             self.set(&goals, id, GoalStatus::Executing);
         }
-        handler.lock().unwrap_or_else(PoisonError::into_inner).accepted(GoalHandle { token: Arc::new(token) });
+        handler.lock().unwrap_or_else(PoisonError::into_inner).accepted(handle);
     }
 
     /// Takes a request to cancel, by the rules of `action_msgs/srv/CancelGoal`.
@@ -317,7 +318,7 @@ impl<A: Action> Core<A> {
     }
 
     /// Ends a goal; `false` if it has ended already.
-    fn finish(&self, id: GoalId, status: GoalStatus, result: A::Result) -> bool {
+    pub(super) fn finish(&self, id: GoalId, status: GoalStatus, result: A::Result) -> bool {
         let mut goals = self.goals();
         let Some(entry) = goals.get(&id) else { return false };
         if entry.status().is_terminal() {
@@ -352,89 +353,6 @@ impl<A: Action> Core<A> {
 
 fn is_cancelable(status: GoalStatus) -> bool {
     matches!(status, GoalStatus::Accepted | GoalStatus::Executing)
-}
-
-struct Token<A: Action> {
-    core: Arc<Core<A>>,
-    id: GoalId,
-    goal: A::Goal,
-    status: Arc<AtomicI8>,
-}
-
-impl<A: Action> Drop for Token<A> {
-    fn drop(&mut self) {
-        // A goal whose worker has gone would keep its client waiting for ever.
-        if self.core.finish(self.id, GoalStatus::Aborted, A::Result::default()) {
-            self.core.logger.error(&format!("goal {} of {} was dropped and is aborted", self.id, self.core.name));
-        }
-    }
-}
-
-/// An accepted goal. Clones are the same goal; when the last one is dropped before the goal has ended, it is aborted.
-pub struct GoalHandle<A: Action> {
-    token: Arc<Token<A>>,
-}
-
-impl<A: Action> Clone for GoalHandle<A> {
-    fn clone(&self) -> Self {
-        GoalHandle { token: Arc::clone(&self.token) }
-    }
-}
-
-impl<A: Action> fmt::Debug for GoalHandle<A> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("GoalHandle").field("id", &self.token.id.to_string()).field("status", &self.status()).finish()
-    }
-}
-
-impl<A: Action> GoalHandle<A> {
-    /// Identity of the goal.
-    pub fn id(&self) -> GoalId {
-        self.token.id
-    }
-
-    /// What is wanted.
-    pub fn goal(&self) -> &A::Goal {
-        &self.token.goal
-    }
-
-    /// State of the goal.
-    pub fn status(&self) -> GoalStatus {
-        GoalStatus::from_number(self.token.status.load(Ordering::Acquire))
-    }
-
-    /// Whether the goal must be brought to an end because its client wishes so.
-    pub fn is_canceling(&self) -> bool {
-        self.status() == GoalStatus::Canceling
-    }
-
-    /// Whether the goal has not ended.
-    pub fn is_active(&self) -> bool {
-        !self.status().is_terminal()
-    }
-
-    /// Tells how far it is.
-    pub fn feedback(&self, feedback: &A::Feedback) {
-        let message = A::feedback_message(self.token.id.to_msg(), feedback.clone());
-        if let Err(error) = self.token.core.feedback.publish(&message) {
-            self.token.core.logger.warn(&error.to_string());
-        }
-    }
-
-    /// Ends the goal as wanted. `false` (here and below) if it has ended already.
-    pub fn succeed(&self, result: A::Result) -> bool {
-        self.token.core.finish(self.token.id, GoalStatus::Succeeded, result)
-    }
-
-    /// Ends the goal because it cannot be reached.
-    pub fn abort(&self, result: A::Result) -> bool {
-        self.token.core.finish(self.token.id, GoalStatus::Aborted, result)
-    }
-
-    /// Ends the goal as its client wished.
-    pub fn canceled(&self, result: A::Result) -> bool {
-        self.token.core.finish(self.token.id, GoalStatus::Canceled, result)
-    }
 }
 
 /// An action that is offered; dropping it withdraws it.

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{
     logging::Level,
     names::{self, NameKind, RemapRule, RemapTarget},
-    parameters::ParameterValue,
+    parameter_value::ParameterValue,
     params_file::{self, NodeParameters},
 };
 

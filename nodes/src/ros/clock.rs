@@ -13,7 +13,7 @@ use camwright_msgs::{builtin_interfaces::msg::Time, rosgraph_msgs::msg::Clock};
 use super::{
     error::RosError,
     node::Node,
-    parameters::ParameterValue,
+    parameter_value::ParameterValue,
     qos::Qos,
     topics::{Subscription, system_time_ns},
 };

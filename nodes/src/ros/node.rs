@@ -14,6 +14,7 @@ use rustdds::{DomainParticipant, DomainParticipantBuilder, QosPolicies, RTPSEnti
 use super::{
     args::{DiscoveryRange, RosArgs},
     clock::TimeSource,
+    delay::{DelayInjection, DelaySource},
     discovery::{Graph, GraphListener, ParticipantEntities, TopicInfo},
     error::RosError,
     executor::{Executor, TimerHandle},
@@ -30,42 +31,6 @@ use super::{
 /// How long a leaving node waits for its farewell to be sent: 300 ms let real ROS 2 forget its name within 10 ms; without it names
 /// stay for the lease of 50 s (measured with Fast DDS).
 const FAREWELL: Duration = Duration::from_millis(300);
-
-/// Random delays of subscription callbacks, for tests that results do not depend on delivery times. The order within a topic is
-/// kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct DelayInjection {
-    /// Seed of the delays.
-    pub seed: u64,
-    /// Longest delay in ms.
-    pub max_ms: u64,
-}
-
-impl DelayInjection {
-    /// Name of the environment variable that sets it, as `seed:max_ms`.
-    pub const ENVIRONMENT: &str = "CAMWRIGHT_DELAY_INJECTION";
-
-    fn from_env() -> Option<Self> {
-        let text = std::env::var(Self::ENVIRONMENT).ok()?;
-        let (seed, max_ms) = text.split_once(':')?;
-        Some(DelayInjection { seed: seed.trim().parse().ok()?, max_ms: max_ms.trim().parse().ok()? })
-    }
-}
-
-/// A stream of delays (xorshift64*; quality enough to shuffle deliveries).
-pub(super) struct DelaySource {
-    state: u64,
-    max_us: u64,
-}
-
-impl DelaySource {
-    pub(super) fn next(&mut self) -> Duration {
-        self.state ^= self.state >> 12;
-        self.state ^= self.state << 25;
-        self.state ^= self.state >> 27;
-        Duration::from_micros((self.state.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 16) % (self.max_us + 1))
-    }
-}
 
 /// What a node is made from.
 #[derive(Debug, Clone)]
@@ -283,14 +248,9 @@ impl Node {
     }
 
     pub(super) fn delay_source(&self) -> Option<DelaySource> {
-        let DelayInjection { seed, max_ms } = self.inner.delay_injection?;
         let mut next = self.inner.next_delay.lock().unwrap_or_else(PoisonError::into_inner);
         *next += 1;
-        // splitmix64 of seed and number, so that every subscription has delays of its own.
-        let mut state = seed.wrapping_add(next.wrapping_mul(0x9e37_79b9_7f4a_7c15));
-        state = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        state = (state ^ (state >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        Some(DelaySource { state: (state ^ (state >> 31)) | 1, max_us: max_ms.saturating_mul(1000) })
+        self.inner.delay_injection.map(|injection| injection.source(*next))
     }
 
     /// Runs something with the crate's node.
@@ -506,18 +466,4 @@ impl Node {
 /// Joins a name below the node's private namespace.
 pub(super) fn private(name: &str) -> String {
     format!("~/{name}")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn delays_stay_within_their_bound_and_differ() {
-        let mut source = DelaySource { state: 42, max_us: 5000 };
-        let delays: Vec<Duration> = (0..1000).map(|_| source.next()).collect();
-        assert!(delays.iter().all(|delay| *delay <= Duration::from_millis(5)));
-        assert!(delays.iter().any(|delay| *delay > Duration::from_millis(4)));
-        assert!(delays.iter().any(|delay| *delay < Duration::from_millis(1)));
-    }
 }

@@ -17,7 +17,8 @@ use camwright_msgs::rcl_interfaces::{
 use super::{
     error::RosError,
     node::{Node, WeakNode, private},
-    parameters::{Parameter, ParameterRange, ParameterValue, Parameters},
+    parameter_value::ParameterValue,
+    parameters::{Parameter, ParameterRange, Parameters},
     qos::Qos,
     topics::Publisher,
 };

@@ -8,87 +8,8 @@ use std::{
 
 use super::{
     args::RosArgs, clock::USE_SIM_TIME, error::RosError, node::Node, parameter_services::ParameterEvents,
-    type_description::START_TYPE_DESCRIPTION_SERVICE,
+    parameter_value::ParameterValue, type_description::START_TYPE_DESCRIPTION_SERVICE,
 };
-
-/// Value of a parameter.
-#[derive(Debug, Clone, PartialEq)]
-pub enum ParameterValue {
-    /// No value: only an optional parameter may have it.
-    NotSet,
-    /// `bool`.
-    Bool(bool),
-    /// `int64`.
-    Integer(i64),
-    /// `float64`.
-    Double(f64),
-    /// `string`.
-    String(String),
-    /// `byte[]`.
-    ByteArray(Vec<u8>),
-    /// `bool[]`.
-    BoolArray(Vec<bool>),
-    /// `int64[]`.
-    IntegerArray(Vec<i64>),
-    /// `float64[]`.
-    DoubleArray(Vec<f64>),
-    /// `string[]`.
-    StringArray(Vec<String>),
-}
-
-impl ParameterValue {
-    /// `rcl_interfaces/msg/ParameterType`.
-    pub fn type_id(&self) -> u8 {
-        match self {
-            ParameterValue::NotSet => 0,
-            ParameterValue::Bool(_) => 1,
-            ParameterValue::Integer(_) => 2,
-            ParameterValue::Double(_) => 3,
-            ParameterValue::String(_) => 4,
-            ParameterValue::ByteArray(_) => 5,
-            ParameterValue::BoolArray(_) => 6,
-            ParameterValue::IntegerArray(_) => 7,
-            ParameterValue::DoubleArray(_) => 8,
-            ParameterValue::StringArray(_) => 9,
-        }
-    }
-
-    /// Name of the type, for sentences.
-    pub fn type_name(&self) -> &'static str {
-        match self {
-            ParameterValue::NotSet => "value that is not set",
-            ParameterValue::Bool(_) => "bool",
-            ParameterValue::Integer(_) => "integer",
-            ParameterValue::Double(_) => "double",
-            ParameterValue::String(_) => "string",
-            ParameterValue::ByteArray(_) => "byte_array",
-            ParameterValue::BoolArray(_) => "bool_array",
-            ParameterValue::IntegerArray(_) => "integer_array",
-            ParameterValue::DoubleArray(_) => "double_array",
-            ParameterValue::StringArray(_) => "string_array",
-        }
-    }
-
-    /// The value as the type of `like`, where a file or a command line can mean nothing else: `1` for a double, `[]` for any
-    /// array. (A change by service must have the exact type, as with rclcpp.)
-    fn meant_as(self, like: &ParameterValue) -> ParameterValue {
-        #[allow(clippy::cast_precision_loss, reason = "a whole number beyond 2^53 is not meant exactly")]
-        match (self, like) {
-            (ParameterValue::Integer(value), ParameterValue::Double(_)) => ParameterValue::Double(value as f64),
-            (ParameterValue::IntegerArray(values), ParameterValue::DoubleArray(_)) => {
-                ParameterValue::DoubleArray(values.into_iter().map(|value| value as f64).collect())
-            }
-            (ParameterValue::StringArray(values), like) if values.is_empty() => match like {
-                ParameterValue::BoolArray(_) => ParameterValue::BoolArray(Vec::new()),
-                ParameterValue::IntegerArray(_) => ParameterValue::IntegerArray(Vec::new()),
-                ParameterValue::DoubleArray(_) => ParameterValue::DoubleArray(Vec::new()),
-                ParameterValue::ByteArray(_) => ParameterValue::ByteArray(Vec::new()),
-                _ => ParameterValue::StringArray(Vec::new()),
-            },
-            (value, _) => value,
-        }
-    }
-}
 
 /// Bounds of a number; a step of 0 is any value between.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,7 +4,7 @@ use std::{fmt, path::Path};
 
 use serde::de::{Deserialize, Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
 
-use super::parameters::ParameterValue;
+use super::parameter_value::ParameterValue;
 
 /// The key below which a node's parameters stand.
 const PARAMETERS: &str = "ros__parameters";

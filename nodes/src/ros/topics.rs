@@ -12,12 +12,13 @@ use rustdds::{GUID, bytes::Bytes};
 use serde::{Serialize, de::DeserializeOwned};
 
 use super::{
+    delay::DelaySource,
     discovery::{Graph, Guid},
     error::RosError,
     executor::{Executor, SourceHandle},
     loopback::LocalEndpoint,
     names::{self, NameKind},
-    node::{DelaySource, Node},
+    node::Node,
     qos::Qos,
     wire::{CDR_LE_HEADER, Octets, from_cdr, to_cdr},
 };

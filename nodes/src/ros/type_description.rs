@@ -5,7 +5,7 @@ use camwright_msgs::{by_type_name, type_description_interfaces::srv::GetTypeDesc
 use super::{
     error::RosError,
     node::{Node, private},
-    parameters::ParameterValue,
+    parameter_value::ParameterValue,
 };
 
 /// Name of the parameter that Jazzy's nodes have for it.

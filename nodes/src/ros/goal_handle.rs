@@ -1,0 +1,103 @@
+//! What whoever works on an accepted goal holds.
+
+use std::{
+    fmt,
+    sync::{
+        Arc,
+        atomic::{AtomicI8, Ordering},
+    },
+};
+
+use camwright_msgs::Action;
+
+use super::{
+    action::{GoalId, GoalStatus},
+    action_server::Core,
+};
+
+struct Token<A: Action> {
+    core: Arc<Core<A>>,
+    id: GoalId,
+    goal: A::Goal,
+    status: Arc<AtomicI8>,
+}
+
+impl<A: Action> Drop for Token<A> {
+    fn drop(&mut self) {
+        // A goal whose worker has gone would keep its client waiting for ever.
+        if self.core.finish(self.id, GoalStatus::Aborted, A::Result::default()) {
+            self.core.logger.error(&format!("goal {} of {} was dropped and is aborted", self.id, self.core.name));
+        }
+    }
+}
+
+/// An accepted goal. Clones are the same goal; when the last one is dropped before the goal has ended, it is aborted.
+pub struct GoalHandle<A: Action> {
+    token: Arc<Token<A>>,
+}
+
+impl<A: Action> Clone for GoalHandle<A> {
+    fn clone(&self) -> Self {
+        GoalHandle { token: Arc::clone(&self.token) }
+    }
+}
+
+impl<A: Action> fmt::Debug for GoalHandle<A> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("GoalHandle").field("id", &self.token.id.to_string()).field("status", &self.status()).finish()
+    }
+}
+
+impl<A: Action> GoalHandle<A> {
+    pub(super) fn new(core: &Arc<Core<A>>, id: GoalId, goal: A::Goal, status: Arc<AtomicI8>) -> Self {
+        GoalHandle { token: Arc::new(Token { core: Arc::clone(core), id, goal, status }) }
+    }
+
+    /// Identity of the goal.
+    pub fn id(&self) -> GoalId {
+        self.token.id
+    }
+
+    /// What is wanted.
+    pub fn goal(&self) -> &A::Goal {
+        &self.token.goal
+    }
+
+    /// State of the goal.
+    pub fn status(&self) -> GoalStatus {
+        GoalStatus::from_number(self.token.status.load(Ordering::Acquire))
+    }
+
+    /// Whether the goal must be brought to an end because its client wishes so.
+    pub fn is_canceling(&self) -> bool {
+        self.status() == GoalStatus::Canceling
+    }
+
+    /// Whether the goal has not ended.
+    pub fn is_active(&self) -> bool {
+        !self.status().is_terminal()
+    }
+
+    /// Tells how far it is.
+    pub fn feedback(&self, feedback: &A::Feedback) {
+        let message = A::feedback_message(self.token.id.to_msg(), feedback.clone());
+        if let Err(error) = self.token.core.feedback.publish(&message) {
+            self.token.core.logger.warn(&error.to_string());
+        }
+    }
+
+    /// Ends the goal as wanted. `false` (here and below) if it has ended already.
+    pub fn succeed(&self, result: A::Result) -> bool {
+        self.token.core.finish(self.token.id, GoalStatus::Succeeded, result)
+    }
+
+    /// Ends the goal because it cannot be reached.
+    pub fn abort(&self, result: A::Result) -> bool {
+        self.token.core.finish(self.token.id, GoalStatus::Aborted, result)
+    }
+
+    /// Ends the goal as its client wished.
+    pub fn canceled(&self, result: A::Result) -> bool {
+        self.token.core.finish(self.token.id, GoalStatus::Canceled, result)
+    }
+}
