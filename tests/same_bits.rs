@@ -4,16 +4,16 @@
 #[path = "support/mod.rs"]
 mod support;
 
-use camwright_nodes::bag::reader::Bag;
+use camwright_nodes::bag::Bag;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
-use support::domain::Domain;
-use support::process::Process;
+use support::{Domain, Guarded};
 
 /// A short version of the default job: one turn of infeed, one of spark-out, on all four lobes.
-const SHORT: [&str; 8] = [
+/// Setpoints run far ahead, so that a busy computer is no underrun.
+const SHORT: [&str; 10] = [
     "--set",
     "infeed.total_mm=0.036",
     "--set",
@@ -22,6 +22,8 @@ const SHORT: [&str; 8] = [
     "stock_mm=0.03",
     "--set-machine",
     "wheel.spin_up_s=0.2",
+    "--set-machine",
+    "feedback_delay_ticks=500",
 ];
 
 /// What `camwright run --json` says of a run.
@@ -78,9 +80,12 @@ fn in_four_processes(name: &str, pace: &str) -> Samples {
         for parameter in parameters {
             command.args(["-p", parameter]);
         }
-        Process::start(binary, &mut command)
+        Guarded::start(binary, &mut command)
     };
-    let machine = [format!("pace:={pace}"), "machine_overrides:=[\"wheel.spin_up_s=0.2\"]".to_owned()];
+    let machine = [
+        format!("pace:={pace}"),
+        "machine_overrides:=[\"wheel.spin_up_s=0.2\", \"feedback_delay_ticks=500\"]".to_owned(),
+    ];
     let mut nodes = [
         node(env!("CARGO_BIN_EXE_run_logger"), &[format!("bag_dir:={}", bag.display())]),
         node(env!("CARGO_BIN_EXE_machine_sim"), &machine),

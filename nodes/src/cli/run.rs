@@ -15,6 +15,8 @@ use camwright::machine::description::DriveSettings;
 use camwright::units::deg_from_rad;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobFeedback, RunJobGoal, RunJobResult};
 use camwright_msgs::camwright_msgs::msg::{JobStatus, LobeResult, RecorderStatus};
+use camwright_msgs::lifecycle_msgs::msg::State;
+use camwright_msgs::lifecycle_msgs::srv::{GetState, GetStateRequest};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::fmt::Write as _;
@@ -196,6 +198,9 @@ impl Client {
     /// Waits until the planner can be asked and, with a recorder, until it records what matters.
     fn meet(&self, with_recorder: bool, shutdown: &Shutdown) -> Result<(), NodeError> {
         self.action.wait_for_server(MEETING)?;
+        for node in ["machine_sim", "axis_interpolator", "job_planner"] {
+            self.wait_active(node, shutdown)?;
+        }
         if !with_recorder {
             return Ok(());
         }
@@ -220,6 +225,24 @@ impl Client {
             }
             let slice = left.min(Duration::from_millis(200));
             heard = changed.wait_timeout(heard, slice).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// Waits until a node of the cell is active, which it becomes by itself or by its life cycle manager.
+    fn wait_active(&self, name: &str, shutdown: &Shutdown) -> Result<(), NodeError> {
+        let client = self.node.client::<GetState>(&format!("{name}/get_state"))?;
+        client.wait_for_service(MEETING)?;
+        let deadline = Instant::now() + MEETING;
+        loop {
+            let state = client.call(&GetStateRequest::default(), MEETING)?.current_state;
+            if state.id == State::PRIMARY_STATE_ACTIVE {
+                return Ok(());
+            }
+            if Instant::now() > deadline || shutdown.is_requested() {
+                return Err(NodeError::Parameter(format!("{name} is {}, not active", state.label)));
+            }
+            // Nothing says when a foreign manager acts; asking ten times a second costs nothing.
+            let _requested = shutdown.wait_timeout(Duration::from_millis(100));
         }
     }
 
