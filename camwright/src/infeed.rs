@@ -47,7 +47,7 @@ pub enum InfeedError {
         /// The nearest values that fit.
         nearest: NearestInfeed,
     },
-    /// More turns than [`MOST_TURNS`].
+    /// More turns than `MOST_TURNS`.
     #[error(
         "total infeed {total_mm} mm at {per_block_mm} mm per block takes {turns:.0} turns; at most {most} are allowed"
     )]

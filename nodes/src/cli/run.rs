@@ -44,10 +44,10 @@ pub(super) struct RunArgs {
     /// Directory of the bag, which must not exist; default: bags/<job>_<time>.
     #[arg(long, value_name = "DIR")]
     bag: Option<PathBuf>,
-    /// Set a key of the job, for example infeed.total_mm=0.72 or lobes.I1.phase_deg=75; may be repeated.
+    /// Set a key of the job, for example `infeed.total_mm=0.72` or `lobes.I1.phase_deg=75`; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Set a key of the machine, for example x_axis.drive.kv_1_s=150; may be repeated.
+    /// Set a key of the machine, for example `x_axis.drive.kv_1_s=150`; may be repeated.
     #[arg(long = "set-machine", value_name = "KEY=VALUE")]
     set_machine: Vec<String>,
     /// Run the job on nodes that are running already, in other processes.
@@ -103,9 +103,9 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let ideal = if result.success { on_ideal_drives(&job, args) } else { None };
     let report = Report { job: &job, status, result: &result, ideal, bag: (!args.attach).then_some(&bag), took };
     if args.json {
-        report.print_json()
+        report.print_json();
     } else {
-        report.print()
+        report.print();
     }
     Ok(report.exit_code())
 }
