@@ -3,7 +3,7 @@
 use std::{
     fmt,
     net::{IpAddr, Ipv4Addr},
-    sync::{Arc, Mutex, OnceLock, PoisonError},
+    sync::{Arc, Mutex, Once, OnceLock, PoisonError},
     thread::JoinHandle,
     time::Duration,
 };
@@ -147,6 +147,7 @@ impl Node {
         let fully_qualified = names.fully_qualified();
         let failed = |reason: String| RosError::create(format!("node {fully_qualified}"), reason);
 
+        raise_descriptor_limit();
         // One participant per node: status events go to a single reader per participant.
         let mut builder = DomainParticipantBuilder::new(args.domain_id());
         if args.discovery_range() == DiscoveryRange::Localhost {
@@ -416,6 +417,17 @@ impl Node {
         self.inner.leave();
     }
 }
+
+/// An endpoint takes three to seven file descriptors and a managed node with actions some 200 of them, so that a cell in one process
+/// exceeds the 1024 that most systems give at first. They give more when asked.
+fn raise_descriptor_limit() {
+    static ONCE: Once = Once::new();
+    // If it is refused, creating an endpoint fails with the system's own words once descriptors run out.
+    ONCE.call_once(|| drop(rlimit::increase_nofile_limit(ENOUGH_DESCRIPTORS)));
+}
+
+/// Some hundred nodes.
+const ENOUGH_DESCRIPTORS: u64 = 20_000;
 
 /// A node that may have gone.
 #[derive(Clone)]
