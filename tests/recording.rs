@@ -11,6 +11,7 @@ use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::{MachineStream, RecorderStatus};
 use camwright_msgs::lifecycle_msgs::srv::{ChangeState, ChangeStateRequest};
 use camwright_msgs::rosbag2_interfaces::srv::{IsPaused, IsPausedRequest, Pause, PauseRequest, Resume, ResumeRequest};
+use camwright_msgs::rosgraph_msgs::msg::Clock;
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::std_msgs::msg::String as Text;
 use camwright_nodes::bag::check::check;
@@ -18,7 +19,8 @@ use camwright_nodes::bag::{Bag, Message};
 use camwright_nodes::replay::{ReplayArgs, play};
 use camwright_nodes::ros::{Node, NodeOptions, Publisher, Qos, RosArgs, Shutdown, SpinThread};
 use camwright_nodes::run_logger::RunLogger;
-use support::{Domain, Guarded, PATIENCE};
+use serde_json::json;
+use support::{Domain, Guarded, PATIENCE, Peer};
 
 /// `lifecycle_msgs/msg/Transition`.
 const CONFIGURE: u8 = 1;
@@ -56,7 +58,8 @@ struct Cell {
 impl Cell {
     fn new(domain: &Domain, recorder: &[&str]) -> Self {
         let shutdown = Shutdown::new();
-        let (ros, stop) = (args(domain, recorder), shutdown.clone());
+        let words = [recorder, &["-p", "autostart:=false"]].concat();
+        let (ros, stop) = (args(domain, &words), shutdown.clone());
         let recorder = std::thread::spawn(move || {
             let recorder = RunLogger::start(&ros).expect("it joins the graph");
             stop.wait();
@@ -309,7 +312,7 @@ fn a_paused_recorder_writes_nothing_and_goes_on_when_told() {
 }
 
 #[test]
-fn ctrl_c_closes_the_bag_and_ends_with_zero() {
+fn a_recorder_by_itself_records_and_ctrl_c_closes_the_bag_and_ends_with_zero() {
     let domain = Domain::take();
     let directory = directory("ctrl-c");
     let bag = directory.join("run");
@@ -322,13 +325,6 @@ fn ctrl_c_closes_the_bag_and_ends_with_zero() {
     let _spinning = node.spin_in_thread().expect("there are threads");
     let texts = node.publisher::<Text>("texts", &Qos::latched(5)).expect("good name");
     texts.publish(&Text { data: "latched".into() }).expect("room");
-    let client = node.client::<ChangeState>("/logger/change_state").expect("good name");
-    client.wait_for_service(PATIENCE).expect("the process is up");
-    for transition in [CONFIGURE, ACTIVATE] {
-        let mut request = ChangeStateRequest::default();
-        request.transition.id = transition;
-        assert!(client.call(&request, PATIENCE).expect("it answers").success);
-    }
     until("the message is on the disk", || {
         Bag::open(&bag)
             .is_ok_and(|b| b.topics().iter().zip(b.message_counts()).any(|(t, &n)| t.name == "/texts" && n == 1))
@@ -339,5 +335,82 @@ fn ctrl_c_closes_the_bag_and_ends_with_zero() {
     assert!(status.success(), "{status}: {}", process.stderr());
     println!("closed and ended in {:?}", begun.elapsed());
     assert_eq!(check(&bag).expect("there is a bag").findings, []);
+    std::fs::remove_dir_all(directory).expect("it is ours");
+}
+
+/// What `/clock` says is the time of the recording, and what comes before its first word waits for it.
+#[test]
+fn with_simulated_time_the_bag_has_the_times_of_the_clock() {
+    let domain = Domain::take();
+    let directory = directory("clock");
+    let bag = directory.join("run");
+    let recorder = ["--ros-args", "-p", &format!("bag_dir:={}", bag.display()), "-p", "use_sim_time:=true"];
+    let mut cell = Cell::new(&domain, &recorder);
+    let texts = cell.node.publisher::<Text>("texts", &Qos::latched(5)).expect("good name");
+    texts.publish(&Text { data: "early".into() }).expect("room");
+    assert!(cell.change_state(CONFIGURE) && cell.change_state(ACTIVATE));
+    cell.wait_for_topics(&["/texts"]);
+    assert_eq!(cell.written("/texts"), 0, "there is no time yet");
+    let clock = cell.node.publisher::<Clock>("/clock", &Qos::default_topic()).expect("good name");
+    clock.wait_matched(1, PATIENCE);
+    let at = |sec: i32| clock.publish(&Clock { clock: Time { sec, nanosec: 500 } }).expect("room");
+    let mut sec = 1000;
+    until("the early message is written", || {
+        // The recorder may hear the first of them before it has subscribed to the clock as a topic.
+        at(sec);
+        sec += 1;
+        cell.written("/texts") == 1
+    });
+    texts.publish(&Text { data: "late".into() }).expect("room");
+    until("the late message is written", || cell.written("/texts") == 2);
+    cell.end();
+    assert_eq!(check(&bag).expect("there is a bag").findings, []);
+    let read = Bag::open(&bag).expect("it is closed");
+    for message in messages(&read, "/texts") {
+        let seconds = message.log_time_ns / 1_000_000_000;
+        assert!((1000..u64::try_from(sec).expect("it counts up")).contains(&seconds), "log time {seconds} s");
+    }
+    std::fs::remove_dir_all(directory).expect("it is ours");
+}
+
+/// Acceptance 4 of the main job: a real ROS 2 subscriber hears what `camwright replay --rate` plays.
+#[test]
+fn an_rclpy_subscriber_hears_a_bag_that_is_played() {
+    let Some(peers) = support::peer_env() else { return };
+    let domain = Domain::take();
+    let directory = directory("rclpy");
+    let bag = directory.join("run");
+    let mut cell = Cell::new(&domain, &["--ros-args", "-p", &format!("bag_dir:={}", bag.display())]);
+    let joints = cell.node.publisher::<JointState>("joint_states", &Qos::default_topic()).expect("good name");
+    assert!(cell.change_state(CONFIGURE) && cell.change_state(ACTIVATE));
+    cell.wait_for_topics(&["/joint_states"]);
+    for tick in 0..200 {
+        joints.publish(&joint_state(tick)).expect("room");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    until("all is written", || cell.written("/joint_states") == 200);
+    cell.end();
+    drop(cell);
+
+    let other = Domain::take();
+    let mut peer = Peer::start(peers, &other, "listener");
+    peer.ask(
+        "subscribe",
+        json!({"topic": "/joint_states", "type": "sensor_msgs/msg/JointState", "qos": "reliable:1000"}),
+    );
+    let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
+    command
+        .args(["replay", &bag.display().to_string(), "--rate", "2", "--wait", "30", "--topics", "/joint_states"])
+        .env("ROS_DOMAIN_ID", other.id().to_string());
+    let mut player = Guarded::start("camwright replay", &mut command);
+    for tick in 0..200 {
+        let heard = peer.message("/joint_states");
+        let expected = joint_state(tick);
+        assert_eq!(heard["position"], json!(expected.position), "message {tick}");
+        assert_eq!(heard["header"]["stamp"]["nanosec"], json!(expected.header.stamp.nanosec));
+    }
+    let status = player.wait(PATIENCE);
+    assert!(status.success(), "{status}: {}", player.stderr());
+    assert!(player.stderr().contains("played 200 messages on 1 topics, 1 with subscribers"), "{}", player.stderr());
     std::fs::remove_dir_all(directory).expect("it is ours");
 }
