@@ -170,7 +170,7 @@ fn what_is_published_is_in_the_bag_and_comes_back_when_it_is_played() {
     assert_eq!(read.custom_data()["camwright.outcome"], "complete");
     assert_eq!(read.custom_data()["camwright.lost_total"], "0");
     assert_eq!((messages(&read, "/joint_states").len(), messages(&read, "/plan_pages").len()), (500, 20));
-    judge(&bag, &domain);
+    judge(&bag, &domain, 500);
 
     // Played to a graph in which nobody else publishes, to a listener that was there and to one that comes late.
     drop(cell);
@@ -224,13 +224,48 @@ fn what_is_published_is_in_the_bag_and_comes_back_when_it_is_played() {
     std::fs::remove_dir_all(directory).expect("it is ours");
 }
 
-/// The readers that other people use say the same of the bag.
-fn judge(bag: &Path, domain: &Domain) {
+/// The readers that other people use see so many joint states in the bag, and decode every message of it.
+fn judge(bag: &Path, domain: &Domain, joint_states: usize) {
     let Some(peers) = support::peer_env() else { return };
     let output = peers.python("judge_bag.py", domain).arg(bag).output().expect("the interpreter is there");
     let (said, complaint) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "a judge refuses the bag: {complaint}");
-    assert!(said.contains("\"/joint_states\": {\"type\": \"sensor_msgs/msg/JointState\", \"count\": 500"), "{said}");
+    let said: serde_json::Value = serde_json::from_str(&said).expect("one JSON object");
+    let seen = &said["topics"]["/joint_states"];
+    assert_eq!((&seen["type"], &seen["count"]), (&json!("sensor_msgs/msg/JointState"), &json!(joint_states)));
+}
+
+/// Acceptance 4 of the main job: every tick is in its bag, and others read every message.
+#[test]
+fn the_main_job_leaves_a_bag_without_a_gap_that_every_reader_reads() {
+    let domain = Domain::take();
+    let directory = directory("main-job");
+    let bag = directory.join("run");
+    let output = Command::new(env!("CARGO_BIN_EXE_camwright"))
+        .args(["run", "--bag", &bag.display().to_string()])
+        .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(".."))
+        .env("ROS_DOMAIN_ID", domain.id().to_string())
+        .output()
+        .expect("it starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let report = check(&bag).expect("there is a bag");
+    assert_eq!(report.findings, [], "{}", report.to_text());
+    let read = Bag::open(&bag).expect("it is closed");
+    assert_eq!(read.custom_data()["camwright.lost_total"], "0");
+    let joints = messages(&read, "/joint_states");
+    // The stamp stands behind the four bytes that say which CDR.
+    let number =
+        |m: &Message, at: usize| u64::from(u32::from_le_bytes(m.data[at..at + 4].try_into().expect("four bytes")));
+    let stamps: Vec<u64> = joints.iter().map(|m| number(m, 4) * 1_000_000_000 + number(m, 8)).collect();
+    let cycle_ns = stamps[1] - stamps[0];
+    for pair in stamps.windows(2) {
+        assert_eq!(pair[1] - pair[0], cycle_ns, "a tick is missing before {} ns", pair[1]);
+    }
+    let (first, last) = read.log_times_ns().expect("there are messages");
+    let (bag_s, machine_s) = ((last - first) / 1_000_000_000, (stamps[stamps.len() - 1] - stamps[0]) / 1_000_000_000);
+    assert!(bag_s.abs_diff(machine_s) <= 1, "the bag lasts {bag_s} s, the machine took {machine_s} s");
+    judge(&bag, &domain, joints.len());
+    std::fs::remove_dir_all(directory).expect("it is ours");
 }
 
 #[test]

@@ -133,7 +133,9 @@ impl Cell {
                 "machine_overrides",
                 ParameterValue::StringArray(args.set_machine.clone()),
             )
-            .with_parameter(Some("run_logger"), "bag_dir", text(&bag.to_string_lossy()));
+            .with_parameter(Some("run_logger"), "bag_dir", text(&bag.to_string_lossy()))
+            // A bag lasts as long as the machine took, not as long as the computer did.
+            .with_parameter(Some("run_logger"), "use_sim_time", ParameterValue::Bool(args.pace == PaceArg::Fast));
         let cell = Self {
             logger: RunLogger::start(&args_of_cell)?,
             machine: MachineSim::start(&args_of_cell)?,

@@ -146,6 +146,11 @@ impl Session {
             if found.publishers.is_empty() || !self.selection.takes(&found.name) {
                 continue;
             }
+            // A type that an action implies (`pkg/action/X_FeedbackMessage`) has no name in the bag's definition language: with one
+            // of them in it, rosbags refuses the whole bag. rosbag2 leaves these hidden topics out as well.
+            if !self.settings.include_feedback && !found.type_name.contains("/msg/") {
+                continue;
+            }
             if let Some(entry) = topics.entries.get(&found.name) {
                 if entry.type_name != found.type_name {
                     let text = format!("a publisher says {}, the recording says {}", found.type_name, entry.type_name);

@@ -18,6 +18,8 @@ pub(super) struct Settings {
     pub(super) topics: Vec<String>,
     /// Patterns of topics to leave out.
     pub(super) exclude: Vec<String>,
+    /// Take topics of actions' own types too.
+    pub(super) include_feedback: bool,
     /// Begin paused.
     pub(super) start_paused: bool,
     /// Ticks after which the machine hears how far the bag is, besides ten times a second.
@@ -45,6 +47,8 @@ pub(super) fn parameters() -> Vec<Parameter> {
         Parameter::string_array("topics", &[])
             .describe("topics to record, '*' stands for anything; empty records all of the cell"),
         Parameter::string_array("exclude", &[]).describe("topics to leave out, '*' stands for anything"),
+        Parameter::bool("include_feedback", false)
+            .describe("record the feedback of actions too, whose types rosbags and mcap-ros2-support cannot decode"),
         Parameter::bool("start_on_activate", true)
             .describe("write messages from activation on; false begins paused, until ~/resume"),
         crate::running::autostart::parameter(),
@@ -117,6 +121,7 @@ impl Settings {
             bag_dir,
             topics: parameters.string_array("topics"),
             exclude: parameters.string_array("exclude"),
+            include_feedback: parameters.bool("include_feedback"),
             start_paused: !parameters.bool("start_on_activate"),
             credit_ticks: count("credit_ticks")?,
             depth: u32::try_from(count("depth")?).map_err(|_| "depth is too large".to_owned())?,
