@@ -84,12 +84,14 @@ fn reliable_messages_arrive_in_order_with_their_numbers_and_times() {
         let age = info.reception_timestamp_ns - info.source_timestamp_ns.expect("stamped");
         assert!((-1_000_000..20_000_000_000).contains(&age), "{age} ns from publisher to subscription");
     }
-    until("the talker is known by name", || listener.discovered_nodes().contains(&"/talker".to_string()));
-    let topics = listener.discovered_topics();
-    let topic = topics.iter().find(|topic| topic.name == "/numbers").expect("known");
-    assert_eq!(topic.type_name, "std_msgs/msg/Float64");
-    assert_eq!(topic.publishers.len(), 1);
-    assert_eq!(topic.publishers[0].node.as_deref(), Some("/talker"));
+    assert!(listener.wait_for_node("/talker", PATIENCE));
+    // What belongs to a node is told a little later than the node.
+    until("the publisher is known with its node", || {
+        let topics = listener.discovered_topics();
+        let topic = topics.iter().find(|topic| topic.name == "/numbers").expect("known");
+        assert_eq!((topic.type_name.as_str(), topic.publishers.len()), ("std_msgs/msg/Float64", 1));
+        topic.publishers[0].node.as_deref() == Some("/talker")
+    });
     assert_eq!(listener.publisher_count("numbers").expect("valid"), 1);
     drop(publisher);
     until("a dropped publisher is forgotten", || subscription.matched() == 0);
@@ -381,6 +383,35 @@ fn log_lines_reach_rosout_with_the_name_of_their_node() {
         ("cell.speaker", "before anybody listened", Log::WARN)
     );
     assert!(log.file.ends_with("ros_layer.rs") && log.line > 0);
+}
+
+#[test]
+fn two_types_on_one_topic_do_not_meet() {
+    let domain = Domain::take();
+    let (talker, _a) = node(&domain, "talker");
+    let (listener, _b) = node(&domain, "listener");
+    let wrong = talker.publisher::<Float64>("topic", &Qos::default_topic()).expect("a publisher");
+    let right = talker.publisher::<Text>("topic", &Qos::default_topic()).expect("a publisher");
+    let (sender, receiver) = mpsc::channel();
+    let subscription = listener
+        .subscribe::<Text>("topic", &Qos::default_topic(), move |text, _| drop(sender.send(text.data)))
+        .expect("a subscription");
+    assert!(right.wait_matched(1, PATIENCE) && subscription.wait_matched(1, PATIENCE));
+    for number in 0..20_i32 {
+        wrong.publish(&Float64 { data: number.into() }).expect("published");
+        right.publish(&Text { data: number.to_string() }).expect("published");
+    }
+    for number in 0..20 {
+        assert_eq!(receiver.recv_timeout(PATIENCE), Ok(number.to_string()));
+    }
+    assert_eq!((wrong.matched(), subscription.matched()), (0, 1));
+    let types: Vec<String> = listener
+        .discovered_topics()
+        .into_iter()
+        .filter(|topic| topic.name == "/topic")
+        .map(|topic| topic.type_name)
+        .collect();
+    assert_eq!(types, ["std_msgs/msg/Float64", "std_msgs/msg/String"]);
 }
 
 #[test]

@@ -214,6 +214,11 @@ impl Graph {
         question(&Matches(&self.state()))
     }
 
+    /// Whether a writer writes this type, if discovery has told.
+    pub(super) fn has_type(&self, writer: &GUID, dds_type: &str) -> Option<bool> {
+        self.state().writers.get(writer).map(|endpoint| endpoint.type_name == dds_type)
+    }
+
     /// Publishers and subscriptions of a topic (absolute ROS name).
     pub(super) fn counts(&self, topic: &str) -> (usize, usize) {
         let dds = names::dds_topic(topic);
@@ -276,9 +281,19 @@ impl State {
                 self.writers.insert(writer.guid, Endpoint::from(&writer));
             }
             DomainParticipantStatusEvent::RemoteReaderMatched { local_writer, remote_reader } => {
+                let types = (self.writers.get(&local_writer), self.readers.get(&remote_reader));
+                if let Some(sentence) = self.differ("a subscription", types.0, types.1, &remote_reader) {
+                    self.incompatible.push(sentence);
+                    return false;
+                }
                 self.matched.entry(local_writer).or_default().insert(remote_reader);
             }
             DomainParticipantStatusEvent::RemoteWriterMatched { local_reader, remote_writer } => {
+                let types = (self.readers.get(&local_reader), self.writers.get(&remote_writer));
+                if let Some(sentence) = self.differ("a publisher", types.0, types.1, &remote_writer) {
+                    self.incompatible.push(sentence);
+                    return false;
+                }
                 self.matched.entry(local_reader).or_default().insert(remote_writer);
             }
             DomainParticipantStatusEvent::ReaderLost { guid, .. } => {
@@ -312,6 +327,18 @@ impl State {
         for matches in self.matched.values_mut() {
             matches.retain(|other| !gone(other));
         }
+    }
+
+    /// A sentence about two ends of one topic that carry different types, which `RustDDS` matches all the same.
+    fn differ(&self, what: &str, ours: Option<&Endpoint>, theirs: Option<&Endpoint>, guid: &GUID) -> Option<String> {
+        let (ours, theirs) = (ours?, theirs?);
+        if ours.type_name == theirs.type_name {
+            return None;
+        }
+        let topic = names::ros_topic(&theirs.topic).unwrap_or(&theirs.topic);
+        let node = self.node_of(guid).unwrap_or_else(|| "an unknown node".into());
+        let (our_type, their_type) = (names::ros_type(&ours.type_name), names::ros_type(&theirs.type_name));
+        Some(format!("{what} of {node} on {topic} has the type {their_type}, not {our_type}; no messages will pass"))
     }
 
     fn incompatible_with(&self, what: &str, guid: &GUID, known: &BTreeMap<GUID, Endpoint>) -> Option<String> {

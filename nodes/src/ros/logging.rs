@@ -166,6 +166,12 @@ impl Logger {
         self.write(level, text, Origin { file: caller.file(), function: "", line: caller.line() });
     }
 
+    /// Logs what a developer wants to know.
+    #[track_caller]
+    pub fn debug(&self, text: &str) {
+        self.log(Level::Debug, text);
+    }
+
     /// Logs what an operator likes to know.
     #[track_caller]
     pub fn info(&self, text: &str) {

@@ -1,6 +1,7 @@
 //! Publishers and subscriptions, typed and untyped.
 
 use std::{
+    collections::BTreeMap,
     fmt,
     marker::PhantomData,
     sync::{Arc, Mutex, PoisonError, Weak},
@@ -298,6 +299,8 @@ impl Node {
         let delivery = Arc::new(Mutex::new(Delivery::new(self, delayable, callback)));
         let (topic, logger, own) = (name.to_string(), self.logger().clone(), guid.prefix);
         let (local, executor) = (Arc::clone(&delivery), Arc::downgrade(self.executor()));
+        let mut types =
+            WriterTypes { graph: Arc::clone(self.graph()), dds_type: dds_type.to_string(), fitting: BTreeMap::new() };
         let source = self
             .executor()
             .add_source(reader, |reader| {
@@ -306,12 +309,12 @@ impl Node {
                         match reader.take() {
                             Ok(Some((message, info))) => {
                                 let info = SampleInfo::from(&info);
-                                if info.writer.prefix != own {
+                                if info.writer.prefix != own && types.fit(&info.writer) {
                                     delivery.lock().unwrap_or_else(PoisonError::into_inner).deliver(message, info);
                                 }
                             }
                             Ok(None) => return false,
-                            Err(error) => logger.warn(&format!("message on {topic} cannot be read: {error}")),
+                            Err(error) => logger.debug(&format!("message on {topic} cannot be read: {error}")),
                         }
                     }
                     true
@@ -342,6 +345,29 @@ impl Subscription {
 fn dds_type(ros: &str) -> Result<String, RosError> {
     names::dds_type(ros)
         .ok_or_else(|| RosError::create(format!("topic of type '{ros}'"), "a type is named package/msg/Name"))
+}
+
+/// Keeps apart writers of another type on the same topic, whose messages `RustDDS` delivers too: some of them can even be read.
+struct WriterTypes {
+    graph: Arc<Graph>,
+    dds_type: String,
+    fitting: BTreeMap<GUID, bool>,
+}
+
+impl WriterTypes {
+    fn fit(&mut self, writer: &GUID) -> bool {
+        if let Some(fits) = self.fitting.get(writer) {
+            return *fits;
+        }
+        match self.graph.has_type(writer, &self.dds_type) {
+            Some(fits) => {
+                self.fitting.insert(*writer, fits);
+                fits
+            }
+            // Its message has overtaken the news of it.
+            None => true,
+        }
+    }
 }
 
 /// Hands messages to a callback, at once or, in a test of determinism, after a random delay that never reorders a topic.
