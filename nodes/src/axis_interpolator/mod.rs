@@ -31,7 +31,10 @@ use pump::{Outlets, Pump};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
+/// How long a cancelled motion may take to come to rest when the node ends.
+const STOPPING: Duration = Duration::from_secs(10);
 /// Messages that may wait between the threads.
 const RING: usize = 4096;
 
@@ -152,8 +155,17 @@ impl AxisInterpolator {
         lock(&self.shared.cell).is_some() && lock(&self.shared.clock).is_some()
     }
 
-    /// Ends the engine, then the node. What is under way ends in the stop of its last chunk.
+    /// Cancels what is under way, waits until the axes are at rest, then ends the engine and the node. If the machine does
+    /// not answer, what is under way ends in the stop of its last chunk.
     pub fn stop(self) {
+        if lock(&self.shared.served).is_busy() {
+            self.shared.request(Request::Cancel);
+        }
+        let latest = Instant::now() + STOPPING;
+        while lock(&self.shared.served).is_busy() && Instant::now() < latest {
+            // The pump ends the goal on its own thread and wakes nobody here.
+            std::thread::sleep(Duration::from_millis(10));
+        }
         self.shared.stop.store(true, Ordering::Release);
         let cell = lock(&self.shared.cell).take();
         if let Some(cell) = cell {

@@ -20,6 +20,9 @@ const PENDING_COMMANDS: usize = 32;
 /// Wall time of an idle tick at pace fast: ticks then only show that the machine lives.
 const FAST_IDLE_TICK: Duration = Duration::from_millis(10);
 
+/// Ticks within which every axis has come to rest, whatever it did before.
+const LONGEST_STOP_TICKS: u64 = 20_000;
+
 /// How ticks follow each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pace {
@@ -216,6 +219,21 @@ impl Ticker {
             } else {
                 let _woken = waker.wait(deadline - now);
             }
+        }
+        if self.active {
+            self.come_to_rest(waker);
+        }
+    }
+
+    /// Brings the axes to rest before the thread ends: what was sent runs out on its stop, nothing more is taken.
+    fn come_to_rest(&mut self, waker: &Waker) {
+        self.buffer.close();
+        let latest = self.machine.tick() + LONGEST_STOP_TICKS;
+        while self.machine.tick() < latest && (self.buffer.has_setpoints() || !self.machine.is_at_rest()) {
+            if self.pace == Pace::Realtime {
+                let _woken = waker.wait(self.cycle);
+            }
+            self.tick();
         }
     }
 
