@@ -8,7 +8,7 @@ use mcap::records::{MessageHeader, Record, Statistics};
 
 use super::json::quoted;
 use super::metadata::{self, BagMetadata};
-use super::reader::{Records, strict};
+use super::records::{Records, strict};
 use super::{Bag, BagError, qos};
 
 /// How bad a finding is.

@@ -17,6 +17,7 @@ pub mod metadata;
 pub mod qos;
 pub mod reader;
 pub mod recording;
+mod records;
 pub mod spare;
 pub mod writer;
 

@@ -1,0 +1,115 @@
+//! The records of one MCAP file: its summary, and the walk from its beginning.
+
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use mcap::records::Record;
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
+use mcap::{McapError, Summary};
+
+use super::{BagError, metadata};
+
+/// No record or chunk of a bag is larger than this (B); a damaged length is, and must not take all memory.
+pub(super) const RECORD_LIMIT: usize = 1 << 30;
+/// How much is read at a time (B).
+const READ_BYTES: usize = 1 << 20;
+
+/// The summary of a file; none when it was never closed, or its writer left it out.
+pub(super) fn read_summary(path: &Path) -> Result<Option<Summary>, BagError> {
+    let mut file = File::open(path).map_err(|e| BagError::io("open", path, e))?;
+    let mut reader =
+        SummaryReader::new_with_options(SummaryReaderOptions::default().with_record_length_limit(RECORD_LIMIT));
+    while let Some(event) = reader.next_event() {
+        match event.map_err(|e| BagError::mcap(path, e))? {
+            SummaryReadEvent::ReadRequest(need) => {
+                let read = file.read(reader.insert(need.min(READ_BYTES))).map_err(|e| BagError::io("read", path, e))?;
+                reader.notify_read(read);
+            }
+            SummaryReadEvent::SeekRequest(to) => {
+                // A file shorter than a footer cannot be sought backwards in: it has none.
+                let Ok(position) = file.seek(to) else { return Ok(None) };
+                reader.notify_seeked(position);
+            }
+        }
+    }
+    Ok(reader.finish())
+}
+
+/// The text of the last `rosbag2` record that the summary points at.
+pub(super) fn last_metadata_record(path: &Path, summary: &Summary) -> Result<Option<String>, BagError> {
+    let Some(index) = summary.metadata_indexes.iter().rev().find(|i| i.name == metadata::RECORD_NAME) else {
+        return Ok(None);
+    };
+    let file = File::open(path).map_err(|e| BagError::io("open", path, e))?;
+    let length = index.length.min(RECORD_LIMIT as u64);
+    let mut bytes = Vec::new();
+    let mut at = &file;
+    at.seek(SeekFrom::Start(index.offset)).map_err(|e| BagError::io("read", path, e))?;
+    at.take(length).read_to_end(&mut bytes).map_err(|e| BagError::io("read", path, e))?;
+    // Behind the operation code and the length.
+    let body = bytes.get(9..).ok_or_else(|| BagError::mcap(path, McapError::BadIndex))?;
+    match mcap::parse_record(mcap::records::op::METADATA, body).map_err(|e| BagError::mcap(path, e))? {
+        Record::Metadata(mut m) => Ok(m.metadata.remove(metadata::RECORD_KEY)),
+        _ => Ok(None),
+    }
+}
+
+/// Reads on through a torn tail's end, checking each chunk before anything of it is used.
+pub(super) fn tolerant() -> LinearReaderOptions {
+    LinearReaderOptions::default().with_prevalidate_chunk_crcs(true).with_record_length_limit(RECORD_LIMIT)
+}
+
+/// Every check sum that the file has, and nothing behind its end.
+pub(super) fn strict() -> LinearReaderOptions {
+    tolerant()
+        .with_validate_data_section_crc(true)
+        .with_validate_summary_section_crc(true)
+        .with_check_finishes_after_end_magic(true)
+}
+
+/// The records of one file in file order, those in chunks too.
+pub(super) struct Records {
+    pub(super) path: PathBuf,
+    file: File,
+    reader: LinearReader,
+    is_torn: bool,
+}
+
+impl Records {
+    pub(super) fn open(path: &Path, options: LinearReaderOptions) -> Result<Self, BagError> {
+        let file = File::open(path).map_err(|e| BagError::io("open", path, e))?;
+        Ok(Self { path: path.to_owned(), file, reader: LinearReader::new_with_options(options), is_torn: false })
+    }
+
+    /// The file ended before its end: it was never closed.
+    pub(super) fn is_torn(&self) -> bool {
+        self.is_torn
+    }
+
+    pub(super) fn next(&mut self) -> Result<Option<Record<'static>>, BagError> {
+        if self.is_torn {
+            return Ok(None);
+        }
+        loop {
+            let Some(event) = self.reader.next_event() else { return Ok(None) };
+            match event {
+                Ok(LinearReadEvent::ReadRequest(need)) => {
+                    let space = self.reader.insert(need.clamp(1, READ_BYTES));
+                    let read = self.file.read(space).map_err(|e| BagError::io("read", &self.path, e))?;
+                    self.reader.notify_read(read);
+                }
+                Ok(LinearReadEvent::Record { data, opcode }) => {
+                    let record = mcap::parse_record(opcode, data).map_err(|e| BagError::mcap(&self.path, e))?;
+                    return Ok(Some(record.into_owned()));
+                }
+                Err(McapError::UnexpectedEof) => {
+                    self.is_torn = true;
+                    return Ok(None);
+                }
+                Err(error) => return Err(BagError::mcap(&self.path, error)),
+            }
+        }
+    }
+}
