@@ -8,6 +8,10 @@ use std::{
 
 use camwright_msgs::{
     camwright_msgs::action::{Home, HomeGoal, HomeResult},
+    rcl_interfaces::{
+        msg::ParameterValue,
+        srv::{GetParameters, GetParametersRequest, GetParametersResponse},
+    },
     rosgraph_msgs::msg::Clock,
     std_msgs::msg::String as Text,
     std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerResponse},
@@ -103,6 +107,45 @@ fn services_work_in_both_directions() {
     let response = light.call(&SetBoolRequest { data: true }, PATIENCE).expect("an answer");
     assert!(response.success && response.message == "on");
     assert_eq!(peer.event("request", |_| true)["data"], json!({ "data": true }));
+}
+
+/// Lengths of text on both sides of what a datagram takes, of an Ethernet frame and of UDP.
+const LENGTHS: [usize; 8] = [900, 1020, 1100, 1400, 9000, 57_330, 66_000, 300_000];
+
+#[test]
+fn long_requests_and_replies_arrive_whole() {
+    let Some(env) = peer_env() else { return };
+    let domain = Domain::take();
+    let (node, _spin) = start(&domain, vec![]);
+    let text = |length: usize| "0123456789".chars().cycle().take(length).collect::<String>();
+    let echo = move |request: GetParametersRequest| {
+        let answer = |name: &String| ParameterValue { string_value: name.clone(), ..ParameterValue::default() };
+        GetParametersResponse { values: request.names.iter().map(answer).collect() }
+    };
+    let _echo = node.service::<GetParameters>("~/echo", echo).expect("a service");
+
+    let mut peer = Peer::start(env, &domain, "visitor");
+    for length in LENGTHS {
+        let request = json!({ "names": [text(length)] });
+        let response = peer.call("/cell/machine/echo", "rcl_interfaces/srv/GetParameters", request);
+        assert!(response["values"][0]["string_value"] == json!(text(length)), "{length} to a real client");
+    }
+    let (client_node, _client_spin) = start(&domain, vec![]);
+    let client = client_node.client::<GetParameters>("/cell/machine/echo").expect("a client");
+    client.wait_for_service(PATIENCE).expect("the service is there");
+    for length in LENGTHS {
+        let response = client.call(&GetParametersRequest { names: vec![text(length)] }, PATIENCE);
+        assert!(response.expect("an answer").values[0].string_value == text(length), "{length} to our client");
+    }
+    let served = json!({ "service": "/served", "type": "rcl_interfaces/srv/GetParameters", "response": {} });
+    peer.ask("serve", served);
+    let client = client_node.client::<GetParameters>("/served").expect("a client");
+    client.wait_for_service(PATIENCE).expect("the service is there");
+    for length in LENGTHS {
+        client.call(&GetParametersRequest { names: vec![text(length)] }, PATIENCE).expect("an answer");
+        let request = peer.event("request", |_| true);
+        assert!(request["data"]["names"] == json!([text(length)]), "{length} to a real server");
+    }
 }
 
 #[test]

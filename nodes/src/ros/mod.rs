@@ -45,6 +45,7 @@ mod parameters;
 mod params_file;
 mod qos;
 mod rtps;
+mod rtps_messages;
 mod services;
 mod shutdown;
 mod topics;

@@ -7,7 +7,7 @@
 use std::{
     collections::BTreeMap,
     fmt,
-    sync::{Arc, Mutex, PoisonError, Weak, mpsc},
+    sync::{Arc, Mutex, OnceLock, PoisonError, Weak, mpsc},
     time::{Duration, Instant},
 };
 
@@ -23,18 +23,26 @@ use super::{
     names::{self, NameKind},
     node::Node,
     qos::Qos,
+    rtps::Beside,
+    rtps_messages::Reply,
     topics::{SampleInfo, Subscription},
-    wire::{AsIs, to_cdr},
+    wire::{AsIs, CDR_LE_HEADER, to_cdr},
 };
 
 /// How long a reply waits for the reader that wants it to be discovered. Discovery of a client's two endpoints takes some ms;
 /// a client that is not found by then has gone.
 const REPLY_PATIENCE: Duration = Duration::from_secs(2);
 
+/// Octets of a body up to which a sample goes in one datagram to any reader: an Ethernet frame holds 1372, a tunnel less.
+const SHORT: usize = 1024;
+
 /// Writes requests or replies.
 struct Writer {
     dds: no_key::DataWriter<Bytes, AsIs>,
     local: LocalEndpoint,
+    beside: Arc<Beside>,
+    /// Samples written, which is the number of the last one.
+    written: Mutex<i64>,
 }
 
 impl Writer {
@@ -47,20 +55,46 @@ impl Writer {
             })?
             .map_err(|error| RosError::create(format!("writer of {dds_name}"), error))?;
         let local = node.loopback().add_writer(dds_name, dds_type, qos, dds.guid());
-        Ok(Writer { dds, local })
+        Ok(Writer { dds, local, beside: Arc::clone(node.beside()), written: Mutex::new(0) })
     }
 
     fn guid(&self) -> GUID {
         self.dds.guid()
     }
 
-    /// Writes a body that belongs to a request; returns the number of the sample.
-    fn write(&self, body: Bytes, related: (GUID, i64)) -> Result<i64, String> {
-        let identity = SampleIdentity { writer_guid: related.0, sequence_number: SequenceNumber::from(related.1) };
-        let options =
-            WriteOptionsBuilder::new().source_timestamp(Timestamp::now()).related_sample_identity(identity).build();
-        let sent = self.dds.write_with_options(body.clone(), options).map_err(|error| format!("{error:?}"))?;
+    /// Writes a request that is answered to a reader; returns its number.
+    fn request(&self, body: Bytes, answer_to: GUID) -> Result<i64, String> {
+        let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+        // Samples in fragments cannot name anything; the answer to this one goes to its writer.
+        let related = (body.len() <= SHORT).then_some((answer_to, UNKNOWN));
+        *written = self.write(&body, related)?;
+        self.local.write(Some(body), Some((answer_to, UNKNOWN)));
+        Ok(*written)
+    }
+
+    /// Writes the reply to a request.
+    fn reply(&self, body: Bytes, to: RequestId) -> Result<(), String> {
+        let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+        let related = (to.client, to.number);
+        let named = body.len() <= SHORT;
+        if !named {
+            let payload = [&CDR_LE_HEADER, body.as_ref()].concat();
+            let (writer, client) = (self.guid().to_bytes(), to.client.to_bytes());
+            let number = *written + 1;
+            self.beside.reply(&Reply { writer, number, client, request: to.number, payload: &payload });
+        }
+        *written = self.write(&body, named.then_some(related))?;
         self.local.write(Some(body), Some(related));
+        Ok(())
+    }
+
+    fn write(&self, body: &Bytes, related: Option<(GUID, i64)>) -> Result<i64, String> {
+        let mut options = WriteOptionsBuilder::new().source_timestamp(Timestamp::now());
+        if let Some((writer_guid, number)) = related {
+            let sequence_number = SequenceNumber::from(number);
+            options = options.related_sample_identity(SampleIdentity { writer_guid, sequence_number });
+        }
+        let sent = self.dds.write_with_options(body.clone(), options.build()).map_err(|error| format!("{error:?}"))?;
         Ok(i64::from(sent.sequence_number))
     }
 }
@@ -139,7 +173,7 @@ impl ReplySide {
     }
 
     fn write(&self, id: RequestId, reply: Bytes) {
-        if let Err(error) = self.writer.write(reply, (id.client, id.number)) {
+        if let Err(error) = self.writer.reply(reply, id) {
             self.logger.warn(&format!("reply of {} cannot be sent: {error}", self.service));
         }
     }
@@ -262,7 +296,7 @@ impl Node {
         let qos = Qos::services();
         let pending: Arc<Pending<S>> = Arc::default();
         let answers = Arc::clone(&pending);
-        let own = Arc::new(std::sync::OnceLock::<GUID>::new());
+        let own = Arc::new(OnceLock::<[GUID; 2]>::new());
         let mine = Arc::clone(&own);
         let replies = self.reader(
             &service,
@@ -273,7 +307,7 @@ impl Node {
             move |reply: S::Response, info| {
                 let Some((client, number)) = info.related else { return };
                 // Replies to all clients of the service arrive here.
-                if mine.get().is_some_and(|own| client == *own) {
+                if mine.get().is_some_and(|own| own.contains(&client)) {
                     let waiter = answers.lock().unwrap_or_else(PoisonError::into_inner).remove(&number);
                     if let Some(waiter) = waiter {
                         waiter(reply);
@@ -281,8 +315,8 @@ impl Node {
                 }
             },
         )?;
-        let _ = own.set(replies.dds_guid());
         let writer = Writer::new(self, &request_topic, S::DDS_REQUEST_TYPE_NAME, &qos)?;
+        let _ = own.set([replies.dds_guid(), writer.guid()]);
         let (graph, executor) = (Arc::clone(self.graph()), Arc::downgrade(self.executor()));
         Ok(Client { core: Arc::new(ClientCore { writer, replies, pending, service, graph, executor }) })
     }
@@ -365,7 +399,7 @@ impl<S: Service> Client<S> {
         // Locked over the write: the answer may be here before the number is.
         let mut pending = self.core.pending.lock().unwrap_or_else(PoisonError::into_inner);
         // The server answers to the reader named here, and (Fast DDS) waits until it has found it.
-        let number = self.core.writer.write(body, (self.core.replies.dds_guid(), UNKNOWN)).map_err(failed)?;
+        let number = self.core.writer.request(body, self.core.replies.dds_guid()).map_err(failed)?;
         pending.insert(number, Box::new(answer));
         Ok(number)
     }
