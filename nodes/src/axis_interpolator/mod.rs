@@ -231,6 +231,7 @@ impl Shared {
             served: Arc::clone(&self.served),
             order: 0,
             order_tick: 0,
+            alarms: None,
         };
         let mut threads = Threads::default();
         let engine_waker = waker.clone();

@@ -8,9 +8,11 @@ use crate::convert::time::TickClock;
 use crate::cyclic::{Receiver, Waker};
 use crate::machine_sim::input_name;
 use crate::ros::{Node, Publisher, Qos, RosError};
-use camwright::interpolator::{AppliedInput as Applied, Event, OrderKind, Outcome, Request, State, Status};
+use camwright::interpolator::{
+    AppliedInput as Applied, Event, InterpolatorAlarm, OrderKind, Outcome, Request, State, Status,
+};
 use camwright::machine::description::MachineDescription;
-use camwright_msgs::camwright_msgs::msg::{AppliedInput, InterpolatorState, MachineCommand};
+use camwright_msgs::camwright_msgs::msg::{Alarm, AppliedInput, InterpolatorState, MachineAlarms, MachineCommand};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -22,6 +24,7 @@ pub(super) struct Outlets {
     commands: Publisher<MachineCommand>,
     state: Publisher<InterpolatorState>,
     inputs: Publisher<AppliedInput>,
+    alarms: Publisher<MachineAlarms>,
 }
 
 impl Outlets {
@@ -31,6 +34,7 @@ impl Outlets {
             commands: node.publisher("machine/commands", &Qos::default_topic().keep_last(1000))?,
             state: node.publisher("~/state", &Qos::latched(1))?,
             inputs: node.publisher("~/inputs", &Qos::default_topic().keep_last(1000))?,
+            alarms: node.publisher("~/alarms", &Qos::latched(1))?,
         })
     }
 }
@@ -43,6 +47,8 @@ pub(super) struct Pump {
     pub(super) served: Arc<Mutex<Served>>,
     pub(super) order: u32,
     pub(super) order_tick: u64,
+    /// The alarm that ended the last motion, once the list of alarms has been told.
+    pub(super) alarms: Option<Vec<Alarm>>,
 }
 
 impl Pump {
@@ -79,6 +85,7 @@ impl Pump {
             FromEngine::Started { tick } => {
                 let (text, hash) = self.served().names();
                 self.node.logger().info(&format!("{text} begins at tick {tick}"));
+                self.alarms(clock, tick, Vec::new())?;
                 self.input(
                     clock,
                     tick,
@@ -90,11 +97,14 @@ impl Pump {
                 Ok(())
             }
             FromEngine::Applied { tick, input } => self.input(clock, tick, self.applied(&input)),
-            FromEngine::Status { tick, status } => self.status(clock, tick, &status),
-            FromEngine::Event { tick, event } => {
-                self.event(tick, event);
-                Ok(())
+            FromEngine::Status { tick, status } => {
+                if self.alarms.is_none() {
+                    self.alarms(clock, tick, Vec::new())?;
+                }
+                self.status(clock, tick, &status)
             }
+            FromEngine::Event { tick, event: Event::Alarm(alarm) } => self.alarm(clock, tick, alarm),
+            FromEngine::Event { event: Event::Segment(_) | Event::Finished(_), .. } => Ok(()),
             FromEngine::Ended(ended) => {
                 self.end(ended);
                 Ok(())
@@ -165,15 +175,23 @@ impl Pump {
         })
     }
 
-    fn event(&self, tick: u64, event: Event) {
-        match event {
-            Event::Alarm(alarm) => {
-                self.served().alarm = Some((alarm.number(), alarm.to_string()));
-                let text = format!("alarm {} at tick {tick}: {alarm} ({})", alarm.number(), alarm.remedy());
-                self.node.logger().error(&text);
-            }
-            Event::Segment(_) | Event::Finished(_) => {}
+    fn alarm(&mut self, clock: TickClock, tick: u64, alarm: InterpolatorAlarm) -> Result<(), RosError> {
+        let (number, text, remedy) = (alarm.number(), alarm.to_string(), alarm.remedy().to_owned());
+        self.node.logger().error(&format!("alarm {number} at tick {tick}: {text} ({remedy})"));
+        self.served().alarm = Some((number, text.clone()));
+        let mut alarms = self.alarms.take().unwrap_or_default();
+        let (stamp, source, severity) = (clock.stamp(tick), self.node.name().to_owned(), Alarm::STOP);
+        alarms.push(Alarm { stamp, tick, number, severity, source, text, remedy, active: true });
+        self.alarms(clock, tick, alarms)
+    }
+
+    /// Tells the alarms that are active now, where that is news.
+    fn alarms(&mut self, clock: TickClock, tick: u64, alarms: Vec<Alarm>) -> Result<(), RosError> {
+        if self.alarms.as_ref() == Some(&alarms) {
+            return Ok(());
         }
+        let told = self.alarms.insert(alarms).clone();
+        self.outlets.alarms.publish(&MachineAlarms { stamp: clock.stamp(tick), tick, alarms: told })
     }
 
     fn end(&self, ended: Ended) {

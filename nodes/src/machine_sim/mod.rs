@@ -1,5 +1,6 @@
 //! The node `machine_sim`: the clock, axes, sensors, wheel, part, gauge, alarms and e-stop of a simulated machine.
 
+mod clock_outlet;
 pub mod lasting;
 mod pump;
 mod ticker;
@@ -374,11 +375,11 @@ fn answers(
         }
         Outbound::Refused(error, writer, chunk) => {
             drop(chunk);
-            node.log(Level::Warn, &format!("setpoints of {} refused: {error}", hex(&writer)));
+            node.log(Level::Warn, &format!("setpoints of {} refused: {error}", node.who(&writer)));
         }
         Outbound::SecondWriter { holder, refused, chunk } => {
             drop(chunk);
-            let text = format!("setpoints of {} refused: {} has command", hex(&refused), hex(&holder));
+            let text = format!("setpoints of {} refused: {} has command", node.who(&refused), node.who(&holder));
             node.log(Level::Warn, &text);
         }
         Outbound::JobEnded => {
@@ -392,10 +393,6 @@ fn answers(
         Outbound::Used(chunk) => drop(chunk),
         Outbound::Tick(..) | Outbound::Snapshot(_) => {}
     }
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn description_message(file: &machine_file::Machine, wheel_radius_mm: f64) -> DescriptionMessage {

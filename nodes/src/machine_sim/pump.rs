@@ -1,5 +1,6 @@
 //! From what the cyclic thread reports to messages: joint states, I/O, alarms, credit, the part.
 
+use super::clock_outlet::ClockOutlet;
 use super::ticker::{Outbound, Snapshot};
 use crate::convert::time::TickClock;
 use crate::convert::{m_from_mm, si_from_core, si_from_counts};
@@ -10,7 +11,6 @@ use camwright::machine::description::{Axis, MachineDescription};
 use camwright::machine::report::{IoState, MotionState, TickReport};
 use camwright::setpoint::{Input, Latch as CoreLatch};
 use camwright_msgs::camwright_msgs::msg::{Alarm, Latch, MachineAlarms, MachineIo, MachineStream, PartLobe};
-use camwright_msgs::rosgraph_msgs::msg::Clock;
 use camwright_msgs::sensor_msgs::msg::JointState;
 use std::time::Duration;
 
@@ -29,7 +29,7 @@ pub(super) struct Outlets {
     io: Publisher<MachineIo>,
     alarms: Publisher<MachineAlarms>,
     part: Publisher<PartLobe>,
-    clock: Option<Publisher<Clock>>,
+    clock: Option<ClockOutlet>,
 }
 
 impl Outlets {
@@ -40,9 +40,7 @@ impl Outlets {
             io: node.publisher("machine/io", &Qos::default_topic().keep_last(1000))?,
             alarms: node.publisher("machine/alarms", &Qos::latched(1))?,
             part: node.publisher("machine/part", &Qos::latched(32))?,
-            clock: publishes_clock
-                .then(|| node.publisher("/clock", &Qos::default_topic().keep_last(100)))
-                .transpose()?,
+            clock: publishes_clock.then(|| ClockOutlet::new(node)).transpose()?,
         })
     }
 }
@@ -77,6 +75,9 @@ impl Pump {
     /// Runs until the other end of the ring is gone; `answer` takes what is not for the graph.
     pub(super) fn run(mut self, mut reports: Receiver<Outbound>, waker: &Waker, mut answer: impl FnMut(Outbound)) {
         waker.adopt_current_thread();
+        if let Err(error) = self.alarms(0) {
+            self.context.node.logger().warn(&format!("alarms cannot be published: {error}"));
+        }
         loop {
             let is_last = reports.is_abandoned();
             while let Some(report) = reports.receive() {
@@ -124,19 +125,21 @@ impl Pump {
                 self.log(&alarm);
                 self.active.push(alarm);
             }
-            self.outlets.alarms.publish(&MachineAlarms {
-                stamp: stamp.clone(),
-                tick: report.tick,
-                alarms: self.active.iter().map(|alarm| alarm_message(alarm, self.context.clock)).collect(),
-            })?;
+            self.alarms(report.tick)?;
         }
         if report.tick.is_multiple_of(self.context.stream_period_ticks) || state.news || !self.latches.is_empty() {
             self.stream(report, state)?;
         }
-        if let Some(clock) = self.outlets.clock.as_ref().filter(|_| report.tick.is_multiple_of(CLOCK_PERIOD_TICKS)) {
-            clock.publish(&Clock { clock: stamp })?;
+        if let Some(clock) = self.outlets.clock.as_mut().filter(|_| report.tick.is_multiple_of(CLOCK_PERIOD_TICKS)) {
+            clock.tell(stamp)?;
         }
         Ok(())
+    }
+
+    fn alarms(&self, tick: u64) -> Result<(), RosError> {
+        let clock = self.context.clock;
+        let alarms = self.active.iter().map(|alarm| alarm_message(alarm, clock)).collect();
+        self.outlets.alarms.publish(&MachineAlarms { stamp: clock.stamp(tick), tick, alarms })
     }
 
     fn log(&self, alarm: &CoreAlarm) {
@@ -175,7 +178,7 @@ impl Pump {
             pace: self.context.pace,
             motion: motion_number(report.motion),
             commands_received: state.commands_received,
-            holder: if state.has_holder { state.holder_text() } else { String::new() },
+            holder: if state.has_holder { self.context.node.who(&state.holder) } else { String::new() },
             alarms: self.active.iter().map(|alarm| alarm.kind.entry().number).collect(),
             setpoint_counts: report.axes.iter().map(|axis| axis.setpoint_counts).collect(),
             latches: std::mem::take(&mut self.latches),
@@ -208,7 +211,7 @@ pub(super) struct StreamState {
     pub(super) commands_received: u32,
     /// Somebody has command of the setpoints.
     pub(super) has_holder: bool,
-    /// Who, by the identity of its writer.
+    /// Who, by the GUID of its participant.
     pub(super) holder: [u8; 16],
     /// Something happened that the stream must tell at once.
     pub(super) news: bool,
@@ -216,12 +219,6 @@ pub(super) struct StreamState {
     pub(super) alarms_reset: bool,
     /// No tick was executed: only the stream has something to tell.
     pub(super) only_stream: bool,
-}
-
-impl StreamState {
-    fn holder_text(&self) -> String {
-        self.holder.iter().map(|byte| format!("{byte:02x}")).collect()
-    }
 }
 
 fn motion_number(motion: MotionState) -> u8 {

@@ -227,6 +227,30 @@ impl Graph {
         (count(&state.writers), count(&state.readers))
     }
 
+    /// Publishers of a topic (absolute ROS name) outside this participant.
+    pub(super) fn other_publishers(&self, topic: &str) -> Vec<EndpointInfo> {
+        let dds = names::dds_topic(topic);
+        let state = self.state();
+        let others = state.writers.iter().filter(|(guid, e)| e.topic == dds && state.own != Some(prefix(guid)));
+        others.map(|(guid, e)| EndpointInfo { guid: guid.to_bytes(), node: state.node_of(guid), qos: e.qos }).collect()
+    }
+
+    /// The node of an endpoint, the nodes of its participant, or the GUID itself.
+    pub(super) fn who(&self, guid: &Guid) -> String {
+        let state = self.state();
+        if let Some(node) = state.node_of(&GUID::from_bytes(*guid)) {
+            return node;
+        }
+        let of_participant = state.nodes.iter().filter(|(participant, _)| participant[..12] == guid[..12]);
+        let names: Vec<String> =
+            of_participant.flat_map(|(_, nodes)| nodes).map(|node| names::join(&node.namespace, &node.name)).collect();
+        if names.is_empty() {
+            let octets: String = guid.iter().map(|octet| format!("{octet:02x}")).collect();
+            return format!("an unknown node ({octets})");
+        }
+        names.join(" or ")
+    }
+
     /// All topics, sorted by name and type.
     pub(super) fn topics(&self) -> Vec<TopicInfo> {
         let state = self.state();
