@@ -151,6 +151,10 @@ class Peer:
         count = lambda: self.node.count_subscribers(c["topic"])
         return Waiting(c, lambda: {} if count() >= c.get("n", 1) else None, f"subscribers of {c['topic']}")
 
+    def op_wait_service(self, c):
+        there = lambda: any(name == c["service"] for name, _ in self.node.get_service_names_and_types())
+        return Waiting(c, lambda: {} if there() else None, f"service {c['service']}")
+
     def op_wait_matched(self, c):
         """Waits until the peer's own publisher has matched so many subscriptions."""
         publisher = self.publishers[c["topic"]]

@@ -1,0 +1,364 @@
+//! The whole cell as its users meet it: four processes of ours, and a real ROS 2 node (rclpy with Fast DDS) that looks around, runs a job
+//! to its end, cancels another, and afterwards reads and hears what was recorded.
+
+mod support;
+
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use support::{Domain, Guarded, PATIENCE, Peer, PeerEnv, peer_env};
+
+const RUN_JOB: &str = "camwright_msgs/action/RunJob";
+/// A real job in few turns: the eccentric disc, with the wheel that is mounted.
+const JOB: &str = "eccentric";
+const SHORT: [&str; 3] = ["wheel_radius_mm=60.0", "infeed.per_block_um=0.05", "infeed.spark_out_turns=1"];
+/// Numbers of `action_msgs/GoalStatus`.
+const SUCCEEDED: u64 = 4;
+const CANCELED: u64 = 5;
+
+/// Recorder, machine, interpolator and planner, each a process, in a namespace.
+struct Cell {
+    nodes: Vec<(&'static str, Guarded)>,
+    bag: PathBuf,
+}
+
+impl Cell {
+    fn start(domain: &Domain, namespace: &str, bag: &Path) -> Self {
+        let directory = format!("bag_dir:={}", bag.display());
+        let binaries: [(&'static str, &str, &[&str]); 4] = [
+            ("run_logger", env!("CARGO_BIN_EXE_run_logger"), &[&directory, "use_sim_time:=true"]),
+            ("machine_sim", env!("CARGO_BIN_EXE_machine_sim"), &["pace:=fast", "state_file:=none"]),
+            ("axis_interpolator", env!("CARGO_BIN_EXE_axis_interpolator"), &[]),
+            ("job_planner", env!("CARGO_BIN_EXE_job_planner"), &[]),
+        ];
+        let start = |(name, binary, parameters): (&'static str, &str, &[&str])| {
+            let mut command = in_domain(binary, domain);
+            command.args(["--ros-args", "-r", &format!("__ns:={namespace}")]);
+            for parameter in parameters {
+                command.args(["-p", parameter]);
+            }
+            (name, Guarded::start(name, &mut command))
+        };
+        Self { nodes: binaries.map(start).into(), bag: bag.to_owned() }
+    }
+
+    /// Ctrl-C to every node, the recorder last: each ends well.
+    fn end(mut self) -> PathBuf {
+        for (name, node) in self.nodes.iter_mut().rev() {
+            assert!(node.is_running(), "{name} has ended by itself{}", node.complaint());
+            node.interrupt();
+            let status = node.wait(PATIENCE);
+            assert!(status.success(), "{name} ends with {status} on Ctrl-C{}", node.complaint());
+        }
+        self.bag
+    }
+}
+
+fn in_domain(binary: &str, domain: &Domain) -> Command {
+    let mut command = Command::new(binary);
+    command
+        .current_dir(support::repository())
+        .env("ROS_DOMAIN_ID", domain.id().to_string())
+        .env("XDG_STATE_HOME", env!("CARGO_TARGET_TMPDIR"))
+        .env_remove("ROS_NAMESPACE");
+    command
+}
+
+fn fresh_bag(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("cell-{name}-{}", std::process::id()));
+    let _not_there = std::fs::remove_dir_all(&path);
+    path
+}
+
+/// What the peer does with the cell under a namespace.
+struct Operator<'a> {
+    peer: &'a mut Peer,
+    namespace: &'a str,
+}
+
+impl Operator<'_> {
+    fn name(&self, relative: &str) -> String {
+        format!("{}/{relative}", self.namespace)
+    }
+
+    fn subscribe(&mut self, topic: &str, kind: &str, qos: &str, keep: u32) {
+        let topic = self.name(topic);
+        self.peer.ask("subscribe", json!({ "topic": topic, "type": kind, "qos": qos, "keep": keep }));
+    }
+
+    fn message(&mut self, topic: &str) -> Value {
+        let topic = self.name(topic);
+        self.peer.message(&topic)
+    }
+
+    fn call(&mut self, service: &str, kind: &str, request: Value) -> Value {
+        let service = self.name(service);
+        self.peer.call(&service, kind, request)
+    }
+
+    fn send_job(&mut self, overrides: &[&str]) -> Value {
+        let action = self.name("job_planner/run_job");
+        let goal = json!({ "job": JOB, "overrides": overrides });
+        self.peer.ask("send_goal", json!({ "action": action, "type": RUN_JOB, "goal": goal }))
+    }
+
+    /// Sends the job until the planner has met the machine and takes it.
+    fn start_job(&mut self) -> String {
+        self.wait_until_ready();
+        let answer = self.send_job(&SHORT);
+        assert_eq!(answer["accepted"], true, "{:?}", self.last_status());
+        answer["goal"].as_str().expect("an id").to_owned()
+    }
+
+    /// The planner can take a job when it has heard of the machine: then it can plan one.
+    fn wait_until_ready(&mut self) {
+        let deadline = std::time::Instant::now() + PATIENCE;
+        loop {
+            let answer = self.preview();
+            if answer["success"] == true {
+                return;
+            }
+            assert!(std::time::Instant::now() < deadline, "the planner is not ready: {}", answer["message"]);
+            std::thread::sleep(std::time::Duration::from_millis(100));
+        }
+    }
+
+    fn preview(&mut self) -> Value {
+        let request = json!({ "job": JOB, "overrides": SHORT, "points": 36 });
+        self.call("job_planner/preview_job", "camwright_msgs/srv/PreviewJob", request)
+    }
+
+    fn last_status(&mut self) -> Option<Value> {
+        self.peer.events_so_far("message").pop()
+    }
+
+    /// Waits until the job's feedback says that a phase has come.
+    fn wait_for_phase(&mut self, goal: &str, phase: &str) -> Value {
+        let event = |event: &Value| event["goal"] == goal && event["data"]["phase_name"] == phase;
+        self.peer.event("feedback", event)["data"].take()
+    }
+
+    fn result(&mut self, goal: &str) -> (u64, Value) {
+        let mut answer = self.peer.ask("result", json!({ "goal": goal, "timeout": PATIENCE.as_secs() }));
+        (answer["status"].as_u64().expect("a number"), answer["result"].take())
+    }
+}
+
+/// Names relative to the cell's namespace, with their types.
+const TOPICS: [(&str, &str); 13] = [
+    ("joint_states", "sensor_msgs/msg/JointState"),
+    ("machine/stream", "camwright_msgs/msg/MachineStream"),
+    ("machine/io", "camwright_msgs/msg/MachineIo"),
+    ("machine/alarms", "camwright_msgs/msg/MachineAlarms"),
+    ("machine/part", "camwright_msgs/msg/PartLobe"),
+    ("machine/description", "camwright_msgs/msg/MachineDescription"),
+    ("machine/setpoints", "trajectory_msgs/msg/JointTrajectory"),
+    ("machine/commands", "camwright_msgs/msg/MachineCommand"),
+    ("axis_interpolator/alarms", "camwright_msgs/msg/MachineAlarms"),
+    ("axis_interpolator/state", "camwright_msgs/msg/InterpolatorState"),
+    ("job_planner/plan", "camwright_msgs/msg/PlanPage"),
+    ("job_planner/job_status", "camwright_msgs/msg/JobStatus"),
+    ("run_logger/status", "camwright_msgs/msg/RecorderStatus"),
+];
+
+const SERVICES: [(&str, &str); 5] = [
+    ("job_planner/list_jobs", "camwright_msgs/srv/ListJobs"),
+    ("job_planner/stop", "std_srvs/srv/Trigger"),
+    ("axis_interpolator/feed_hold", "camwright_msgs/srv/FeedHold"),
+    ("machine/estop", "std_srvs/srv/SetBool"),
+    ("run_logger/is_paused", "rosbag2_interfaces/srv/IsPaused"),
+];
+
+fn look_around(operator: &mut Operator<'_>) {
+    for node in ["run_logger", "machine_sim", "axis_interpolator", "job_planner"] {
+        operator.peer.ask("wait_node", json!({ "name": node, "namespace": operator.namespace }));
+    }
+    for (topic, _) in TOPICS {
+        let topic = operator.name(topic);
+        operator.peer.ask("wait_publishers", json!({ "topic": topic }));
+    }
+    for (service, _) in SERVICES {
+        let service = operator.name(service);
+        operator.peer.ask("wait_service", json!({ "service": service }));
+    }
+    let graph = operator.peer.ask("graph", json!({}));
+    for (topic, kind) in TOPICS {
+        assert_eq!(graph["topics"][operator.name(topic)], json!([kind]), "{topic}");
+    }
+    for (topic, kind) in
+        [("/rosout", "rcl_interfaces/msg/Log"), ("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")]
+    {
+        assert_eq!(graph["topics"][topic], json!([kind]));
+    }
+    for (service, kind) in SERVICES {
+        assert_eq!(graph["services"][operator.name(service)], json!([kind]), "{service}");
+    }
+    for node in ["run_logger", "machine_sim", "axis_interpolator", "job_planner"] {
+        let deadline = std::time::Instant::now() + PATIENCE;
+        loop {
+            let state = operator.call(&format!("{node}/get_state"), "lifecycle_msgs/srv/GetState", json!({}));
+            if state["current_state"]["label"] == "active" {
+                break;
+            }
+            assert!(std::time::Instant::now() < deadline, "{node} is {}", state["current_state"]["label"]);
+            std::thread::sleep(std::time::Duration::from_millis(50));
+        }
+    }
+}
+
+fn ask_the_planner(operator: &mut Operator<'_>) {
+    operator.wait_until_ready();
+    let jobs = operator.call("job_planner/list_jobs", "camwright_msgs/srv/ListJobs", json!({}));
+    assert!(jobs["jobs"].as_array().expect("a list").contains(&json!(JOB)), "{jobs}");
+    let preview = operator.preview();
+    assert_eq!(preview["contour_radius"].as_array().map(Vec::len), Some(36));
+    assert_eq!(preview["turn"]["joint_names"], json!(["c_axis", "x_axis"]));
+
+    // An infeed that does not come out in whole turns: refused with the reason, by the service and by the action.
+    let wrong = [SHORT[0], "infeed.total_mm=0.35"];
+    let request = json!({ "job": JOB, "overrides": wrong });
+    let validated = operator.call("job_planner/validate_job", "camwright_msgs/srv/ValidateJob", request);
+    assert_eq!(validated["success"], false);
+    assert!(validated["message"].as_str().is_some_and(|text| text.contains("whole turns")), "{validated}");
+    assert_eq!(operator.send_job(&wrong)["accepted"], false);
+
+    let set = |operator: &mut Operator<'_>, value: Value| {
+        let request = json!({ "parameters": [{ "name": "work_speed_rpm", "value": value }] });
+        operator.call("job_planner/set_parameters", "rcl_interfaces/srv/SetParameters", request)["results"][0].take()
+    };
+    let get = |operator: &mut Operator<'_>| {
+        let request = json!({ "names": ["work_speed_rpm"] });
+        operator.call("job_planner/get_parameters", "rcl_interfaces/srv/GetParameters", request)["values"][0].take()
+    };
+    let planned = |operator: &mut Operator<'_>| operator.preview()["duration"].as_f64().expect("a number");
+    let before = planned(operator);
+    assert_eq!(set(operator, json!({ "type": 3, "double_value": 30.0 }))["successful"], true);
+    assert_eq!(get(operator)["double_value"], 30.0);
+    assert!(planned(operator) > before + 1.0, "half the work speed takes longer than {before} s");
+    assert_eq!(set(operator, json!({ "type": 4, "string_value": "fast" }))["successful"], false);
+    assert_eq!(set(operator, json!({ "type": 0 }))["successful"], true, "back to what the job says");
+}
+
+/// A cancelled job comes to rest and says so.
+fn cancel_a_job(operator: &mut Operator<'_>) {
+    let goal = operator.start_job();
+    operator.wait_for_phase(&goal, "cut");
+    let answer = operator.peer.ask("cancel", json!({ "goal": goal }));
+    assert_eq!((&answer["return_code"], &answer["goals"]), (&json!(0), &json!([goal])));
+    let (status, result) = operator.result(&goal);
+    assert_eq!(status, CANCELED, "{result}");
+    assert_eq!(result["success"], false);
+    assert!(result["message"].as_str().is_some_and(|text| !text.is_empty()), "{result}");
+}
+
+/// A second sender of setpoints is refused while the cell holds its cut, with the name of who has command.
+fn interfere(operator: &mut Operator<'_>) {
+    let hold = |operator: &mut Operator<'_>, hold: bool| {
+        let answer =
+            operator.call("axis_interpolator/feed_hold", "camwright_msgs/srv/FeedHold", json!({ "hold": hold }));
+        assert_eq!(answer["success"], true, "{answer}");
+    };
+    hold(operator, true);
+    let joints = operator.message("joint_states");
+    assert_eq!(joints["name"], json!(["c_axis", "x_axis", "z_axis", "wheel_spindle"]));
+    let point = json!({
+        "positions": joints["position"].as_array().expect("a list")[..3],
+        "velocities": [0.0, 0.0, 0.0],
+        "accelerations": [0.0, 0.0, 0.0],
+    });
+    let names = &joints["name"].as_array().expect("a list")[..3];
+    let setpoints = json!({ "header": joints["header"], "joint_names": names, "points": [point] });
+    let topic = operator.name("machine/setpoints");
+    operator.peer.ask("publish", json!({ "topic": topic, "data": setpoints }));
+    let refused = format!("setpoints of /operator refused: {} has command", operator.name("axis_interpolator"));
+    operator.peer.event("message", |event| event["topic"] == "/rosout" && event["data"]["msg"] == refused);
+    hold(operator, false);
+}
+
+/// A job runs to its end with feedback on the way and figures at the end.
+fn run_a_job(operator: &mut Operator<'_>) {
+    let setpoints = operator.name("machine/setpoints");
+    operator.peer.ask("advertise", json!({ "topic": setpoints, "type": "trajectory_msgs/msg/JointTrajectory" }));
+    // The machine, and the recorder.
+    operator.peer.ask("wait_matched", json!({ "topic": setpoints, "n": 2 }));
+    operator
+        .peer
+        .ask("subscribe", json!({ "topic": "/rosout", "type": "rcl_interfaces/msg/Log", "qos": "latched:1000" }));
+    let goal = operator.start_job();
+    let feedback = operator.wait_for_phase(&goal, "cut");
+    interfere(operator);
+    assert_eq!((&feedback["lobe"], &feedback["lobe_count"]), (&json!("A"), &json!(1)));
+    assert!(feedback["percent"].as_f64().is_some_and(|percent| (0.0..=100.0).contains(&percent)), "{feedback}");
+    let (status, result) = operator.result(&goal);
+    assert_eq!(status, SUCCEEDED, "{result}");
+    assert_eq!((&result["success"], &result["alarm"]), (&json!(true), &json!(0)));
+    let lobe = &result["lobes"][0];
+    let error_um = lobe["form_error_max"].as_f64().expect("a number") * 1e6;
+    assert!(error_um.abs() < 5.0, "{error_um} um");
+    assert!(result["last_tick"].as_u64() > result["first_tick"].as_u64());
+}
+
+#[test]
+fn a_ros_2_user_looks_around_runs_a_job_cancels_another_and_reads_the_bag() {
+    let Some(env) = peer_env() else { return };
+    let domain = Domain::take();
+    let bag = fresh_bag("four");
+    let mut peer = Peer::start(env, &domain, "operator");
+    let cell = Cell::start(&domain, "/cell", &bag);
+    let mut operator = Operator { peer: &mut peer, namespace: "/cell" };
+    look_around(&mut operator);
+
+    operator.subscribe("joint_states", "sensor_msgs/msg/JointState", "best_effort", 1);
+    operator.subscribe("machine/io", "camwright_msgs/msg/MachineIo", "reliable:100", 1);
+    operator.subscribe("machine/description", "camwright_msgs/msg/MachineDescription", "latched:1", 1);
+    operator.subscribe("job_planner/job_status", "camwright_msgs/msg/JobStatus", "latched:10", 1000);
+    let description = operator.message("machine/description");
+    assert!(description["axes"].as_array().is_some_and(|axes| axes.len() >= 3), "{description}");
+    ask_the_planner(&mut operator);
+    cancel_a_job(&mut operator);
+    run_a_job(&mut operator);
+    operator.message("machine/io");
+
+    let bag = cell.end();
+    drop(peer);
+    let verdict = judge(env, &domain, &bag);
+    let count = |topic: &str| verdict["topics"][topic]["count"].as_u64().unwrap_or_default();
+    for (topic, kind) in TOPICS.iter().filter(|(topic, _)| *topic != "run_logger/status") {
+        let topic = format!("/cell/{topic}");
+        assert!(count(&topic) > 0, "{topic} is not in the bag: {}", verdict["topics"]);
+        assert_eq!(verdict["topics"][&topic]["type"], *kind);
+        let known = camwright_msgs::by_type_name(kind).expect("a type of ours").type_hash;
+        assert_eq!(verdict["topics"][&topic]["hash"], known, "{topic}");
+    }
+    hear_the_bag(env, &bag, count("/cell/joint_states"), &["/cell/joint_states", "/cell/machine/description"]);
+    std::fs::remove_dir_all(&bag).expect("the bag is ours");
+}
+
+/// rosbags, mcap and mcap-ros2-support read every message and agree on every count.
+fn judge(env: &PeerEnv, domain: &Domain, bag: &Path) -> Value {
+    let output = env.python("judge_bag.py", domain).arg(bag).output().expect("the judges can be called");
+    assert!(output.status.success(), "the bag is refused: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("a verdict in JSON")
+}
+
+/// An rclpy subscriber receives the messages when the bag is played.
+fn hear_the_bag(env: &PeerEnv, bag: &Path, expected: u64, topics: &[&str]) {
+    let domain = Domain::take();
+    let mut peer = Peer::start(env, &domain, "listener");
+    let [joints, description] = topics else { panic!("two topics") };
+    peer.ask(
+        "subscribe",
+        json!({ "topic": joints, "type": "sensor_msgs/msg/JointState", "qos": "reliable:10000", "keep": 1 }),
+    );
+    let latched = json!({ "topic": description, "type": "camwright_msgs/msg/MachineDescription", "qos": "latched:1" });
+    peer.ask("subscribe", latched);
+    let mut command = in_domain(env!("CARGO_BIN_EXE_camwright"), &domain);
+    command.arg("replay").arg(bag).args(["--rate", "2", "--wait", "20", "--topics"]).args(topics);
+    let mut replay = Guarded::start("camwright replay", &mut command);
+    let received = peer.ask("received", json!({ "topic": joints, "at_least": expected, "timeout": 300 }));
+    assert_eq!(received["n"], expected, "every joint state that was recorded");
+    assert!(peer.message(joints)["name"].as_array().is_some_and(|names| !names.is_empty()));
+    peer.message(description);
+    let status = replay.wait(PATIENCE);
+    assert!(status.success(), "{status}{}", replay.complaint());
+}
