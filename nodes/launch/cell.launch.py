@@ -2,7 +2,7 @@
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
-from launch.substitutions import LaunchConfiguration
+from launch.substitutions import LaunchConfiguration, PythonExpression
 from launch_ros.actions import Node
 
 
@@ -15,21 +15,25 @@ def generate_launch_description():
         "log_level": ("info", "log level of every node"),
     }
 
+    argument = LaunchConfiguration
+    # At pace fast a bag lasts as long as the machine took, not as long as the computer did.
+    is_fast = PythonExpression(["'", argument("pace"), "' == 'fast'"])
+
     def node(name, **parameters):
         return Node(
             package="camwright",
             executable=name,
             name=name,
-            namespace=LaunchConfiguration("namespace"),
-            parameters=[{key: LaunchConfiguration(value) for key, value in parameters.items()}],
-            arguments=["--ros-args", "--log-level", LaunchConfiguration("log_level")],
+            namespace=argument("namespace"),
+            parameters=[parameters],
+            arguments=["--ros-args", "--log-level", argument("log_level")],
         )
 
     return LaunchDescription(
         [DeclareLaunchArgument(key, default_value=value, description=text) for key, (value, text) in arguments.items()]
         + [
-            node("run_logger", bag_dir="bag_dir"),
-            node("machine_sim", machine="machine", pace="pace"),
+            node("run_logger", bag_dir=argument("bag_dir"), use_sim_time=is_fast),
+            node("machine_sim", machine=argument("machine"), pace=argument("pace")),
             node("axis_interpolator"),
             node("job_planner"),
         ]
