@@ -124,6 +124,7 @@ fn refusal(change: impl FnOnce(&mut JobSpec)) -> PlanError {
     plan_job(&job, &machine(), 60.0, None).map(|_| ()).expect_err("must be refused")
 }
 
+mod bits;
 mod refusals;
 
 /// The steps of JPS6156064B2, Fig. 6, in its order, lobe by lobe.
