@@ -1,18 +1,21 @@
 //! The outline of the finished cam, exact at every angle.
 //!
-//! A contour is the envelope of its follower (`PROCESS_MATH` 1.a). With u = (cos φ, sin φ) along the follower at cam angle
-//! φ, n̂ = (−sin φ, cos φ), lift s, D = d₀ + s, t = s′ − e (e the offset, d₀ the trace point's height at lift 0):
+//! A contour is the envelope of its follower (`PROCESS_MATH` 1.a): [`LocalFrame`] has the point Q, the outward normal N at
+//! azimuth ω, and the rates dω/dφ and dl/dφ (l the arc length) over the cam angle φ, from what the follower does.
 //!
-//! | follower | point Q | outward normal N | dω/dφ | arc length dl/dφ |
-//! |---|---|---|---|---|
-//! | flat | (Rb + s)u + s′n̂ | u | 1 | Rb + s + s″ |
-//! | knife edge | P = D u + e n̂ | (D u − t n̂)/L, L = √(D² + t²) | κp L | L |
-//! | roller rr | P − rr N | as above | κp L | L (1 − rr κp) |
+//! | follower | touches with | moves |
+//! |---|---|---|
+//! | knife edge, roller, mushroom | a tip of radius rr about a trace point P: Q = P − rr N | P = (d₀ + s)u + e n̂ |
+//! | oscillating roller | the same | P on an arm about a pivot |
+//! | flat | a face x·N = h, the envelope of which is Q = hN + dh/dω T | N = u, h = Rb + s |
+//! | oscillating flat | the same | N and h by the angle of the arm |
 //!
-//! κp = (D² + t(t + s′) − D s″)/L³ is the curvature of the pitch curve. The curvature of the contour is
-//! (dω/dφ)/(dl/dφ); it is regular where dl/dφ > 0, else the follower would need a contour that doubles back: undercut.
+//! The curvature of the contour is (dω/dφ)/(dl/dφ); it is regular where dl/dφ > 0, else the follower would need a contour
+//! that doubles back: undercut. A face must also turn forwards, dω/dφ > 0, for it touches only what is convex.
 //! If also Q·N > 0 everywhere, the azimuth of Q only grows with φ, and the contour cannot meet itself anywhere.
 
+use crate::follower::frame::{LocalFrame, rotated};
+use crate::follower::mount::Mount;
 use crate::follower::{Follower, FollowerError};
 use crate::lift::{LiftLaw, LiftLawError};
 use crate::numeric::extremum::{Extremum, smallest_over_turn};
@@ -57,6 +60,45 @@ pub enum ContourError {
         /// What it must exceed (mm).
         bound_mm: f64,
     },
+    /// An oscillating face overtakes the cam.
+    #[error(
+        "at cam angle {angle_deg:.2} deg the face swings by {rate:.3} rad per rad of the cam, it must be below {bound}: \
+         faster it could touch only a hollow"
+    )]
+    FaceTurnsBack {
+        /// Cam angle (deg).
+        angle_deg: f64,
+        /// Rate of the face's angle, positive with the cam angle (rad/rad).
+        rate: f64,
+        /// What it must stay below.
+        bound: f64,
+    },
+    /// The cam is so large that it reaches the pivot of its follower.
+    #[error(
+        "the contour at cam angle {angle_deg:.2} deg is {radius_mm:.3} mm from the axis, it must stay below the pivot at \
+         {bound_mm} mm"
+    )]
+    ReachesPivot {
+        /// Cam angle (deg).
+        angle_deg: f64,
+        /// Distance of the contour from the axis (mm).
+        radius_mm: f64,
+        /// Distance of the pivot (mm).
+        bound_mm: f64,
+    },
+    /// The contact wanders round the cam.
+    #[error(
+        "the contact at cam angle {angle_deg:.2} deg lies {off_deg:.1} deg from where it lies at rest, it must be below \
+         {bound_deg} deg"
+    )]
+    ContactStrays {
+        /// Cam angle (deg).
+        angle_deg: f64,
+        /// Angle between the contact and the contact at lift 0, relative to the follower (deg).
+        off_deg: f64,
+        /// What it must stay below (deg).
+        bound_deg: f64,
+    },
     /// The contour passes the axis on the wrong side.
     #[error(
         "the contour at cam angle {angle_deg:.2} deg passes the axis at {distance_mm:.3} mm, it must be above {bound_mm} mm"
@@ -77,22 +119,9 @@ pub struct Contour {
     lift: LiftLaw,
     follower: Follower,
     base_radius_mm: f64,
-    trace_height_mm: f64,
+    mount: Mount,
     most_concave: Option<Extremum>,
     max_pressure_angle: Extremum,
-}
-
-/// Point, normal and their rates at one cam angle, along the follower (u) and square to it (n̂).
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct LocalFrame {
-    pub(crate) along: f64,
-    pub(crate) across: f64,
-    pub(crate) normal_along: f64,
-    pub(crate) normal_across: f64,
-    /// dω/dφ.
-    pub(crate) turning: f64,
-    /// dl/dφ (mm/rad).
-    pub(crate) arc: f64,
 }
 
 impl Contour {
@@ -104,17 +133,25 @@ impl Contour {
         if !base_radius_mm.is_finite() || base_radius_mm <= 0.0 {
             return Err(ContourError::BadBaseRadius { base_radius_mm });
         }
-        let trace_height_mm = follower.trace_height_mm(base_radius_mm)?;
+        let mount = Mount::new(follower, base_radius_mm)?;
+        mount.reaches(lift.max_lift_mm())?;
         let mut contour = Self {
             lift: lift.clone(),
             follower: *follower,
             base_radius_mm,
-            trace_height_mm,
+            mount,
             most_concave: None,
             max_pressure_angle: Extremum { angle_rad: 0.0, value: 0.0 },
         };
         let (grid, breaks) = (lift.grid(), lift.breaks());
         let smallest = |function: &dyn Fn(f64) -> f64| smallest_over_turn(grid, &breaks, function);
+        if mount.is_face() {
+            let slowest = smallest(&|angle| contour.local(angle).turning);
+            if slowest.value.is_nan() || slowest.value <= ROUNDING {
+                let (angle_deg, rate) = (deg_from_rad(slowest.angle_rad), 1.0 - slowest.value);
+                return Err(ContourError::FaceTurnsBack { angle_deg, rate, bound: 1.0 });
+            }
+        }
         let thinnest = smallest(&|angle| contour.local(angle).arc);
         if thinnest.value.is_nan() || thinnest.value <= ROUNDING * base_radius_mm {
             let frame = contour.local(thinnest.angle_rad);
@@ -129,12 +166,37 @@ impl Contour {
             let (angle_deg, distance_mm) = (deg_from_rad(nearest.angle_rad), nearest.value);
             return Err(ContourError::PassesAxis { angle_deg, distance_mm, bound_mm: 0.0 });
         }
+        if let Some(pivot_mm) = mount.pivot_mm() {
+            contour.stays_beside(pivot_mm)?;
+        }
         let concave = smallest(&|angle| contour.local(angle).curvature());
         let steepest = smallest(&|angle| -contour.pressure_angle(angle).abs());
         contour.most_concave = (concave.value < 0.0).then_some(concave);
         let value = contour.pressure_angle(steepest.angle_rad);
         contour.max_pressure_angle = Extremum { angle_rad: steepest.angle_rad, value };
         Ok(contour)
+    }
+
+    /// Sees to it that the contour clears the pivot of its follower and that the contact stays where its azimuth can be
+    /// told without counting turns.
+    fn stays_beside(&self, pivot_mm: f64) -> Result<(), ContourError> {
+        let (grid, breaks) = (self.lift.grid(), self.lift.breaks());
+        let radius = |angle: f64| {
+            let frame = self.local(angle);
+            libm::hypot(frame.along, frame.across)
+        };
+        let farthest = smallest_over_turn(grid, &breaks, |angle| -radius(angle));
+        if -farthest.value >= pivot_mm {
+            let (angle_deg, radius_mm) = (deg_from_rad(farthest.angle_rad), -farthest.value);
+            return Err(ContourError::ReachesPivot { angle_deg, radius_mm, bound_mm: pivot_mm });
+        }
+        let off = |angle: f64| (self.azimuth(angle) - angle - self.mount.lead_rad()).abs();
+        let astray = smallest_over_turn(grid, &breaks, |angle| -off(angle));
+        if -astray.value >= STRAYS_RAD {
+            let (angle_deg, off_deg) = (deg_from_rad(astray.angle_rad), deg_from_rad(-astray.value));
+            return Err(ContourError::ContactStrays { angle_deg, off_deg, bound_deg: deg_from_rad(STRAYS_RAD) });
+        }
+        Ok(())
     }
 
     /// A disc whose centre lies `eccentricity_mm` from the axis, in the direction of cam angle 0.
@@ -188,7 +250,7 @@ impl Contour {
     #[must_use]
     pub fn normal_angle(&self, cam_angle_rad: f64) -> f64 {
         let frame = self.local(cam_angle_rad);
-        cam_angle_rad + libm::atan2(frame.normal_across, frame.normal_along)
+        cam_angle_rad + self.mount.azimuth(frame.normal_along, frame.normal_across)
     }
 
     /// Curvature at that point (1/mm), positive where the contour is convex.
@@ -201,20 +263,35 @@ impl Contour {
     #[must_use]
     pub fn azimuth(&self, cam_angle_rad: f64) -> f64 {
         let frame = self.local(cam_angle_rad);
-        cam_angle_rad + libm::atan2(frame.across, frame.along)
+        cam_angle_rad + self.mount.azimuth(frame.along, frame.across)
     }
 
-    /// Pressure angle at a cam angle (rad): between the follower's motion and the normal through its trace point,
-    /// tan α = (s′ − e)/(d₀ + s); 0 for a flat face.
+    /// Pressure angle at a cam angle (rad): from the normal to the follower's motion. On a slide tan α = (s′ − e)/(d₀ + s),
+    /// and 0 for a flat face; on an arm the motion is that of the roller's centre, or of the point of the face that touches.
     #[must_use]
     pub fn pressure_angle(&self, cam_angle_rad: f64) -> f64 {
-        match self.follower {
-            Follower::Flat => 0.0,
-            Follower::KnifeEdge { offset_mm } | Follower::Roller { offset_mm, .. } => {
-                let s = self.lift.sample(cam_angle_rad);
-                libm::atan2(s.first - offset_mm, self.trace_height_mm + s.value)
-            }
-        }
+        let lift = self.lift.sample(cam_angle_rad);
+        self.mount.pressure_angle(&lift, &self.mount.frame(&lift))
+    }
+
+    /// Where on the follower's face the cam touches it (mm): from the stem of a flat or mushroom follower, positive in the
+    /// direction of increasing cam angle; on an oscillating face from the foot of the pivot's perpendicular, positive along
+    /// the arm. `None` for a roller or knife edge.
+    #[must_use]
+    pub fn contact_on_face_mm(&self, cam_angle_rad: f64) -> Option<f64> {
+        let lift = self.lift.sample(cam_angle_rad);
+        self.mount.contact_on_face_mm(&self.follower, &lift, &self.mount.frame(&lift))
+    }
+
+    /// The part of the face that the cam uses: least and largest [`Self::contact_on_face_mm`] over the turn (mm).
+    #[must_use]
+    pub fn face_in_use_mm(&self) -> Option<(f64, f64)> {
+        self.contact_on_face_mm(0.0)?;
+        let (grid, breaks) = (self.lift.grid(), self.lift.breaks());
+        let contact = |angle| self.contact_on_face_mm(angle).unwrap_or(f64::NAN);
+        let least = smallest_over_turn(grid, &breaks, contact).value;
+        let most = -smallest_over_turn(grid, &breaks, |angle| -contact(angle)).value;
+        Some((least, most))
     }
 
     /// Where the pressure angle is largest in size, and its value there (rad).
@@ -257,43 +334,25 @@ impl Contour {
 
     /// Everything at one cam angle.
     pub(crate) fn local(&self, cam_angle_rad: f64) -> LocalFrame {
-        let s = self.lift.sample(cam_angle_rad);
-        if self.follower == Follower::Flat {
-            let along = self.base_radius_mm + s.value;
-            let (across, arc) = (s.first, along + s.second);
-            return LocalFrame { along, across, normal_along: 1.0, normal_across: 0.0, turning: 1.0, arc };
-        }
-        let (roller, offset) = (self.follower.roller_radius_mm(), self.follower.offset_mm());
-        let (d, t) = (self.trace_height_mm + s.value, s.first - offset);
-        let square = d * d + t * t;
-        let length = libm::sqrt(square);
-        // κp·L, the rate of the normal's azimuth.
-        let turning = (d * d + t * (t + s.first) - d * s.second) / square;
-        let (normal_along, normal_across) = (d / length, -t / length);
-        LocalFrame {
-            along: d - roller * normal_along,
-            across: offset - roller * normal_across,
-            normal_along,
-            normal_across,
-            turning,
-            arc: length - roller * turning,
-        }
+        self.mount.frame(&self.lift.sample(cam_angle_rad))
     }
 
     /// The cam angle at which the point `distance_mm` outside the contour (a wheel's centre; 0 for the contour itself)
     /// lies at an azimuth. The azimuth grows with the cam angle, so Newton's method inside a shrinking bracket finds it.
     pub(crate) fn solve(&self, azimuth_rad: f64, distance_mm: f64, guess_rad: f64) -> f64 {
         let ahead = |angle: f64| {
-            let (value, rate) = self.local(angle).offset_azimuth(distance_mm);
-            (angle + value - azimuth_rad, rate)
+            let frame = self.local(angle);
+            let (along, across) = frame.outside(distance_mm);
+            (angle + self.mount.azimuth(along, across) - azimuth_rad, frame.azimuth_rate(distance_mm))
         };
-        // The point is less than a quarter turn from the follower's line on all but freak cams.
-        let (mut low, mut high) = (azimuth_rad - FRAC_PI_2, azimuth_rad + FRAC_PI_2);
+        // The point is less than a quarter turn from where it is at rest on all but freak cams.
+        let at_rest = azimuth_rad - self.mount.lead_rad();
+        let (mut low, mut high) = (at_rest - FRAC_PI_2, at_rest + FRAC_PI_2);
         if ahead(low).0 > 0.0 {
-            low = azimuth_rad - PI;
+            low = at_rest - PI;
         }
         if ahead(high).0 < 0.0 {
-            high = azimuth_rad + PI;
+            high = at_rest + PI;
         }
         let mut angle = guess_rad.clamp(low, high);
         let mut previous = f64::INFINITY;
@@ -325,33 +384,5 @@ impl Contour {
 /// Relative size of what rounding can make of a zero.
 const ROUNDING: f64 = 1e-9;
 
-impl LocalFrame {
-    /// Distance of the tangent from the axis, Q·N (mm).
-    pub(crate) fn support(&self) -> f64 {
-        self.along * self.normal_along + self.across * self.normal_across
-    }
-
-    /// Curvature (1/mm).
-    pub(crate) fn curvature(&self) -> f64 {
-        self.turning / self.arc
-    }
-
-    /// The point a distance outside, along u and n̂.
-    pub(crate) fn outside(&self, distance_mm: f64) -> (f64, f64) {
-        (self.along + distance_mm * self.normal_along, self.across + distance_mm * self.normal_across)
-    }
-
-    /// Azimuth of that point relative to the cam angle, and the rate of its azimuth:
-    /// dθ/dφ = (dl/dφ + R dω/dφ)(W·N)/W².
-    fn offset_azimuth(&self, distance_mm: f64) -> (f64, f64) {
-        let (along, across) = self.outside(distance_mm);
-        let rate = (self.arc + distance_mm * self.turning) * (self.support() + distance_mm)
-            / (along * along + across * across);
-        (libm::atan2(across, along), rate)
-    }
-}
-
-fn rotated(along: f64, across: f64, angle_rad: f64) -> Vector2<f64> {
-    let (sin, cos) = (libm::sin(angle_rad), libm::cos(angle_rad));
-    Vector2::new(along * cos - across * sin, along * sin + across * cos)
-}
+/// How far the contact on an oscillating follower may lie from where it lies at rest (rad): short of half a turn.
+const STRAYS_RAD: f64 = 3.0;

@@ -136,13 +136,14 @@ fn contour_gives_back_the_lift_to_its_follower() {
                         .filter(|(_, across)| across.abs() <= radius_mm)
                         .map(|(along, across)| along + (radius_mm * radius_mm - across * across).sqrt())
                         .fold(f64::NEG_INFINITY, f64::max),
-                    follower.trace_height_mm(base).unwrap() + lift,
+                    libm::sqrt((base + radius_mm).powi(2) - offset_mm.powi(2)) + lift,
                 ),
                 Follower::KnifeEdge { offset_mm } => {
                     let point = contour.point(angle);
                     assert!((point.y * cos - point.x * sin - offset_mm).abs() < 1e-12);
-                    (point.x * cos + point.y * sin, follower.trace_height_mm(base).unwrap() + lift)
+                    (point.x * cos + point.y * sin, libm::sqrt(base * base - offset_mm * offset_mm) + lift)
                 }
+                other => panic!("{other:?} is not among them"),
             };
             assert!((found - wanted).abs() < 5e-6, "seed {seed}, {follower:?}: {found} {wanted} at {angle}");
         }

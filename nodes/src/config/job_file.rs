@@ -352,17 +352,21 @@ fn read_profile(
 /// What the follower does on a disc of radius base circle + eccentricity, turned about a point off its centre.
 fn eccentric_law(file: &EccentricFile, follower: Follower, base_radius_mm: f64) -> Result<LiftLaw, String> {
     let (eccentricity_mm, nose_rad) = (file.eccentricity_mm, rad_from_deg(file.nose_deg));
-    if follower.offset_mm().abs() > 0.0 {
-        return Err(format!(
-            "the lift of an eccentric is known for a follower without offset; offset_mm is {}",
-            follower.offset_mm()
-        ));
-    }
+    let round = |tip_radius_mm: f64| {
+        let pitch_radius_mm = base_radius_mm + eccentricity_mm + tip_radius_mm;
+        LiftLaw::eccentric_round(eccentricity_mm, pitch_radius_mm, nose_rad)
+    };
     let law = match follower {
+        Follower::KnifeEdge { offset_mm } | Follower::Roller { offset_mm, .. } if offset_mm.abs() > 0.0 => {
+            return Err(format!(
+                "the lift of an eccentric is known for a follower without offset; offset_mm is {offset_mm}"
+            ));
+        }
+        Follower::KnifeEdge { .. } => round(0.0),
+        Follower::Roller { radius_mm, .. } | Follower::Mushroom { radius_mm } => round(radius_mm),
         Follower::Flat => LiftLaw::eccentric_flat(eccentricity_mm, nose_rad),
-        Follower::KnifeEdge { .. } | Follower::Roller { .. } => {
-            let pitch_radius_mm = base_radius_mm + eccentricity_mm + follower.roller_radius_mm();
-            LiftLaw::eccentric_round(eccentricity_mm, pitch_radius_mm, nose_rad)
+        Follower::OscillatingRoller { .. } | Follower::OscillatingFlat { .. } => {
+            return Err("the lift of an eccentric is known for a follower on a slide; this one oscillates".into());
         }
     };
     law.map_err(|error| error.to_string())

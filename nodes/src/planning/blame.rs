@@ -73,8 +73,10 @@ fn contour_key(error: &ContourError) -> &'static str {
         ContourError::BadBaseRadius { .. } | ContourError::Undercut { .. } | ContourError::PassesAxis { .. } => {
             "base_radius_mm"
         }
-        ContourError::Follower(_) => "follower",
-        ContourError::Lift(_) | ContourError::AxisOutside { .. } => "lift",
+        ContourError::Follower(_) | ContourError::ReachesPivot { .. } | ContourError::ContactStrays { .. } => {
+            "follower"
+        }
+        ContourError::Lift(_) | ContourError::FaceTurnsBack { .. } | ContourError::AxisOutside { .. } => "lift",
     }
 }
 
