@@ -19,7 +19,7 @@ use thiserror::Error;
 /// Share of X's acceleration and jerk limit that the blend at the end of the infeed may take. Smaller makes the blend
 /// longer, and with it what a single spark-out turn leaves (see [`InfeedLaw::left_on_part_mm`]); larger takes from what
 /// the path of the lobe may use. At 5 % and ordinary settings the blend is some degrees long and leaves under 0.1 µm.
-const BLEND_SHARE: f64 = 0.05;
+pub(crate) const BLEND_SHARE: f64 = 0.05;
 
 /// Longest blend (rad): half of it lies in the first spark-out turn, of which three quarters must stay.
 const LONGEST_BLEND_RAD: f64 = TURN_RAD / 2.0;

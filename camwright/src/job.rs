@@ -52,6 +52,41 @@ pub enum SpeedLaw {
         /// Headstock speed (rad/s).
         work_speed_rad_s: f64,
     },
+    /// The contact runs along the contour at one speed wherever the axes can follow.
+    ConstantFootprintSpeed {
+        /// Speed of the contact along the contour (mm/s).
+        footprint_speed_mm_s: f64,
+        /// Largest headstock speed (rad/s).
+        most_rad_s: f64,
+    },
+    /// One specific removal rate Q′ wherever the axes can follow, for the infeed of a whole turn.
+    ConstantRemovalRate {
+        /// Q′, volume removed per time and wheel width (mm²/s, that is mm³/(mm s)).
+        removal_rate_mm2_s: f64,
+        /// Largest headstock speed (rad/s).
+        most_rad_s: f64,
+    },
+    /// As fast as the axes can.
+    TimeOptimal {
+        /// Largest headstock speed (rad/s).
+        most_rad_s: f64,
+    },
+}
+
+impl SpeedLaw {
+    /// Its settings by name, for checks.
+    fn settings(&self) -> Vec<(&'static str, f64)> {
+        match *self {
+            SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => alloc::vec![("work_speed_rad_s", work_speed_rad_s)],
+            SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s, most_rad_s } => {
+                alloc::vec![("footprint_speed_mm_s", footprint_speed_mm_s), ("work_speed_rad_s", most_rad_s)]
+            }
+            SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, most_rad_s } => {
+                alloc::vec![("removal_rate_mm2_s", removal_rate_mm2_s), ("work_speed_rad_s", most_rad_s)]
+            }
+            SpeedLaw::TimeOptimal { most_rad_s } => alloc::vec![("work_speed_rad_s", most_rad_s)],
+        }
+    }
 }
 
 /// One pass over a lobe: turns with infeed, then turns without.
@@ -242,8 +277,9 @@ impl JobSpec {
             let place = || alloc::format!("pass {}: ", pass.name);
             positive(place, "total_infeed_mm", pass.total_infeed_mm)?;
             positive(place, "infeed_per_block_mm", pass.infeed_per_block_mm)?;
-            let SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } = pass.speed;
-            positive(place, "work_speed_rad_s", work_speed_rad_s)?;
+            for (key, value) in pass.speed.settings() {
+                positive(place, key, value)?;
+            }
             if pass.spark_out_turns == 0 {
                 return Err(JobError::NoSparkOut { pass: pass.name.clone() });
             }

@@ -6,6 +6,7 @@
 
 use crate::contour::Contour;
 use crate::numeric::periodic_spline::{PeriodicSpline, Sample};
+use crate::speed_plan::footprint_speed_ratio_mm;
 use crate::units::{TURN_RAD, deg_from_rad};
 use alloc::vec::Vec;
 use nalgebra::Vector2;
@@ -187,12 +188,7 @@ impl ToolPath {
     /// |W|/(cos β (1 + κR)). From the path alone: 1/(1 + κR) = 1 − R κc, with κc the curvature of the centre's path.
     #[must_use]
     pub fn footprint_speed_ratio_mm(&self, angle_rad: f64) -> f64 {
-        let x = self.sample(angle_rad);
-        let centre = x.value + self.wheel_radius_mm;
-        let square = centre * centre + x.first * x.first;
-        let length = libm::sqrt(square);
-        let curvature = (square + x.first * x.first - centre * x.second) / (square * length);
-        length * (1.0 - self.wheel_radius_mm * curvature)
+        footprint_speed_ratio_mm(self.sample(angle_rad), self.wheel_radius_mm)
     }
 
     /// Goes back from the path to the contour (`PROCESS_MATH` 1.b 6), which shares nothing with how the path was found

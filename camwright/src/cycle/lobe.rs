@@ -202,6 +202,7 @@ pub(super) fn plan_lobes(
                 spark_out_turns: pass.spark_out_turns,
                 speed: pass.speed,
                 rotation_sense: machine.rotation_sense,
+                wheel_radius_mm: shape.tool_path.wheel_radius_mm(),
                 c: machine.axis(Axis::C).limits,
                 x: machine.axis(Axis::X).limits,
                 cycle_time_s: machine.cycle_time_s(),

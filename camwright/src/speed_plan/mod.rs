@@ -11,11 +11,21 @@
 //! X⃛ = X'''Ċ³ + 3X''ĊC̈ + X'C⃛. A plan is checked by differencing positions on an eight times finer grid before it
 //! leaves here; one that fails is an error.
 
+mod envelope;
 mod limit_use;
+mod process;
+mod square_speed;
 mod stop;
+mod time_optimal;
+mod turn_request;
+mod turn_speed;
+mod variable;
 
 pub use limit_use::{LimitUse, Quantity, uses_by_differences};
 pub(crate) use limit_use::{figures, windows};
+pub use process::{footprint_speed_ratio_mm, largest_speed_rad_s, removal_rate_ratio_mm2};
+pub use turn_request::TurnRequest;
+pub use turn_speed::{TurnError, TurnPoint, TurnSpeed};
 
 use crate::cut_motion::CutMotion;
 use crate::infeed::{InfeedLaw, InfeedSchedule};
@@ -29,6 +39,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use limit_use::uses_by_chain_rule;
 use thiserror::Error;
+use variable::variable_speed;
 
 /// Share of acceleration and jerk limits a speed plan may use. A stop on the path adds to both while it slows down, the
 /// more the shorter it is; with nothing in reserve it could not begin at all where the path is at a limit. 0.95 costs
@@ -63,6 +74,8 @@ pub struct SpeedRequest<'a> {
     pub speed: SpeedLaw,
     /// σ of the machine: the path angle is σ times the cam angle, which is what people are told.
     pub rotation_sense: i8,
+    /// Radius of the wheel (mm).
+    pub wheel_radius_mm: f64,
     /// Limits of C.
     pub c: MotionLimits,
     /// Limits of X.
@@ -80,6 +93,7 @@ pub struct SpeedPlan {
     plateau_s: (f64, f64),
     turn_s: f64,
     speed_range_rad_s: (f64, f64),
+    least_turn_s: Option<f64>,
     uses: Vec<LimitUse>,
     stop_ticks: u64,
 }
@@ -125,6 +139,15 @@ pub enum SpeedPlanError {
     /// The forward check found a limit exceeded: a defect of the planner, told rather than driven.
     #[error("the speed plan failed its forward check: {0}")]
     Check(LimitUse),
+    /// There is no turn under the law.
+    #[error(transparent)]
+    Turn(TurnError),
+    /// From where the cut starts no run-up reaches the speed of the turn.
+    #[error("no run-up of C within a turn from cam angle {start_deg:.1} deg keeps the limits of both axes")]
+    NoRunUp {
+        /// Where the cut starts and ends (deg).
+        start_deg: f64,
+    },
     /// There is no ramp to the speed wanted.
     #[error("no run-up: {0}")]
     Ramp(#[from] PointToPointError),
@@ -172,6 +195,8 @@ enum Misfit {
     Limit(LimitUse),
     NoPlateau(f64),
     Ramp(PointToPointError),
+    Turn(TurnError),
+    NoRunUp,
 }
 
 impl SpeedPlan {
@@ -180,20 +205,19 @@ impl SpeedPlan {
     /// # Errors
     /// A limit exceeded at the speed wanted, ramps longer than the cut, no stop, a failed forward check.
     pub fn new(request: &SpeedRequest<'_>) -> Result<Self, SpeedPlanError> {
-        let SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } = request.speed;
-        let candidate = constant_speed(request, work_speed_rad_s).map_err(|misfit| match misfit {
-            Misfit::Limit(worst) => {
-                let largest_rad_s = largest_speed(request, work_speed_rad_s);
-                SpeedPlanError::TooFast { work_speed_rad_s, worst, largest_rad_s }
+        let (candidate, speed_range_rad_s, least_turn_s) = match request.speed {
+            SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: speed } => {
+                let candidate = constant_speed(request, speed).map_err(|misfit| request.refusal(speed, misfit))?;
+                (candidate, (speed, speed), None)
             }
-            Misfit::NoPlateau(ramps_rad) => SpeedPlanError::NoPlateau {
-                work_speed_rad_s,
-                ramps_deg: deg_from_rad(ramps_rad),
-                turns: request.turns(),
-                largest_rad_s: largest_speed(request, work_speed_rad_s),
-            },
-            Misfit::Ramp(error) => error.into(),
-        })?;
+            SpeedLaw::ConstantFootprintSpeed { .. }
+            | SpeedLaw::ConstantRemovalRate { .. }
+            | SpeedLaw::TimeOptimal { .. } => {
+                let (candidate, turn) =
+                    variable_speed(request).map_err(|misfit| request.refusal(request.c.velocity, misfit))?;
+                (candidate, turn.range_rad_s(), Some(turn.least_s()))
+            }
+        };
         let motion = request.motion(&candidate);
         let stretches = windows(&motion, candidate.plateau_s, candidate.turn_s, request.blend(&candidate));
         let step = (request.step(candidate.turn_s) / CHECK_FACTOR).max(SHORTEST_CHECK_STEP_S);
@@ -206,7 +230,8 @@ impl SpeedPlan {
             .ok_or(SpeedPlanError::NoStop { longest_s: stop::LONGEST_S })?;
         Ok(Self {
             turns: request.turns(),
-            speed_range_rad_s: (work_speed_rad_s, work_speed_rad_s),
+            speed_range_rad_s,
+            least_turn_s,
             law: candidate.law,
             infeed: candidate.infeed,
             plateau_s: candidate.plateau_s,
@@ -250,6 +275,12 @@ impl SpeedPlan {
     #[must_use]
     pub const fn speed_range_rad_s(&self) -> (f64, f64) {
         self.speed_range_rad_s
+    }
+
+    /// A time below which no turn under the law can be (s), where the law lets the speed vary.
+    #[must_use]
+    pub const fn least_turn_s(&self) -> Option<f64> {
+        self.least_turn_s
     }
 
     /// How far each limit is used, and where: velocity, acceleration and jerk of C and of X.
@@ -303,6 +334,27 @@ impl<'a> SpeedRequest<'a> {
             found.angle_rad *= f64::from(self.rotation_sense.signum());
         }
         uses
+    }
+
+    fn refusal(&self, work_speed_rad_s: f64, misfit: Misfit) -> SpeedPlanError {
+        let largest = || match self.speed {
+            SpeedLaw::ConstantWorkSpeed { .. } => largest_speed(self, work_speed_rad_s),
+            _ => None,
+        };
+        match misfit {
+            Misfit::Limit(worst) => SpeedPlanError::TooFast { work_speed_rad_s, worst, largest_rad_s: largest() },
+            Misfit::NoPlateau(ramps_rad) => SpeedPlanError::NoPlateau {
+                work_speed_rad_s,
+                ramps_deg: deg_from_rad(ramps_rad),
+                turns: self.turns(),
+                largest_rad_s: largest(),
+            },
+            Misfit::Ramp(error) => error.into(),
+            Misfit::Turn(error) => SpeedPlanError::Turn(error),
+            Misfit::NoRunUp => SpeedPlanError::NoRunUp {
+                start_deg: cam_angle_deg(f64::from(self.rotation_sense.signum()) * self.path_start_rad),
+            },
+        }
     }
 
     /// Angles since the start between which the infeed ends.

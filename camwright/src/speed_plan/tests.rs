@@ -23,6 +23,7 @@ fn request<'a>(path: &'a PeriodicSpline, infeed: &'a InfeedSchedule, speed: f64)
         spark_out_turns: 2,
         speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: speed },
         rotation_sense: 1,
+        wheel_radius_mm: 60.0,
         c: C,
         x: X,
         cycle_time_s: 1e-3,
@@ -108,4 +109,31 @@ fn a_plan_near_its_limits_passes_from_any_start_phase() {
         assert!(plan.tightest().expect("six limits").ratio() > 0.98);
         assert!(plan.stop_ticks() < 3000, "{}", plan.stop_ticks());
     }
+}
+
+/// Laws that let the speed vary: faster than any constant speed that keeps their bound, and proven by differences.
+#[test]
+fn at_a_constant_removal_rate_a_cut_is_faster_than_at_any_constant_speed() {
+    let (path, infeed) = (eccentric(25.0, 8.0), schedule());
+    let law = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 20.0, most_rad_s: 31.4 };
+    let asked = SpeedRequest { speed: law, ..request(&path, &infeed, 1.0) };
+    let plan = SpeedPlan::new(&asked).unwrap_or_else(|error| panic!("{error}"));
+    let slowest = (0..3600)
+        .map(|i| largest_speed_rad_s(&law, path.sample(f64::from(i) * TURN_RAD / 3600.0), 60.0, 0.18))
+        .fold(f64::INFINITY, f64::min);
+    assert!(plan.turn_s() < 0.95 * TURN_RAD / slowest, "{} s against {} s", plan.turn_s(), TURN_RAD / slowest);
+    assert!(plan.least_turn_s().is_some_and(|least| least < plan.turn_s()));
+    let (low, high) = plan.speed_range_rad_s();
+    assert!(low < high && high <= 31.4);
+    assert_eq!(plan.turns(), 4);
+    let last = plan.law().knots()[plan.law().knots().len() - 1];
+    assert_eq!(last.value.to_bits(), (4.0 * TURN_RAD).to_bits());
+}
+
+#[test]
+fn a_law_without_a_speed_is_refused() {
+    let (path, infeed) = (eccentric(25.0, 8.0), schedule());
+    let law = SpeedLaw::TimeOptimal { most_rad_s: 0.0 };
+    let error = SpeedPlan::new(&SpeedRequest { speed: law, ..request(&path, &infeed, 1.0) }).expect_err("no speed");
+    assert!(matches!(error, SpeedPlanError::Turn(_)), "{error}");
 }

@@ -1,0 +1,120 @@
+//! The fastest turn without limits of jerk and of X acceleration: every plan is slower, so its time is a lower bound, and
+//! where it is slow a plan needs its knots.
+
+use super::square_speed::Knots;
+use super::turn_request::TurnRequest;
+use super::turn_speed::TurnError;
+use crate::units::{TURN_RAD, deg_from_rad, wrap_turn};
+use alloc::vec::Vec;
+
+/// Fewest and most knots of a plan.
+const LEAST_KNOTS: usize = 64;
+const MOST_KNOTS: usize = 6000;
+
+/// z = Ċ² on a uniform grid: below its bound, rising and falling by the acceleration of C at most.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Envelope {
+    per_bound: Vec<f64>,
+    square: Vec<f64>,
+    least_s: f64,
+}
+
+impl Envelope {
+    pub(super) fn new(request: &TurnRequest<'_>, count: usize) -> Result<Self, TurnError> {
+        let d = spacing(count);
+        let rise = 2.0 * request.c.acceleration * d;
+        for i in 0..count {
+            let speed_rad_s = (request.bound)(to_f64(i) * d);
+            // Infinite where the process does not care.
+            if speed_rad_s.is_nan() || speed_rad_s <= 0.0 {
+                return Err(TurnError::NoSpeed { angle_deg: deg_from_rad(to_f64(i) * d), speed_rad_s });
+            }
+        }
+        let per_bound: Vec<f64> = (0..count)
+            .map(|i| {
+                let angle = to_f64(i) * d;
+                request.per_square_bound(angle, request.over_angle(angle).first)
+            })
+            .collect();
+        let mut square: Vec<f64> = per_bound.iter().map(|per| 1.0 / per).collect();
+        for i in 1..2 * count {
+            square[i % count] = square[i % count].min(square[(i - 1) % count] + rise);
+        }
+        for i in (0..2 * count - 1).rev() {
+            square[i % count] = square[i % count].min(square[(i + 1) % count] + rise);
+        }
+        // Between two points z is below both tents; a straight z takes 2d/(v0 + v1).
+        let least_s = (0..count)
+            .map(|i| {
+                let (a, b) = (square[i], square[(i + 1) % count]);
+                let peak = 0.5 * (a + b + rise);
+                let (up, down) = ((peak - a) / rise * d, (peak - b) / rise * d);
+                let root = libm::sqrt(peak);
+                2.0 * up / (libm::sqrt(a) + root) + 2.0 * down / (root + libm::sqrt(b))
+            })
+            .sum();
+        Ok(Self { per_bound, square, least_s })
+    }
+
+    /// A time that no plan goes below (s).
+    pub(super) fn least_s(&self) -> f64 {
+        self.least_s
+    }
+
+    /// z at an angle.
+    pub(super) fn square_at(&self, angle_rad: f64) -> f64 {
+        let n = self.square.len();
+        let x = wrap_turn(angle_rad) / spacing(n);
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an angle within the turn")]
+        let i = (x as usize).min(n - 1);
+        let u = x - to_f64(i);
+        self.square[i] * (1.0 - u) + self.square[(i + 1) % n] * u
+    }
+
+    /// Largest 1/bound² at the grid points between two angles; 0 where there is none.
+    pub(super) fn tightest_per_bound(&self, from_rad: f64, to_rad: f64) -> f64 {
+        let n = self.per_bound.len();
+        let d = spacing(n);
+        let turn = libm::floor(from_rad / TURN_RAD) * TURN_RAD;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "angles from 0 to two turns")]
+        let index = |x: f64| x as usize;
+        let (from, to) = (index(libm::ceil((from_rad - turn) / d)), index(libm::floor((to_rad - turn) / d)));
+        (from..=to).map(|i| self.per_bound[i % n]).fold(0.0, f64::max)
+    }
+
+    /// Knots that take equal times at this speed, and are never farther apart than `widest_rad`.
+    pub(super) fn knots(&self, step_s: f64, widest_rad: f64) -> Knots {
+        let count = self.square.len();
+        let d = spacing(count);
+        let weight = |z: f64| 1.0 / (step_s * libm::sqrt(z)) + 1.0 / widest_rad;
+        let mut sums = Vec::with_capacity(count + 1);
+        let mut sum = 0.0;
+        for i in 0..count {
+            sums.push(sum);
+            sum += 0.5 * d * (weight(self.square[i]) + weight(self.square[(i + 1) % count]));
+        }
+        sums.push(sum);
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some hundred knots")]
+        let n = (libm::ceil(sum) as usize).clamp(LEAST_KNOTS, MOST_KNOTS);
+        let mut at = Vec::with_capacity(n);
+        let mut cell = 0;
+        for k in 0..n {
+            let wanted = sum * to_f64(k) / to_f64(n);
+            while cell + 1 < count && sums[cell + 1] <= wanted {
+                cell += 1;
+            }
+            let within = (wanted - sums[cell]) / (sums[cell + 1] - sums[cell]);
+            at.push((to_f64(cell) + within) * d);
+        }
+        Knots::new(at)
+    }
+}
+
+fn spacing(count: usize) -> f64 {
+    TURN_RAD / to_f64(count)
+}
+
+#[allow(clippy::cast_precision_loss, reason = "thousands of points")]
+fn to_f64(count: usize) -> f64 {
+    count as f64
+}

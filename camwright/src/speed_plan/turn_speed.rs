@@ -1,0 +1,198 @@
+//! The fastest turn of a lobe, over and over again.
+
+use super::envelope::Envelope;
+use super::square_speed::{SquareSample, SquareSpeed};
+use super::time_optimal::{Problem, solve};
+use super::turn_request::TurnRequest;
+use crate::cut_motion::chain;
+use crate::machine::description::Axis;
+use crate::numeric::hermite::{Knot, quintic};
+use crate::units::{TURN_RAD, rad_from_deg, wrap_turn};
+use alloc::vec::Vec;
+use thiserror::Error;
+
+/// Points on which the bound of the process is looked at.
+const ENVELOPE_POINTS: usize = 3600;
+
+/// Knots in the time in which C's acceleration changes from nothing to its limit.
+const KNOTS_PER_CHANGE: f64 = 4.0;
+
+/// Widest spacing of knots: the path of a cam changes over some degrees.
+const WIDEST_DEG: f64 = 1.5;
+
+/// Shortest time between knots (s): below it a turn would have tens of thousands.
+const SHORTEST_STEP_S: f64 = 2e-4;
+
+/// How much finer than the knots limits are checked: beside a corner of the bound the rest is 3e-5.
+const CHECK_FACTOR: u32 = 16;
+
+/// C's speed over one turn, periodic, near the fastest that keeps every limit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TurnSpeed {
+    speed: SquareSpeed,
+    /// Time since the first knot, at every knot and once more after the turn (s).
+    times: Vec<f64>,
+    least_s: f64,
+}
+
+/// Why there is no turn.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum TurnError {
+    /// The process allows no speed somewhere.
+    #[error("at cam angle {angle_deg:.1} deg a speed of {speed_rad_s} rad/s is allowed; it must be a number above 0")]
+    NoSpeed {
+        /// Where.
+        angle_deg: f64,
+        /// What the law of the process gives there (rad/s).
+        speed_rad_s: f64,
+    },
+    /// A limit is not a positive number.
+    #[error("{} has a limit that is not a number above 0", .axis.joint())]
+    BadLimit {
+        /// Whose.
+        axis: Axis,
+    },
+}
+
+/// Speed and acceleration of C at a path angle, and the time since the first knot (rad, s).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TurnPoint {
+    /// Ċ (rad/s).
+    pub speed: f64,
+    /// C̈ (rad/s²).
+    pub acceleration: f64,
+}
+
+impl TurnSpeed {
+    /// The fastest turn that keeps the limits. Checked afterwards on a grid sixteen times finer than its own, as the quintic
+    /// in time that drives the axes, and slowed down by what is found there.
+    ///
+    /// # Errors
+    /// A bound or a limit that is not a positive number.
+    pub fn fastest(request: &TurnRequest<'_>) -> Result<Self, TurnError> {
+        for (axis, limits) in [(Axis::C, &request.c), (Axis::X, &request.x)] {
+            let is_good = |limit: f64| limit.is_finite() && limit > 0.0;
+            if ![limits.velocity, limits.acceleration, limits.jerk].into_iter().all(is_good) {
+                return Err(TurnError::BadLimit { axis });
+            }
+        }
+        let envelope = Envelope::new(request, ENVELOPE_POINTS)?;
+        let change_s = request.c.acceleration / request.c.jerk;
+        let step_s = (change_s / KNOTS_PER_CHANGE).max(SHORTEST_STEP_S);
+        let knots = envelope.knots(step_s, rad_from_deg(WIDEST_DEG));
+        let problem = Problem::new(request, &envelope, knots);
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some ten intervals")]
+        let round = libm::ceil(2.0 * change_s / step_s) as usize;
+        let mut turn = Self::from_square(solve(&problem, round), envelope.least_s());
+        // Once is enough but where the bound has a corner between two points; the last time proves it.
+        for _ in 0..4 {
+            let excess = turn.excess(request);
+            if excess <= 1.0 {
+                break;
+            }
+            turn.speed.scale(1.0 / (excess * (1.0 + 1e-12)));
+            turn = Self::from_square(turn.speed, turn.least_s);
+        }
+        Ok(turn)
+    }
+
+    fn from_square(speed: SquareSpeed, least_s: f64) -> Self {
+        let n = speed.knots().count();
+        let mut times = Vec::with_capacity(n + 1);
+        let mut at = 0.0;
+        for i in 0..n {
+            times.push(at);
+            at += speed.time_across(i);
+        }
+        times.push(at);
+        Self { speed, times, least_s }
+    }
+
+    /// The same turn with every limit used less by this factor, of acceleration at least.
+    pub(super) fn slower(mut self, factor: f64) -> Self {
+        self.speed.scale(1.0 / factor);
+        Self::from_square(self.speed, self.least_s)
+    }
+
+    /// Time of a turn (s).
+    #[must_use]
+    pub fn turn_s(&self) -> f64 {
+        self.times[self.times.len() - 1]
+    }
+
+    /// A time below which no plan can be, whatever its jerk and whatever X does (s).
+    #[must_use]
+    pub fn least_s(&self) -> f64 {
+        self.least_s
+    }
+
+    /// Slowest and fastest (rad/s).
+    #[must_use]
+    pub fn range_rad_s(&self) -> (f64, f64) {
+        let speeds = (0..self.times.len() - 1).map(|i| libm::sqrt(self.speed.within(i, 0.0).z));
+        speeds.fold((f64::INFINITY, 0.0), |(low, high), speed| (f64::min(low, speed), f64::max(high, speed)))
+    }
+
+    /// Speed and acceleration at a path angle.
+    #[must_use]
+    pub fn at(&self, angle_rad: f64) -> TurnPoint {
+        let s = self.square_at(angle_rad);
+        TurnPoint { speed: libm::sqrt(s.z), acceleration: 0.5 * s.first }
+    }
+
+    fn square_at(&self, angle_rad: f64) -> SquareSample {
+        let (interval, u) = self.speed.knots().find(wrap_turn(angle_rad));
+        self.speed.within(interval, u)
+    }
+
+    /// Knots of C over time for some turns from a path angle on: value 0 there, angles counted from there. The first is at
+    /// the first knot of the turn after `from`, the last at the last before `to` (rad since the start), times so that the
+    /// first is at 0.
+    pub(super) fn knots(&self, start_rad: f64, from: f64, to: f64) -> Vec<Knot> {
+        let n = self.times.len() - 1;
+        let turn_s = self.turn_s();
+        // Turns of path angle: the start lies in turn 0.
+        let start = wrap_turn(start_rad);
+        let mut knots: Vec<Knot> = Vec::new();
+        let mut first_s = 0.0;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousand turns")]
+        let turns = libm::ceil((start + to) / TURN_RAD) as u32;
+        for turn in 0..=turns {
+            for i in 0..n {
+                let value = self.speed.knots().at(i) + f64::from(turn) * TURN_RAD - start;
+                if value < from || value > to {
+                    continue;
+                }
+                let at = f64::from(turn) * turn_s + self.times[i];
+                if knots.is_empty() {
+                    first_s = at;
+                }
+                let here = self.speed.within(i, 0.0);
+                let (first, second) = (libm::sqrt(here.z), 0.5 * here.first);
+                knots.push(Knot { at: at - first_s, value, first, second });
+            }
+        }
+        knots
+    }
+
+    /// Largest factor by which z is beyond what the limits allow, on a grid finer than the knots.
+    fn excess(&self, request: &TurnRequest<'_>) -> f64 {
+        let knots = self.knots(0.0, 0.0, 2.0 * TURN_RAD);
+        let n = self.times.len() - 1;
+        let mut excess = 0.0_f64;
+        for pair in knots.windows(2).take(n) {
+            for k in 0..CHECK_FACTOR {
+                let at = pair[0].at + (pair[1].at - pair[0].at) * f64::from(k) / f64::from(CHECK_FACTOR);
+                let c = quintic(&pair[0], &pair[1], at);
+                let over_angle = request.over_angle(c.value);
+                let x = chain(over_angle, c);
+                excess = excess.max(c.first * c.first * request.per_square_bound(c.value, over_angle.first));
+                for (sample, limits) in [(c, &request.c), (x, &request.x)] {
+                    let jerk = libm::cbrt(sample.third.abs() / limits.jerk);
+                    excess = excess.max(sample.second.abs() / limits.acceleration).max(jerk * jerk);
+                }
+            }
+        }
+        excess
+    }
+}
