@@ -178,6 +178,35 @@ fn check_speed_plan(lobe: &serde_json::Value, rows: &[Vec<f64>]) {
     assert!(last_turn.map(|row| row[8]).fold(0.0, f64::max) < 1e-9, "the last spark-out turn removes nothing");
 }
 
+/// Every tick of every cut: no more is removed than asked, by the figures of the table and by differences of its speeds in time
+/// no limit is exceeded, and a turn takes less than half of what the one speed takes that peaks as high.
+#[test]
+fn at_a_constant_removal_rate_no_tick_exceeds_it_or_a_limit() {
+    const RATE_MM2_S: f64 = 10.0;
+    const PERIOD_S: f64 = 1e-3;
+    let folder = Folder::new("removal");
+    let set = ["speed.law=constant_removal_rate", "speed.removal_rate_mm2_s=10.0", "work_speed_rpm=300.0"];
+    let summary = planned("four_lobe_camshaft", &folder.0, &set.map(String::from));
+    for lobe in summary["lobes"].as_array().expect("a list") {
+        let name = lobe["name"].as_str().expect("a name");
+        let figure = |key: &str| lobe[key].as_f64().unwrap_or_else(|| panic!("{name}: {key}"));
+        assert!(figure("turn_s") < 0.5 * figure("constant_speed_turn_s"), "{lobe}");
+        assert!(figure("least_turn_s") < figure("turn_s") && figure("turn_s") < 1.1 * figure("least_turn_s"), "{lobe}");
+        for limit in lobe["limits"].as_array().expect("a list") {
+            assert!(limit["ratio"].as_f64().expect("a number") <= 1.0, "{name}: {limit}");
+        }
+        let (_, rows) = table(&folder.0.join(name).join("speed_plan.csv"));
+        let largest = rows.iter().map(|row| row[8]).fold(0.0, f64::max);
+        assert!(largest <= 1.001 * RATE_MM2_S && largest > 0.99 * RATE_MM2_S, "{name}: {largest} mm2/s");
+        // Differences over a tick are means over it: they exceed no limit that the motion keeps.
+        for pair in rows.windows(2) {
+            let difference = |column: usize| (pair[1][column] - pair[0][column]) / PERIOD_S;
+            assert!(difference(2).abs() <= 300.0 && difference(3).abs() <= 3e4, "{name} at {} s", pair[0][1]);
+            assert!(difference(5).abs() <= 1e4 && difference(6).abs() <= 1e6, "{name} at {} s", pair[0][1]);
+        }
+    }
+}
+
 #[test]
 fn a_job_that_cannot_be_made_leaves_no_files() {
     let folder = Folder::new("refused");

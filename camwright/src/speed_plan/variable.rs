@@ -10,8 +10,8 @@ use crate::numeric::hermite::{HermiteSpline, Knot, Sample, quintic};
 use crate::units::TURN_RAD;
 use alloc::vec::Vec;
 
-/// Points at which a ramp is looked at.
-const RAMP_POINTS: u32 = 32;
+/// Points at which a ramp is looked at: few to see that it does not fit, many to see that it does.
+const RAMP_POINTS: [u32; 2] = [24, 400];
 
 /// How long a ramp may take, in times of its angle at its final speed; a run-up at constant acceleration takes 2.
 const RAMP_FACTORS: [f64; 12] = [1.5, 1.6, 1.7, 1.8, 1.9, 2.0, 2.1, 2.2, 2.4, 2.6, 2.8, 3.2];
@@ -131,9 +131,9 @@ fn run_up(knots: &[Knot], request: &SpeedRequest<'_>, along: impl Fn(f64) -> (Sa
     let c = share(&request.c, RAMP_SHARE * PATH_SHARE);
     let x = share(&request.x, RAMP_SHARE * PATH_SHARE);
     let rest = Knot { at: 0.0, value: 0.0, first: 0.0, second: 0.0 };
-    let keeps = |to: &Knot| {
-        (0..=RAMP_POINTS).all(|i| {
-            let angle = quintic(&rest, to, to.at * f64::from(i) / f64::from(RAMP_POINTS));
+    let keeps = |to: &Knot, points: u32| {
+        (0..=points).all(|i| {
+            let angle = quintic(&rest, to, to.at * f64::from(i) / f64::from(points));
             let (over_angle, allowed) = along(angle.value);
             let moved = chain(over_angle, angle);
             let is_within = |sample: Sample, limits: &MotionLimits| {
@@ -155,7 +155,9 @@ fn run_up(knots: &[Knot], request: &SpeedRequest<'_>, along: impl Fn(f64) -> (Sa
             let time_s = factor * target.value / target.first;
             // Time lost against being at speed from the start.
             let lost = time_s - (target.at - knots[0].at);
-            if best.as_ref().is_some_and(|(_, least)| lost >= *least) || !keeps(&Knot { at: time_s, ..*target }) {
+            let to = Knot { at: time_s, ..*target };
+            let is_worse = best.as_ref().is_some_and(|(_, least)| lost >= *least);
+            if is_worse || !RAMP_POINTS.into_iter().all(|points| keeps(&to, points)) {
                 continue;
             }
             if best.is_none() {

@@ -49,8 +49,18 @@ fn as_json(summary: &planning::Summary) -> String {
 
 fn as_text(summary: &planning::Summary) -> String {
     let mut text = format!(
-        "{:<8} {:<8} {:>10} {:>7} {:>9} {:>9} {:>10}  {}\n",
-        "lobe", "station", "start deg", "turns", "cut s", "lobe s", "Q' mm2/s", "limit used most"
+        "{:<8} {:<8} {:>10} {:>7} {:>9} {:>9} {:>10} {:>13} {:>8} {:>13}  {}\n",
+        "lobe",
+        "station",
+        "start deg",
+        "turns",
+        "cut s",
+        "lobe s",
+        "Q' mm2/s",
+        "rpm",
+        "turn s",
+        "const. rpm s",
+        "limit used most"
     );
     for lobe in &summary.lobes {
         let tightest = lobe.limits.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
@@ -63,9 +73,19 @@ fn as_text(summary: &planning::Summary) -> String {
                 100.0 * limit.ratio
             )
         });
+        let [slowest, fastest] = lobe.work_speed_rpm;
         text += &format!(
-            "{:<8} {:<8} {:>10.3} {:>7} {:>9.3} {:>9.3} {:>10.3}  {limit}\n",
-            lobe.name, lobe.station, lobe.start_deg, lobe.turns, lobe.cut_s, lobe.duration_s, lobe.max_removal_mm2_s
+            "{:<8} {:<8} {:>10.3} {:>7} {:>9.3} {:>9.3} {:>10.3} {:>13} {:>8.3} {:>13.3}  {limit}\n",
+            lobe.name,
+            lobe.station,
+            lobe.start_deg,
+            lobe.turns,
+            lobe.cut_s,
+            lobe.duration_s,
+            lobe.max_removal_mm2_s,
+            format!("{slowest:.1}-{fastest:.1}"),
+            lobe.turn_s,
+            lobe.constant_speed_turn_s
         );
     }
     let compared = if summary.rotary_indexing {

@@ -39,11 +39,28 @@ struct JobFile {
     rapid_speed_mm_s: f64,
     infeed: InfeedFile,
     work_speed_rpm: f64,
+    #[serde(default)]
+    speed: SpeedFile,
     #[serde(default = "default_retract")]
     retract_clearance_mm: f64,
     #[serde(default)]
     rotary_indexing: bool,
     home: HomeFile,
+}
+
+/// How the headstock's speed over the lobe is chosen.
+#[derive(Debug, Default, Deserialize)]
+#[serde(tag = "law", rename_all = "snake_case", deny_unknown_fields)]
+enum SpeedFile {
+    #[default]
+    ConstantWorkSpeed,
+    ConstantFootprintSpeed {
+        footprint_speed_mm_s: f64,
+    },
+    ConstantRemovalRate {
+        removal_rate_mm2_s: f64,
+    },
+    TimeOptimal,
 }
 
 fn default_retract() -> f64 {
@@ -242,11 +259,25 @@ fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks
             total_infeed_mm: file.infeed.total_mm,
             infeed_per_block_mm: file.infeed.per_block_um / UM_PER_MM,
             spark_out_turns: file.infeed.spark_out_turns,
-            speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: rad_s_from_rpm(file.work_speed_rpm) },
+            speed: speed_law(file),
         }],
         retract_clearance_mm: file.retract_clearance_mm,
         rotary_indexing: file.rotary_indexing,
         home: HomePosition { x_mm: file.home.x_mm, z_mm: file.home.z_mm },
+    }
+}
+
+fn speed_law(file: &JobFile) -> SpeedLaw {
+    let most_rad_s = rad_s_from_rpm(file.work_speed_rpm);
+    match file.speed {
+        SpeedFile::ConstantWorkSpeed => SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: most_rad_s },
+        SpeedFile::ConstantFootprintSpeed { footprint_speed_mm_s } => {
+            SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s, most_rad_s }
+        }
+        SpeedFile::ConstantRemovalRate { removal_rate_mm2_s } => {
+            SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, most_rad_s }
+        }
+        SpeedFile::TimeOptimal => SpeedLaw::TimeOptimal { most_rad_s },
     }
 }
 
@@ -264,7 +295,14 @@ fn ranges(document: &Document, file: &JobFile) -> Vec<ConfigError> {
         ("retract_clearance_mm", file.retract_clearance_mm),
     ];
     let given = file.wheel_radius_mm.map(|radius| ("wheel_radius_mm", radius));
-    for (key, value) in positive.into_iter().chain(given) {
+    let of_law = match file.speed {
+        SpeedFile::ConstantFootprintSpeed { footprint_speed_mm_s } => {
+            Some(("speed.footprint_speed_mm_s", footprint_speed_mm_s))
+        }
+        SpeedFile::ConstantRemovalRate { removal_rate_mm2_s } => Some(("speed.removal_rate_mm2_s", removal_rate_mm2_s)),
+        SpeedFile::ConstantWorkSpeed | SpeedFile::TimeOptimal => None,
+    };
+    for (key, value) in positive.into_iter().chain(given).chain(of_law) {
         if !(value.is_finite() && value > 0.0) {
             refuse(key, format!("{key} is {value}; it must be a positive number"));
         }

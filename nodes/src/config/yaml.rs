@@ -142,11 +142,12 @@ impl Node {
                     let index = entries.iter().position(|(key, _)| key == part);
                     let index = match index {
                         Some(index) => index,
-                        None if is_last => {
-                            entries.push((part.to_owned(), Node { line: 0, value: Value::Null }));
+                        // What a file may leave out may be set all the same; who reads the file refuses what it does not know.
+                        None => {
+                            let value = if is_last { Value::Null } else { Value::Map(Vec::new()) };
+                            entries.push((part.to_owned(), Node { line: 0, value }));
                             entries.len() - 1
                         }
-                        None => return Err(format!("there is no {part:?} to set {path:?} in")),
                     };
                     &mut entries[index].1
                 }
@@ -311,11 +312,17 @@ mod tests {
     }
 
     #[test]
+    fn an_override_makes_the_group_that_a_file_leaves_out() {
+        let document = document(&["speed.law=time_optimal"]).unwrap();
+        assert_eq!(document.root.get("speed.law").unwrap().value, Value::Text("time_optimal".into()));
+    }
+
+    #[test]
     fn an_override_that_leads_nowhere_is_refused() {
-        let error = document(&["nothing.here=1"]).unwrap_err();
+        let error = document(&["lobes.I9.phase_deg=1"]).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "job.yaml: override \"nothing.here=1\": there is no \"nothing\" to set \"nothing.here\" in"
+            "job.yaml: override \"lobes.I9.phase_deg=1\": the list has no element \"I9\" to set \"lobes.I9.phase_deg\" in"
         );
         assert!(document(&["infeed.total_mm"]).unwrap_err().to_string().contains("has no '='"));
     }

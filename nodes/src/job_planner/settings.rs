@@ -9,13 +9,32 @@ const PHASES: &str = "phases_deg";
 const OVERRIDES: &str = "overrides";
 
 /// Parameters that carry the name of the key they override.
-const KEYS: [(&str, ParameterValue, &str); 7] = [
+const KEYS: [(&str, ParameterValue, &str); 10] = [
     ("rapid_advance_mm", ParameterValue::Double(0.0), "R0, rapid advance (mm); not set: the job file's"),
     ("rapid_speed_mm_s", ParameterValue::Double(0.0), "F0, speed of the rapid advance (mm/s); not set: the job file's"),
     ("infeed.total_mm", ParameterValue::Double(0.0), "RT, total infeed (mm); not set: the job file's"),
     ("infeed.per_block_um", ParameterValue::Double(0.0), "delta R, infeed per block (um); not set: the job file's"),
     ("infeed.spark_out_turns", ParameterValue::Integer(0), "turns without infeed; not set: the job file's"),
-    ("work_speed_rpm", ParameterValue::Double(0.0), "speed of the headstock in the cut (rpm); not set: the job file's"),
+    (
+        "work_speed_rpm",
+        ParameterValue::Double(0.0),
+        "speed of the headstock in the cut, its largest with another speed law (rpm); not set: the job file's",
+    ),
+    (
+        "speed.law",
+        ParameterValue::String(String::new()),
+        "constant_work_speed, constant_footprint_speed, constant_removal_rate or time_optimal; not set: the job file's",
+    ),
+    (
+        "speed.footprint_speed_mm_s",
+        ParameterValue::Double(0.0),
+        "speed of the contact along the contour (mm/s), with its law; not set: the job file's",
+    ),
+    (
+        "speed.removal_rate_mm2_s",
+        ParameterValue::Double(0.0),
+        "specific removal rate (mm2/s), with its law; not set: the job file's",
+    ),
     (
         "rotary_indexing",
         ParameterValue::Bool(false),

@@ -6,6 +6,7 @@ use camwright::contour::ContourError;
 use camwright::cycle::PlanError;
 use camwright::job::JobError;
 use camwright::machine::description::Axis;
+use camwright::speed_plan::SpeedPlanError;
 use camwright::tool_path::ToolPathError;
 
 /// A refusal of the core as one sentence with the file and the line of the key that causes it.
@@ -27,6 +28,7 @@ fn key(job: &Job, error: &PlanError) -> String {
             _ => profile_key(job, profile),
         },
         PlanError::Infeed { .. } | PlanError::TouchesBlank { .. } => "infeed.total_mm".into(),
+        PlanError::Speed { source: SpeedPlanError::Turn(_) | SpeedPlanError::NoRunUp { .. }, .. } => "speed".into(),
         PlanError::Speed { .. } => "work_speed_rpm".into(),
         PlanError::SoftLimit { place, what, axis, .. } => match (*what, axis) {
             ("the home position", Axis::X) => "home.x_mm".into(),
@@ -60,6 +62,8 @@ fn job_key(job: &Job, error: &JobError) -> String {
                 "total_infeed_mm" => "infeed.total_mm",
                 "infeed_per_block_mm" => "infeed.per_block_um",
                 "work_speed_rad_s" => "work_speed_rpm",
+                "footprint_speed_mm_s" => "speed.footprint_speed_mm_s",
+                "removal_rate_mm2_s" => "speed.removal_rate_mm2_s",
                 "phase_rad" => "phase_deg",
                 other => other,
             };

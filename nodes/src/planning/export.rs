@@ -73,6 +73,10 @@ pub struct LobeSummary {
     pub cut_s: f64,
     /// Time of one turn at the programmed speed.
     pub turn_s: f64,
+    /// A time below which no turn under the speed law can be; none at a constant work speed.
+    pub least_turn_s: Option<f64>,
+    /// Time of a turn at the constant work speed that has the same largest removal rate.
+    pub constant_speed_turn_s: f64,
     /// Turns, spark-out included.
     pub turns: u32,
     /// Turns with infeed.
@@ -182,6 +186,8 @@ fn lobe_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, durati
         duration_s,
         cut_s: lobe.speed.law().end(),
         turn_s: lobe.speed.turn_s(),
+        least_turn_s: lobe.speed.least_turn_s(),
+        constant_speed_turn_s: constant_speed_turn_s(prepared, index, lobe),
         turns: lobe.speed.turns(),
         infeed_turns: lobe.speed.infeed().schedule().turns(),
         work_speed_rpm: [rpm(slowest), rpm(fastest)],
@@ -195,6 +201,22 @@ fn lobe_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, durati
         max_removal_mm2_s: removal,
         limits: lobe.speed.uses().iter().map(limit).collect(),
     }
+}
+
+/// Points of a turn on which removal rates are compared.
+const TURN_POINTS: u32 = 3600;
+
+/// A turn at the one work speed at which the removal rate peaks as high as it does in the plan.
+fn constant_speed_turn_s(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe) -> f64 {
+    let ratio = |angle: f64| lobe.tool_path.footprint_speed_ratio_mm(angle) * lobe.tool_path.beta(angle).cos();
+    let sense = f64::from(prepared.machine.rotation_sense);
+    let turn = prepared.planned.plan.turn_samples(index, TURN_POINTS).unwrap_or_default();
+    let (mut peak, mut largest) = (0.0_f64, 0.0_f64);
+    for sample in turn {
+        let here = ratio(sense * sample.angle_rad);
+        (peak, largest) = (peak.max(here * sample.c.first), largest.max(here));
+    }
+    TURN_RAD * largest / peak
 }
 
 /// Writes `summary.json` and, in a folder per lobe, the three tables; `progress` is told of every file.
