@@ -10,6 +10,7 @@ pub mod cycle;
 pub mod follower;
 pub mod form;
 pub mod infeed;
+pub mod inspection;
 pub mod interpolator;
 pub mod job;
 pub mod lift;

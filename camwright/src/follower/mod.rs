@@ -2,6 +2,7 @@
 
 pub(crate) mod frame;
 pub(crate) mod mount;
+pub(crate) mod touch;
 
 use thiserror::Error;
 

@@ -22,13 +22,13 @@ use core::f64::consts::{FRAC_PI_2, PI};
 /// A follower on its base circle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Mount {
-    kind: Kind,
+    pub(super) kind: Kind,
     lead_rad: f64,
     lead: (f64, f64),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Kind {
+pub(super) enum Kind {
     SlidingTip { height_mm: f64, offset_mm: f64, radius_mm: f64 },
     SlidingFace { base_radius_mm: f64 },
     SwingingTip { swing: Swing, arm_mm: f64, radius_mm: f64 },
@@ -37,16 +37,16 @@ enum Kind {
 
 /// Angle ψ of an arm over the lift.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Swing {
-    pivot_mm: f64,
+pub(super) struct Swing {
+    pub(super) pivot_mm: f64,
     /// σ: +1 if the arm reaches ahead, −1 if behind.
-    sense: f64,
+    pub(super) sense: f64,
     /// ψ₀.
-    rest_rad: f64,
+    pub(super) rest_rad: f64,
     /// dψ/ds.
-    rad_per_lift: f64,
+    pub(super) rad_per_lift: f64,
     /// What ψ must stay below: there the arm lifts no further.
-    bound_rad: f64,
+    pub(super) bound_rad: f64,
 }
 
 impl Mount {

@@ -126,6 +126,11 @@ impl LiftLaw {
     /// # Errors
     /// Values that are not finite, a formula with corners, a lift below the base circle.
     pub fn from_fn(formula: impl Fn(f64) -> f64) -> Result<Self, LiftLawError> {
+        Self::sampled(formula, BELOW_BASE_MM)
+    }
+
+    /// The same for a formula that may fall below the base circle by so much, as the reading of a printed table may.
+    pub(crate) fn sampled(formula: impl Fn(f64) -> f64, below_base_mm: f64) -> Result<Self, LiftLawError> {
         let at = |i: usize, count: usize| i as f64 * TURN_RAD / count as f64;
         let mut knots = SAMPLED_KNOTS.0;
         loop {
@@ -139,7 +144,7 @@ impl LiftLaw {
                 .map(|angle| (spline.sample(angle).value - formula(angle)).abs())
                 .fold(0.0, |a: f64, b| if b.is_nan() { b } else { a.max(b) });
             if error_mm <= SAMPLED_ERROR_MM {
-                return Self::new(Shape::Spline { spline, reading: None }, BELOW_BASE_MM);
+                return Self::new(Shape::Spline { spline, reading: None }, below_base_mm);
             }
             if 2 * knots > SAMPLED_KNOTS.1 {
                 return Err(LiftLawError::Unresolved { knots, error_mm, bound_mm: SAMPLED_ERROR_MM });
