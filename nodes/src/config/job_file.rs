@@ -1,5 +1,6 @@
 //! Job files: what is written, and the job it means.
 
+use super::follower_file::FollowerFile;
 use super::lift_file::{self, AngleUnit};
 use super::locate::{Located, locate};
 use super::machine_file::{self, Machine};
@@ -74,31 +75,6 @@ struct ProfileFile {
     base_radius_mm: f64,
     follower: FollowerFile,
     lift: LiftFile,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-enum FollowerFile {
-    Knife {
-        #[serde(default)]
-        offset_mm: f64,
-    },
-    Roller {
-        radius_mm: f64,
-        #[serde(default)]
-        offset_mm: f64,
-    },
-    Flat {},
-}
-
-impl FollowerFile {
-    fn follower(&self) -> Follower {
-        match *self {
-            FollowerFile::Knife { offset_mm } => Follower::KnifeEdge { offset_mm },
-            FollowerFile::Roller { radius_mm, offset_mm } => Follower::Roller { radius_mm, offset_mm },
-            FollowerFile::Flat {} => Follower::Flat,
-        }
-    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -331,6 +307,10 @@ fn ranges(document: &Document, file: &JobFile) -> Vec<ConfigError> {
             let (name, value) = (&profile.name, profile.base_radius_mm);
             let message = format!("profile {name}: base_radius_mm is {value}; it must be a positive number");
             refuse(&format!("profiles.{index}.base_radius_mm"), message);
+        }
+        for (key, message) in profile.follower.findings() {
+            let name = &profile.name;
+            refuse(&format!("profiles.{index}.follower.{key}"), format!("profile {name}: {message}"));
         }
     }
     for (index, lobe) in file.lobes.iter().enumerate() {

@@ -1,10 +1,19 @@
 use super::*;
+use crate::config::locate::locate;
 use camwright::units::rad_from_deg;
 
 fn machine_now() -> MachineNow {
     let job = job_file::load("four_lobe_camshaft", &[]).unwrap();
     let wheel_radius_mm = job.machine.description.wheel.new_radius_mm;
     MachineNow { description: job.machine.description, wheel_radius_mm }
+}
+
+/// The four-lobe camshaft as if its intake table were for another follower.
+fn with_follower(follower: &str) -> Result<PreparedJob, String> {
+    let mut located = locate("jobs", "four_lobe_camshaft", "yaml", None).unwrap();
+    located.text = located.text.replacen("{kind: roller, radius_mm: 8.5}", follower, 1);
+    let job = job_file::parse(&located, &[]).map_err(|error| error.to_string())?;
+    plan(job, None).map_err(|error| error.to_string())
 }
 
 fn refusal(overrides: &[&str]) -> String {
@@ -52,5 +61,36 @@ fn refusals_point_to_the_key_that_causes_them() {
     ] {
         let error = refusal(&overrides);
         assert!(error.contains(place) && error.contains(words), "{overrides:?}: {error}");
+    }
+}
+
+/// A table can be that of an arm: the lift of the intake lobe as the way of its roller.
+#[test]
+fn a_job_takes_an_oscillating_follower() {
+    let on_arm = "{kind: oscillating_roller, radius_mm: 8.5, arm_mm: 42, pivot_mm: 48, side: ahead, lift_in: arc}";
+    let prepared = with_follower(on_arm).unwrap();
+    let contour = &prepared.planned.lobes[0].design.contour;
+    assert!(matches!(contour.follower(), camwright::follower::Follower::OscillatingRoller { .. }));
+    // The contact leads the pivot by most of a quarter turn.
+    assert!(contour.azimuth(0.0) > 1.0, "{}", contour.azimuth(0.0));
+    with_follower("{kind: mushroom, radius_mm: 8.5}").unwrap();
+}
+
+#[test]
+fn a_follower_that_cannot_ride_is_refused_where_it_stands() {
+    for (follower, words) in [
+        (
+            "{kind: oscillating_roller, radius_mm: 8.5, arm_mm: 20, pivot_mm: 48, side: ahead, lift_in: arc}",
+            "an arm of 20 mm about a pivot 48 mm from the cam's axis cannot hold the roller at the prime radius of 24.5 mm, \
+             which must be above 28 mm and below 68 mm",
+        ),
+        ("{kind: oscillating_flat, pivot_mm: 50, side: behind, lift_in: arc}", "lift_in: arc needs arc_radius_mm"),
+        ("{kind: mushroom, radius_mm: -3}", "radius of the face -3 mm is not a positive number"),
+        ("{kind: oscillating_flat, pivot_mm: 50, side: behind}", "lift_in"),
+        // A roller on an arm gives the intake lobe hollow flanks; a flat face would need it round.
+        ("{kind: flat}", "undercut"),
+    ] {
+        let error = with_follower(follower).err().unwrap();
+        assert!(error.contains("four_lobe_camshaft.yaml:1") && error.contains(words), "{follower}: {error}");
     }
 }
