@@ -136,6 +136,17 @@ pub enum LiftError {
         /// Angle covered (deg).
         covered_deg: f64,
     },
+    /// The table covers half a turn of the crank where it declares crank degrees.
+    #[error(
+        "line {line}: the table covers {covered_deg:.2} deg where one turn of the cam is 720 deg of the crank: \
+         these are cam degrees, declared are crank degrees"
+    )]
+    CamDegrees {
+        /// Last line of the table.
+        line: usize,
+        /// Angle covered (deg).
+        covered_deg: f64,
+    },
     /// The table covers something else than one turn.
     #[error("line {line}: the table covers {covered_deg:.4} deg, one turn is {turn_deg} deg")]
     AngleSpan {
@@ -172,6 +183,18 @@ pub enum LiftError {
         /// Half the resolution (mm).
         bound_mm: f64,
     },
+    /// A single row that its neighbours do not bear out.
+    #[error(
+        "line {line}: the lift lies {off_mm:.6} mm off the trend of the rows around it, allowed are {bound_mm:.6} mm"
+    )]
+    Outlier {
+        /// Line of the row.
+        line: usize,
+        /// Distance from the cubic through the two rows on either side (mm).
+        off_mm: f64,
+        /// Allowed (mm).
+        bound_mm: f64,
+    },
     /// A jump that the lift around it does not announce.
     #[error(
         "line {line}: the lift jumps {jump_mm:.6} mm away from its neighbours' trend, allowed are {bound_mm:.6} mm"
@@ -179,19 +202,109 @@ pub enum LiftError {
     Step {
         /// Line of the row after the jump.
         line: usize,
-        /// Deviation of the difference from the mean of its neighbours (mm).
+        /// Height of the jump (mm).
         jump_mm: f64,
         /// Allowed (mm).
         bound_mm: f64,
     },
+    /// A half table whose first row is not the nose.
+    #[error("line {line}: a half table begins at the nose, at 0 deg, not at {angle_deg:.4} deg")]
+    HalfStart {
+        /// Its first line.
+        line: usize,
+        /// Angle there (deg).
+        angle_deg: f64,
+    },
+    /// A half table beyond half a turn.
+    #[error("line {line}: a half table covers at most {most_deg} deg, this angle is {angle_deg:.4} deg")]
+    HalfSpan {
+        /// First line beyond.
+        line: usize,
+        /// Angle there (deg).
+        angle_deg: f64,
+        /// Half a turn of the cam in the declared unit (deg).
+        most_deg: f64,
+    },
+    /// A half table with a lift above that of its nose.
+    #[error(
+        "line {line}: lift {lift_mm:.6} mm is above the {nose_mm:.6} mm of line {nose_line}; \
+         a half table begins with its largest lift"
+    )]
+    NoseNotFirst {
+        /// Line of the largest lift.
+        line: usize,
+        /// The largest lift (mm).
+        lift_mm: f64,
+        /// Line of the first row.
+        nose_line: usize,
+        /// Lift there (mm).
+        nose_mm: f64,
+    },
+    /// A half table that ends above the base circle.
+    #[error(
+        "line {line}: the flank ends at a lift of {lift_mm:.6} mm; on the base circle at most {bound_mm} mm remain"
+    )]
+    FlankEndsHigh {
+        /// Last line.
+        line: usize,
+        /// Lift there (mm).
+        lift_mm: f64,
+        /// Allowed (mm).
+        bound_mm: f64,
+    },
+    /// Two half tables that differ where they meet.
+    #[error(
+        "line {line}: opening and closing flank meet here with {opening_mm:.6} mm and {closing_mm:.6} mm; \
+         they may differ by at most {bound_mm} mm"
+    )]
+    HalvesDisagree {
+        /// Line of the closing flank.
+        line: usize,
+        /// Lift of the opening flank (mm).
+        opening_mm: f64,
+        /// Lift of the closing flank (mm).
+        closing_mm: f64,
+        /// Allowed (mm).
+        bound_mm: f64,
+    },
+    /// Two half tables with different steps.
+    #[error("line {line}: the step is {closing_deg:.6} deg, that of the opening flank {opening_deg:.6} deg")]
+    HalvesStep {
+        /// First line of the closing flank.
+        line: usize,
+        /// Step of the opening flank (deg).
+        opening_deg: f64,
+        /// Step of the closing flank (deg).
+        closing_deg: f64,
+    },
+    /// Angle 0 of the file falls between two blocks of the turn.
+    #[error(
+        "the file's angle 0 stands at {zero_deg} cam deg, {off_deg:.6} deg off a multiple of the step of {step_deg:.6} deg"
+    )]
+    ZeroOffStep {
+        /// Cam angle of the file's angle 0 (deg).
+        zero_deg: f64,
+        /// Distance from a multiple (cam deg).
+        off_deg: f64,
+        /// Step (cam deg).
+        step_deg: f64,
+    },
 }
 
 impl LiftError {
-    /// Line of the file at fault, where one row is.
+    /// Line of the file at fault, where one row is; none for a row that was not read but mirrored or filled in.
     #[must_use]
     pub fn line(&self) -> Option<usize> {
+        self.row_line().filter(|line| *line > 0)
+    }
+
+    /// Line of the row at fault, 0 for one that was not read.
+    pub(super) fn row_line(&self) -> Option<usize> {
         match *self {
-            Self::TooFewRows { .. } | Self::TooManyRows { .. } | Self::BadResolution { .. } => None,
+            Self::TooFewRows { .. }
+            | Self::TooManyRows { .. }
+            | Self::BadResolution { .. }
+            | Self::ZeroOffStep { .. } => None,
             Self::NotFinite { line, .. }
             | Self::TooLarge { line, .. }
             | Self::OffDigit { line, .. }
@@ -202,10 +315,18 @@ impl LiftError {
             | Self::BlockCount { line, .. }
             | Self::UnevenAngle { line, .. }
             | Self::CrankDegrees { line, .. }
+            | Self::CamDegrees { line, .. }
             | Self::AngleSpan { line, .. }
             | Self::Misclosure { line, .. }
             | Self::BelowBase { line, .. }
-            | Self::Step { line, .. } => Some(line),
+            | Self::Outlier { line, .. }
+            | Self::Step { line, .. }
+            | Self::HalfStart { line, .. }
+            | Self::HalfSpan { line, .. }
+            | Self::NoseNotFirst { line, .. }
+            | Self::FlankEndsHigh { line, .. }
+            | Self::HalvesDisagree { line, .. }
+            | Self::HalvesStep { line, .. } => Some(line),
         }
     }
 }

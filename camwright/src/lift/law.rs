@@ -1,8 +1,10 @@
 //! The lift law: lift and its derivatives at any cam angle, with what it was made from.
 
 use super::program::{MotionProgram, ProgramError};
+use super::reading::{Reading, TableReading};
 use super::table::LiftTable;
 use crate::numeric::extremum::smallest_over_turn;
+use crate::numeric::periodic_cubic::PeriodicCubic;
 use crate::numeric::periodic_spline::{PeriodicSpline, Sample};
 use crate::numeric::tube::{TubeError, smoothest_within};
 use crate::units::{TURN_RAD, deg_from_rad};
@@ -15,6 +17,17 @@ pub enum LiftLawError {
     /// The table has no curve within half a digit, in this arithmetic.
     #[error("no curve within half a digit of the table: {0}")]
     NoCurve(#[from] TubeError),
+    /// A smoothing tolerance that is none.
+    #[error(
+        "smoothing within {tolerance_mm} mm asks for less than reading the table does: within half a digit, \
+         {half_digit_mm} mm"
+    )]
+    ToleranceTooSmall {
+        /// What was asked for (mm).
+        tolerance_mm: f64,
+        /// Half the table's resolution (mm).
+        half_digit_mm: f64,
+    },
     /// Segments that make no lift.
     #[error(transparent)]
     Program(#[from] ProgramError),
@@ -56,22 +69,10 @@ pub enum LiftLawError {
     },
 }
 
-/// How closely a table was read.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TableReading {
-    /// Half the table's resolution (mm): the law lies within it of every point.
-    pub half_digit_mm: f64,
-    /// Largest distance of the law from a point (mm).
-    pub max_deviation_mm: f64,
-    /// ∫ s‴² is at most this fraction above the least possible within half a digit.
-    pub relative_gap: f64,
-    /// Steps the solver took.
-    pub iterations: usize,
-}
-
 #[derive(Debug, Clone, PartialEq)]
 enum Shape {
-    Spline { spline: PeriodicSpline, reading: Option<TableReading> },
+    Spline(PeriodicSpline),
+    Cubic(PeriodicCubic),
     Program(MotionProgram),
     EccentricFlat { eccentricity_mm: f64, nose_rad: f64 },
     EccentricRound { eccentricity_mm: f64, pitch_radius_mm: f64, nose_rad: f64 },
@@ -82,6 +83,7 @@ enum Shape {
 pub struct LiftLaw {
     shape: Shape,
     max_lift_mm: f64,
+    reading: Option<TableReading>,
 }
 
 /// A sampled formula is resolved when the spline between its knots is right to this (mm): a hundredth of what the
@@ -102,15 +104,39 @@ impl LiftLaw {
     /// # Errors
     /// If evaluation of the result at every point does not confirm it.
     pub fn from_table(table: &LiftTable) -> Result<Self, LiftLawError> {
+        Self::read_table(table, Reading::Smoothest)
+    }
+
+    /// A table read in a way of one's choice.
+    ///
+    /// # Errors
+    /// If evaluation of the result at every point does not confirm it; a smoothing tolerance below half a digit.
+    pub fn read_table(table: &LiftTable, reading: Reading) -> Result<Self, LiftLawError> {
         let half_digit_mm = 0.5 * table.resolution_mm();
-        let tube = smoothest_within(&table.lifts_mm(), half_digit_mm)?;
-        let reading = TableReading {
-            half_digit_mm,
+        let within_mm = match reading {
+            Reading::Smoothest => half_digit_mm,
+            Reading::CubicSpline => {
+                let spline = PeriodicCubic::interpolate(table.lifts_mm()).ok_or(TubeError::NotFinite { index: 0 })?;
+                let mut law = Self::new(Shape::Cubic(spline), f64::INFINITY)?;
+                law.reading = Some(TableReading::measure(&law, table, reading, 0.0));
+                return Ok(law);
+            }
+            Reading::SmoothWithin { tolerance_mm } if tolerance_mm.is_finite() && tolerance_mm >= half_digit_mm => {
+                tolerance_mm
+            }
+            Reading::SmoothWithin { tolerance_mm } => {
+                return Err(LiftLawError::ToleranceTooSmall { tolerance_mm, half_digit_mm });
+            }
+        };
+        let tube = smoothest_within(&table.lifts_mm(), within_mm)?;
+        let mut law = Self::new(Shape::Spline(tube.spline), f64::INFINITY)?;
+        law.reading = Some(TableReading {
             max_deviation_mm: tube.max_deviation,
             relative_gap: tube.relative_gap,
             iterations: tube.iterations,
-        };
-        Self::new(Shape::Spline { spline: tube.spline, reading: Some(reading) }, f64::INFINITY)
+            ..TableReading::measure(&law, table, reading, within_mm)
+        });
+        Ok(law)
     }
 
     /// Motion laws one after the other, evaluated exactly.
@@ -144,7 +170,7 @@ impl LiftLaw {
                 .map(|angle| (spline.sample(angle).value - formula(angle)).abs())
                 .fold(0.0, |a: f64, b| if b.is_nan() { b } else { a.max(b) });
             if error_mm <= SAMPLED_ERROR_MM {
-                return Self::new(Shape::Spline { spline, reading: None }, below_base_mm);
+                return Self::new(Shape::Spline(spline), below_base_mm);
             }
             if 2 * knots > SAMPLED_KNOTS.1 {
                 return Err(LiftLawError::Unresolved { knots, error_mm, bound_mm: SAMPLED_ERROR_MM });
@@ -177,7 +203,7 @@ impl LiftLaw {
     }
 
     fn new(shape: Shape, below_base_mm: f64) -> Result<Self, LiftLawError> {
-        let mut law = Self { shape, max_lift_mm: 0.0 };
+        let mut law = Self { shape, max_lift_mm: 0.0, reading: None };
         let least = smallest_over_turn(law.grid(), &law.breaks(), |angle| law.sample(angle).value);
         if least.value.is_nan() || least.value < -below_base_mm {
             let angle_deg = deg_from_rad(least.angle_rad);
@@ -191,7 +217,8 @@ impl LiftLaw {
     #[must_use]
     pub fn sample(&self, angle_rad: f64) -> Sample {
         match &self.shape {
-            Shape::Spline { spline, .. } => spline.sample(angle_rad),
+            Shape::Spline(spline) => spline.sample(angle_rad),
+            Shape::Cubic(spline) => spline.sample(angle_rad),
             Shape::Program(program) => program.sample(angle_rad),
             Shape::EccentricFlat { eccentricity_mm: e, nose_rad } => {
                 let (sin, cos) = (libm::sin(angle_rad - nose_rad), libm::cos(angle_rad - nose_rad));
@@ -225,17 +252,20 @@ impl LiftLaw {
     /// How closely a table was read; `None` if the law is a formula.
     #[must_use]
     pub fn reading(&self) -> Option<TableReading> {
-        match &self.shape {
-            Shape::Spline { reading, .. } => *reading,
-            _ => None,
-        }
+        self.reading
+    }
+
+    /// Largest size of the third derivative (mm/rad³): the jerk of the follower at 1 rad/s.
+    #[must_use]
+    pub fn peak_jerk_mm_rad3(&self) -> f64 {
+        -smallest_over_turn(2 * self.grid(), &self.breaks(), |angle| -self.sample(angle).third.abs()).value
     }
 
     /// The law as a spline, where it is one.
     #[must_use]
     pub fn spline(&self) -> Option<&PeriodicSpline> {
         match &self.shape {
-            Shape::Spline { spline, .. } => Some(spline),
+            Shape::Spline(spline) => Some(spline),
             _ => None,
         }
     }
@@ -245,6 +275,10 @@ impl LiftLaw {
     pub fn breaks(&self) -> Vec<f64> {
         match &self.shape {
             Shape::Program(program) => program.joints().collect(),
+            #[allow(clippy::cast_precision_loss, reason = "at most as many knots as rows")]
+            Shape::Cubic(spline) => {
+                (0..spline.knots()).map(|knot| knot as f64 * TURN_RAD / spline.knots() as f64).collect()
+            }
             _ => Vec::new(),
         }
     }
@@ -254,7 +288,8 @@ impl LiftLaw {
     pub fn grid(&self) -> usize {
         const LEAST: usize = 7200;
         match &self.shape {
-            Shape::Spline { spline, .. } => (2 * spline.coefficients().len()).max(LEAST),
+            Shape::Spline(spline) => (2 * spline.coefficients().len()).max(LEAST),
+            Shape::Cubic(spline) => (2 * spline.knots()).max(LEAST),
             _ => LEAST,
         }
     }

@@ -1,12 +1,25 @@
 //! Lift: what the follower does over one turn of the cam, as a printed table, as a formula, and as the law both give.
+//!
+//! ```text
+//! rows ─► division ─► check ─► LiftTable ─► reading ─► LiftLaw ◄─ program (motion laws), formula
+//! half tables ─┘        ├─ outliers
+//!                       └─ doubt
+//! ```
 
 mod check;
+mod division;
+mod doubt;
 mod error;
+pub mod halves;
 pub mod law;
+mod outliers;
 pub mod program;
+pub mod reading;
 pub mod table;
 
+pub use doubt::LiftDoubt;
 pub use error::LiftError;
-pub use law::{LiftLaw, LiftLawError, TableReading};
+pub use law::{LiftLaw, LiftLawError};
 pub use program::{MotionProgram, MotionSegment, ProgramError};
-pub use table::{AngleUnit, LiftDeclaration, LiftForm, LiftRow, LiftTable};
+pub use reading::{Reading, TableReading};
+pub use table::{AngleUnit, LengthUnit, LiftDeclaration, LiftForm, LiftRow, LiftTable};

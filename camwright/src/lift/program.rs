@@ -81,6 +81,24 @@ pub enum ProgramError {
         /// Velocity at its own start (mm/rad).
         begins_mm_rad: f64,
     },
+    /// Two segments meet with different accelerations.
+    #[error(
+        "segment {segment} ({law}) begins with an acceleration of {begins_mm_rad2:.6} mm/rad2 where the one before \
+         ({law_before}) ends with {ends_mm_rad2:.6}: the jerk of the X axis would be unbounded there at any speed; \
+         a law whose acceleration vanishes at its ends, or a blend between the two, keeps it finite"
+    )]
+    AccelerationJump {
+        /// Number of the segment, from 1.
+        segment: usize,
+        /// Name of its law.
+        law: &'static str,
+        /// Name of the law before.
+        law_before: &'static str,
+        /// Acceleration at the end of the one before (mm/rad²).
+        ends_mm_rad2: f64,
+        /// Acceleration at its own start (mm/rad²).
+        begins_mm_rad2: f64,
+    },
 }
 
 /// Most segments of a program.
@@ -89,7 +107,10 @@ const MOST_SEGMENTS: usize = 1000;
 /// Sums of decimal figures of people may be off by this much (rad, mm) and still mean what they say.
 const CLOSURE: f64 = 1e-9;
 
-/// Lift over one turn as a chain of motion laws.
+/// Accelerations that meet may differ by this share of the largest of the two segments: blends are solved to some 1e-12.
+const ACCELERATION_CLOSURE: f64 = 1e-8;
+
+/// Lift over one turn as a chain of motion laws. Its velocity and acceleration are continuous; its jerk is finite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotionProgram {
     start_rad: f64,
@@ -119,7 +140,7 @@ impl MotionProgram {
     ///
     /// # Errors
     /// Angles that are not one turn, rises that do not close, a lift below the base circle at the end of a segment,
-    /// velocities that do not meet, numbers that are not finite.
+    /// velocities or accelerations that do not meet, numbers that are not finite.
     pub fn new(start_rad: f64, segments: &[MotionSegment]) -> Result<Self, ProgramError> {
         if segments.is_empty() || segments.len() > MOST_SEGMENTS {
             return Err(ProgramError::SegmentCount { count: segments.len(), most: MOST_SEGMENTS });
@@ -177,6 +198,17 @@ impl MotionProgram {
                 return Err(ProgramError::VelocityJump { segment: i + 1, ends_mm_rad, begins_mm_rad });
             }
         }
+        for i in 0..pieces.len() {
+            let earlier = (i + pieces.len() - 1) % pieces.len();
+            let (before, piece) = (&pieces[earlier], &pieces[i]);
+            let (ends_mm_rad2, begins_mm_rad2) = (before.sample(before.length_rad).second, piece.sample(0.0).second);
+            let scale = 1.0 + before.largest_acceleration().max(piece.largest_acceleration());
+            if (ends_mm_rad2 - begins_mm_rad2).abs() > ACCELERATION_CLOSURE * scale {
+                let (law, law_before) = (segments[i].law.name(), segments[earlier].law.name());
+                let segment = i + 1;
+                return Err(ProgramError::AccelerationJump { segment, law, law_before, ends_mm_rad2, begins_mm_rad2 });
+            }
+        }
         Ok(Self { start_rad, pieces })
     }
 
@@ -209,6 +241,11 @@ impl Piece {
             second: scale * normal.second * per_rad * per_rad,
             third: scale * normal.third * per_rad * per_rad * per_rad,
         }
+    }
+
+    /// Roughly, from seventeen places: a scale for rounding.
+    fn largest_acceleration(&self) -> f64 {
+        (0..=16).map(|i| self.sample(self.length_rad * f64::from(i) / 16.0).second.abs()).fold(0.0, f64::max)
     }
 
     /// What this piece imposes on a blend beside it; two blends meet at rest.

@@ -1,6 +1,8 @@
 //! A printed lift table over one turn of the cam, in whole units of its last digit.
 
 use super::check;
+use super::division::{ANGLE_TOLERANCE, block_of};
+use super::doubt::LiftDoubt;
 use super::error::LiftError;
 use crate::units::TURN_RAD;
 use alloc::vec::Vec;
@@ -8,7 +10,7 @@ use alloc::vec::Vec;
 /// One row of a table as it was read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LiftRow {
-    /// Line of the file, for whoever has to correct it.
+    /// Line of the file, for whoever has to correct it; 0 for a row that was mirrored or filled in.
     pub line: usize,
     /// Angle (cam or crank degrees, as declared); `None` where the file has one value per block and no angles.
     pub angle_deg: Option<f64>,
@@ -46,6 +48,26 @@ impl AngleUnit {
     }
 }
 
+/// What the lifts of a table were printed in; the rows hold mm in any case.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LengthUnit {
+    /// Millimetres or a decimal part of them.
+    Millimetre,
+    /// Inches: 25.4 mm.
+    Inch,
+}
+
+impl LengthUnit {
+    /// Its length (mm).
+    #[must_use]
+    pub const fn mm(self) -> f64 {
+        match self {
+            LengthUnit::Millimetre => 1.0,
+            LengthUnit::Inch => 25.4,
+        }
+    }
+}
+
 /// What a table says about itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LiftDeclaration {
@@ -56,6 +78,10 @@ pub struct LiftDeclaration {
     /// Resolution of the lift (mm): the last digit printed, or coarser where the file declares so. The lift law lies
     /// within half of it of every point.
     pub resolution_mm: f64,
+    /// What the lifts were printed in: its decimal parts are the digits looked for in the values.
+    pub unit: LengthUnit,
+    /// How far the law may lie from a point where the job asks for smoothing (mm); 0 where it does not.
+    pub smooth_within_mm: f64,
     /// Blocks over one turn, where the file declares them.
     pub blocks: Option<usize>,
 }
@@ -81,14 +107,40 @@ impl LiftTable {
     /// # Errors
     /// The first of [`Self::findings`].
     pub fn from_rows(rows: &[LiftRow], declaration: &LiftDeclaration) -> Result<Self, LiftError> {
-        check::inspect(rows, declaration).map_err(|mut findings| findings.swap_remove(0))
+        Self::read(rows, declaration).map(|(table, _)| table).map_err(|mut findings| findings.swap_remove(0))
     }
 
-    /// Everything that is wrong with the rows of a file, in the order of the checks; empty when [`Self::from_rows`]
-    /// succeeds. A check that needs the result of a failed one is left out.
+    /// Everything that is wrong with the rows of a file, row by row; empty when [`Self::from_rows`] succeeds. A bad row
+    /// does not hide another: the checks go round it.
     #[must_use]
     pub fn findings(rows: &[LiftRow], declaration: &LiftDeclaration) -> Vec<LiftError> {
-        check::inspect(rows, declaration).err().unwrap_or_default()
+        Self::read(rows, declaration).err().unwrap_or_default()
+    }
+
+    /// A table as [`Self::from_rows`] makes it, with what is lawful about it and yet looks wrong.
+    ///
+    /// # Errors
+    /// [`Self::findings`], at least one.
+    pub fn read(rows: &[LiftRow], declaration: &LiftDeclaration) -> Result<(Self, Vec<LiftDoubt>), Vec<LiftError>> {
+        check::inspect(rows, declaration)
+    }
+
+    /// The same table with its angle 0 at the cam angle `zero_deg` (deg).
+    ///
+    /// # Errors
+    /// An angle that is no multiple of the block.
+    pub fn turned_by(mut self, zero_deg: f64) -> Result<Self, LiftError> {
+        #[allow(clippy::cast_precision_loss, reason = "at most MAX_BLOCKS")]
+        let step_deg = 360.0 / self.blocks() as f64;
+        let turned = block_of(zero_deg, step_deg);
+        #[allow(clippy::cast_precision_loss, reason = "a few turns of blocks")]
+        let off_deg = zero_deg - turned as f64 * step_deg;
+        if off_deg.is_nan() || off_deg.abs() > ANGLE_TOLERANCE * step_deg {
+            return Err(LiftError::ZeroOffStep { zero_deg, off_deg, step_deg });
+        }
+        let turned = turned.rem_euclid(i64::try_from(self.blocks()).unwrap_or(i64::MAX));
+        self.lifts.rotate_right(usize::try_from(turned).unwrap_or(0));
+        Ok(self)
     }
 
     /// Number of blocks N over one turn.
@@ -120,12 +172,7 @@ impl LiftTable {
     /// Lift at the beginning of a block, taken modulo one turn (mm).
     #[must_use]
     pub fn lift_mm(&self, block: usize) -> f64 {
-        #[allow(clippy::cast_precision_loss, reason = "units are checked to be below 2^53")]
-        let units = self.lift_units(block) as f64;
-        // A decimal digit is not a binary number, but its inverse is a whole one: dividing rounds once and gives the
-        // number that the printed figure parses to.
-        let per_mm = libm::round(1.0 / self.digit_mm);
-        if (per_mm * self.digit_mm - 1.0).abs() < 1e-12 { units / per_mm } else { units * self.digit_mm }
+        mm_from_units(self.lift_units(block), self.digit_mm)
     }
 
     /// Lift at the beginning of every block (mm).
@@ -151,4 +198,13 @@ impl LiftTable {
     pub fn max_lift_mm(&self) -> f64 {
         (0..self.blocks()).map(|block| self.lift_mm(block)).fold(0.0, f64::max)
     }
+}
+
+/// A length of whole digits (mm). A decimal digit is not a binary number, but its inverse is a whole one: dividing rounds
+/// once and gives the number that the printed figure parses to.
+pub(super) fn mm_from_units(units: i64, digit_mm: f64) -> f64 {
+    #[allow(clippy::cast_precision_loss, reason = "units are checked to be below 2^53")]
+    let units = units as f64;
+    let per_mm = libm::round(1.0 / digit_mm);
+    if (per_mm * digit_mm - 1.0).abs() < 1e-12 { units / per_mm } else { units * digit_mm }
 }

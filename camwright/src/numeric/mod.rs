@@ -5,5 +5,6 @@ pub mod differences;
 pub mod extremum;
 pub mod fixed_list;
 pub mod hermite;
+pub mod periodic_cubic;
 pub mod periodic_spline;
 pub mod tube;

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test binary uses its part")]
 
 use camwright::lift::{
-    AngleUnit, LiftDeclaration, LiftForm, LiftLaw, LiftRow, LiftTable, MotionProgram, MotionSegment,
+    AngleUnit, LengthUnit, LiftDeclaration, LiftForm, LiftLaw, LiftRow, LiftTable, MotionProgram, MotionSegment,
 };
 use camwright::motion_law::MotionLaw;
 use camwright::units::{TURN_RAD, rad_from_deg};
@@ -96,18 +96,36 @@ pub(crate) fn random_segments(random: &mut Seeded) -> Vec<MotionSegment> {
 
 /// The rows that a law prints to `resolution_mm` at `blocks` equal steps, from line 2 on (line 1 is a header).
 pub(crate) fn printed_rows(law: &LiftLaw, blocks: u32, resolution_mm: f64) -> Vec<LiftRow> {
+    printed_values(|angle| law.sample(angle).value, blocks, resolution_mm)
+}
+
+/// The same of any lift over the cam angle (mm over rad).
+pub(crate) fn printed_values(lift: impl Fn(f64) -> f64, blocks: u32, resolution_mm: f64) -> Vec<LiftRow> {
     let per_mm = (1.0 / resolution_mm).round();
     (0..blocks)
         .map(|k| LiftRow {
             line: k as usize + 2,
             angle_deg: Some(360.0 * f64::from(k) / f64::from(blocks)),
-            value_mm: (law.sample(TURN_RAD * f64::from(k) / f64::from(blocks)).value * per_mm).round() / per_mm,
+            value_mm: (lift(TURN_RAD * f64::from(k) / f64::from(blocks)) * per_mm).round() / per_mm,
         })
         .collect()
 }
 
+/// A lobe between dwells as its formula gives it, for laws that make no [`MotionProgram`] there: nose at 180°.
+pub(crate) fn lobe_value(law: MotionLaw, lift_mm: f64, half_angle_deg: f64) -> impl Fn(f64) -> f64 {
+    let flank = rad_from_deg(half_angle_deg);
+    move |angle| lift_mm * law.sample(1.0 - (angle - 0.5 * TURN_RAD).abs() / flank).value
+}
+
 pub(crate) fn absolute(resolution_mm: f64) -> LiftDeclaration {
-    LiftDeclaration { form: LiftForm::Absolute, angle_unit: AngleUnit::CamDegrees, resolution_mm, blocks: None }
+    LiftDeclaration {
+        form: LiftForm::Absolute,
+        angle_unit: AngleUnit::CamDegrees,
+        resolution_mm,
+        unit: LengthUnit::Millimetre,
+        smooth_within_mm: 0.0,
+        blocks: None,
+    }
 }
 
 pub(crate) fn printed(law: &LiftLaw, blocks: u32, resolution_mm: f64) -> LiftTable {

@@ -13,7 +13,7 @@ pub(super) struct CheckArgs {
     /// Name or path of a job file or of a lift table
     #[arg(value_name = "JOB|LIFT")]
     file: String,
-    /// Sets a key over the job file
+    /// Sets a key over the job file, or for a table a key of a profile's `lift`
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// One JSON object instead of text
@@ -23,9 +23,9 @@ pub(super) struct CheckArgs {
 
 /// Exit code 0: clean; 1: warnings; 2: refused, or not there.
 pub(super) fn main(args: &CheckArgs) -> ExitCode {
-    let (findings, summary, file) = match planning::check(&args.file, &args.set, None) {
-        Ok(report) => (report.findings, report.summary, report.file.display().to_string()),
-        Err(error) => (vec![Finding { severity: Severity::Error, error }], None, args.file.clone()),
+    let (findings, summary, notes, file) = match planning::check(&args.file, &args.set, None) {
+        Ok(report) => (report.findings, report.summary, report.notes, report.file.display().to_string()),
+        Err(error) => (vec![Finding { severity: Severity::Error, error }], None, Vec::new(), args.file.clone()),
     };
     let worst = findings.iter().map(|finding| finding.severity).max();
     if args.json {
@@ -35,7 +35,8 @@ pub(super) fn main(args: &CheckArgs) -> ExitCode {
             Some(Severity::Error) => "refused",
         };
         let findings: Vec<Value> = findings.iter().map(as_json).collect();
-        let report = json!({ "file": file, "verdict": verdict, "summary": summary, "findings": findings });
+        let report =
+            json!({ "file": file, "verdict": verdict, "summary": summary, "notes": notes, "findings": findings });
         let _ = writeln!(io::stdout(), "{report:#}");
     } else {
         for finding in &findings {
@@ -43,6 +44,9 @@ pub(super) fn main(args: &CheckArgs) -> ExitCode {
         }
         if let Some(summary) = summary {
             let _ = writeln!(io::stdout(), "{summary}");
+        }
+        for note in notes {
+            let _ = writeln!(io::stdout(), "{note}");
         }
     }
     ExitCode::from(match worst {

@@ -88,6 +88,11 @@ fn as_text(summary: &planning::Summary) -> String {
             lobe.constant_speed_turn_s
         );
     }
+    for lift in &summary.lifts {
+        for reading in &lift.readings {
+            text += &format!("lift {:<8} {reading}\n", lift.profile);
+        }
+    }
     let compared = if summary.rotary_indexing {
         String::from("with rotary indexing before each lobe")
     } else {

@@ -1,14 +1,12 @@
 //! Job files: what is written, and the job it means.
 
+use super::ConfigError;
 use super::follower_file::FollowerFile;
-use super::lift_file::{self, AngleUnit};
+use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
 use super::locate::{Located, locate};
 use super::machine_file::{self, Machine};
 use super::yaml::Document;
-use super::{ConfigError, Place};
-use camwright::follower::Follower;
 use camwright::job::{HomePosition, JobSpec, LobeSpec, PassSpec, ProfileSpec, SpeedLaw};
-use camwright::lift::LiftLaw;
 use camwright::units::{rad_from_deg, rad_s_from_rpm};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
@@ -79,24 +77,6 @@ struct ProfileFile {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct LiftFile {
-    table: Option<String>,
-    #[serde(default)]
-    angle: AngleUnit,
-    resolution_mm: Option<f64>,
-    eccentric: Option<EccentricFile>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct EccentricFile {
-    eccentricity_mm: f64,
-    #[serde(default)]
-    nose_deg: f64,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
 struct LobeFile {
     name: String,
     station: String,
@@ -131,6 +111,8 @@ pub struct Job {
     pub source: String,
     /// SHA-256 over the job file and every table it names, 64 hexadecimal digits.
     pub hash: String,
+    /// Lift of each profile: its law, the table it was read from, and what is to be said about that.
+    pub lifts: Vec<ProfileLift>,
     /// The machine it is for.
     pub machine: Machine,
     /// Radius of the wheel it was written for, if it says so (mm).
@@ -168,11 +150,12 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     let machine = read_machine(&document, &file, located).map_err(|error| findings.push(error)).ok();
     let mut hasher = Sha256::new();
     add_to_hash(&mut hasher, &document.text);
-    let mut profiles = Vec::new();
+    let (mut profiles, mut lifts) = (Vec::new(), Vec::new());
     let mut blocks: Option<u32> = None;
     for (index, profile) in file.profiles.iter().enumerate() {
-        match read_profile(&document, index, profile, located, &mut hasher) {
-            Ok((spec, table_blocks)) => {
+        match read_profile(&document, index, profile, &mut hasher) {
+            Ok((spec, lift)) => {
+                let table_blocks = lift.table.as_ref().and_then(|table| u32::try_from(table.blocks()).ok());
                 match (blocks, table_blocks) {
                     (Some(first), Some(other)) if first != other => findings.push(document.error(
                         &format!("profiles.{index}.lift"),
@@ -186,6 +169,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
                     _ => {}
                 }
                 profiles.push(spec);
+                lifts.push(lift);
             }
             Err(errors) => findings.extend(errors),
         }
@@ -197,6 +181,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
             title: file.title,
             source: document.text.clone(),
             hash: hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect(),
+            lifts,
             machine,
             wheel_radius_mm: file.wheel_radius_mm,
             document,
@@ -337,57 +322,19 @@ fn read_profile(
     document: &Document,
     index: usize,
     file: &ProfileFile,
-    located: &Located,
     hasher: &mut Sha256,
-) -> Result<(ProfileSpec, Option<u32>), Vec<ConfigError>> {
-    let key = |name: &str| format!("profiles.{index}.{name}");
+) -> Result<(ProfileSpec, ProfileLift), Vec<ConfigError>> {
     let follower = file.follower.follower();
-    let (lift, blocks) = match (&file.lift.table, &file.lift.eccentric) {
-        (Some(table), None) => {
-            let found = locate("lifts", table, "csv", Some(&located.path))
-                .map_err(|error| one(document.error(&key("lift.table"), error.to_string())))?;
-            add_to_hash(hasher, &found.text);
-            let table = lift_file::read(&found, file.lift.angle, file.lift.resolution_mm)?;
-            let blocks = u32::try_from(table.blocks()).ok();
-            let law = LiftLaw::from_table(&table)
-                .map_err(|error| one(ConfigError::at(Place::file(&found.path), error.to_string())))?;
-            (law, blocks)
-        }
-        (None, Some(eccentric)) => (
-            eccentric_law(eccentric, follower, file.base_radius_mm).map_err(|message| {
-                one(document.error(&key("lift.eccentric"), format!("profile {}: {message}", file.name)))
-            })?,
-            None,
-        ),
-        _ => {
-            let message = format!("profile {}: lift needs exactly one of: table, eccentric", file.name);
-            return Err(one(document.error(&key("lift"), message)));
-        }
+    let of = OfProfile {
+        document,
+        key: &format!("profiles.{index}.lift"),
+        name: &file.name,
+        follower: Some((follower, file.base_radius_mm)),
     };
-    Ok((ProfileSpec { name: file.name.clone(), lift, follower, base_radius_mm: file.base_radius_mm }, blocks))
-}
-
-/// What the follower does on a disc of radius base circle + eccentricity, turned about a point off its centre.
-fn eccentric_law(file: &EccentricFile, follower: Follower, base_radius_mm: f64) -> Result<LiftLaw, String> {
-    let (eccentricity_mm, nose_rad) = (file.eccentricity_mm, rad_from_deg(file.nose_deg));
-    let round = |tip_radius_mm: f64| {
-        let pitch_radius_mm = base_radius_mm + eccentricity_mm + tip_radius_mm;
-        LiftLaw::eccentric_round(eccentricity_mm, pitch_radius_mm, nose_rad)
-    };
-    let law = match follower {
-        Follower::KnifeEdge { offset_mm } | Follower::Roller { offset_mm, .. } if offset_mm.abs() > 0.0 => {
-            return Err(format!(
-                "the lift of an eccentric is known for a follower without offset; offset_mm is {offset_mm}"
-            ));
-        }
-        Follower::KnifeEdge { .. } => round(0.0),
-        Follower::Roller { radius_mm, .. } | Follower::Mushroom { radius_mm } => round(radius_mm),
-        Follower::Flat => LiftLaw::eccentric_flat(eccentricity_mm, nose_rad),
-        Follower::OscillatingRoller { .. } | Follower::OscillatingFlat { .. } => {
-            return Err("the lift of an eccentric is known for a follower on a slide; this one oscillates".into());
-        }
-    };
-    law.map_err(|error| error.to_string())
+    let lift = lift_file::read(&file.lift, of, |text| add_to_hash(hasher, text))?;
+    let name = file.name.clone();
+    let spec = ProfileSpec { name, lift: lift.law.clone(), follower, base_radius_mm: file.base_radius_mm };
+    Ok((spec, lift))
 }
 
 fn read_lobes(document: &Document, file: &JobFile, findings: &mut Vec<ConfigError>) -> Vec<LobeSpec> {

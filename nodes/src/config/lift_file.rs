@@ -1,215 +1,428 @@
-//! Lift tables as CSV: comment lines, a header that names the columns with their units, rows.
+//! The lift of a profile: what a job writes under `lift`, and the law it means.
 //!
 //! ```text
-//! # anything
-//! cam_angle_deg,lift_mm        or crank_angle_deg, or no angle column at all
-//! 0.0,0.000                    or increment_um, increment_mm, lift_um
+//! table, half_table, opening_table + closing_table ─► lift_text ─► rows ─► LiftTable ─► reading ─┐
+//! segments ─────────────────────────────────────────────────────────────► MotionProgram ─────────┼─► LiftLaw
+//! eccentric ─────────────────────────────────────────────────────────────► formula ──────────────┘
 //! ```
-//! Comma, semicolon and tab separate columns. The resolution is the last digit printed unless the job declares a coarser
-//! one.
 
-use super::locate::Located;
+use super::lift_formula::{self, EccentricFile, SegmentFile};
+use super::lift_text::{self, AngleUnit, Format, Printed};
+use super::locate::{Located, locate};
+use super::yaml::Document;
 use super::{ConfigError, Place};
-use camwright::lift::{LiftDeclaration, LiftError, LiftForm, LiftRow, LiftTable};
+use camwright::follower::Follower;
+use camwright::lift::halves::{check_flank, whole_turn};
+use camwright::lift::reading::alternatives;
+use camwright::lift::{LiftDeclaration, LiftDoubt, LiftError, LiftForm, LiftLaw, LiftTable, Reading, TableReading};
 use serde::Deserialize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// What a job declares the angles of a table to be.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum AngleUnit {
-    /// Degrees of the cam: one turn is 360.
-    #[default]
-    Cam,
-    /// Degrees of the crank: one turn of the cam is 720.
-    Crank,
-}
+/// Micrometres per millimetre.
+const UM_PER_MM: f64 = 1e3;
 
-impl AngleUnit {
-    fn column(self) -> &'static str {
-        match self {
-            AngleUnit::Cam => "cam_angle_deg",
-            AngleUnit::Crank => "crank_angle_deg",
-        }
-    }
-}
+/// Finest resolution a table is read to where the job declares none (mm): all the digits of a double say no more.
+const FINEST_RESOLUTION_MM: f64 = 1e-9;
 
-/// Columns of a table.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Columns {
-    angle: Option<usize>,
-    value: usize,
-    form: LiftForm,
-    mm_per_unit: f64,
-    count: usize,
-    separator: char,
-}
+/// Where the nose of a half table stands if the job does not say (cam deg): opposite the centre of the base circle.
+const NOSE_DEG: f64 = 180.0;
 
-const VALUE_COLUMNS: [(&str, LiftForm, f64); 4] = [
-    ("lift_mm", LiftForm::Absolute, 1.0),
-    ("lift_um", LiftForm::Absolute, 1e-3),
-    ("increment_mm", LiftForm::Increments, 1.0),
-    ("increment_um", LiftForm::Increments, 1e-3),
-];
+/// A lift larger than this many base radii is no cam that can be ground (a flat follower of 1 mm on 0.5 mm is).
+const LIFT_PER_BASE_RADIUS: f64 = 2.0;
 
-/// A lift table from a file that has been read.
-///
-/// # Errors
-/// The first of what [`read`] finds.
-pub fn parse(located: &Located, angle: AngleUnit, resolution_mm: Option<f64>) -> Result<LiftTable, ConfigError> {
-    read(located, angle, resolution_mm).map_err(|mut findings| findings.swap_remove(0))
-}
-
-/// A lift table from a file that has been read, or everything that is wrong with it, in the order of the checks.
-///
-/// # Errors
-/// At least one sentence, with file, line, value and bound.
-pub fn read(located: &Located, angle: AngleUnit, resolution_mm: Option<f64>) -> Result<LiftTable, Vec<ConfigError>> {
-    let (rows, declaration) = rows(located, angle, resolution_mm).map_err(|error| vec![error])?;
-    let findings = LiftTable::findings(&rows, &declaration);
-    if findings.is_empty() {
-        LiftTable::from_rows(&rows, &declaration).map_err(|error| vec![lift_error(&located.path, &error)])
-    } else {
-        Err(findings.iter().map(|error| lift_error(&located.path, error)).collect())
-    }
-}
-
-/// What the header of a table says its angles are; cam degrees where it has none.
-#[must_use]
-pub fn declared_angle(located: &Located) -> AngleUnit {
-    let header = located.text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
-    match header {
-        Some(header) if header.contains(AngleUnit::Crank.column()) => AngleUnit::Crank,
-        _ => AngleUnit::Cam,
-    }
-}
-
-/// The core writes the line at the head of its message; a message of this program begins with the file and that line.
-fn lift_error(path: &Path, error: &LiftError) -> ConfigError {
-    let text = error.to_string();
-    let place = Place { file: path.to_path_buf(), line: error.line().and_then(|line| u64::try_from(line).ok()) };
-    let message = match (error.line(), text.split_once(": ")) {
-        (Some(_), Some((_, message))) => message,
-        _ => &text,
-    };
-    ConfigError::at(place, message)
-}
-
-fn rows(
-    located: &Located,
-    angle: AngleUnit,
+/// `lift` of a profile as written. Exactly one source: a table in one of its three forms, segments, or an eccentric.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LiftFile {
+    table: Option<String>,
+    half_table: Option<String>,
+    opening_table: Option<String>,
+    closing_table: Option<String>,
+    segments: Option<Vec<SegmentFile>>,
+    eccentric: Option<EccentricFile>,
+    columns: Option<Vec<String>>,
+    angle: Option<AngleUnit>,
+    header_lines: Option<usize>,
+    decimal_comma: Option<bool>,
+    step_cam_deg: Option<f64>,
+    step_crank_deg: Option<f64>,
+    zero_deg: Option<f64>,
     resolution_mm: Option<f64>,
-) -> Result<(Vec<LiftRow>, LiftDeclaration), ConfigError> {
-    let mut columns: Option<Columns> = None;
-    let mut rows = Vec::new();
-    let mut digits = 0;
-    for (number, line) in (1_u64..).zip(located.text.lines()) {
-        let line = line.trim();
-        if line.is_empty() || line.starts_with('#') {
-            continue;
+    reading: Option<ReadingFile>,
+    smooth_within_um: Option<f64>,
+    start_deg: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum ReadingFile {
+    Smoothest,
+    CubicSpline,
+}
+
+/// The lift of a profile as understood.
+#[derive(Debug, Clone)]
+pub struct ProfileLift {
+    /// The law.
+    pub law: LiftLaw,
+    /// The table it was read from; none for a formula.
+    pub table: Option<LiftTable>,
+    /// Files of that table.
+    pub files: Vec<PathBuf>,
+    /// What the other ways to read the table would have cost.
+    pub others: Vec<TableReading>,
+    /// What is lawful and looks wrong.
+    pub warnings: Vec<ConfigError>,
+}
+
+/// The profile a lift belongs to.
+#[derive(Debug, Clone, Copy)]
+pub struct OfProfile<'a> {
+    /// The job file.
+    pub document: &'a Document,
+    /// Where its `lift` stands, for example `profiles.0.lift`; empty if the document is nothing but a lift.
+    pub key: &'a str,
+    /// Its name.
+    pub name: &'a str,
+    /// Its follower and the radius of its base circle (mm); none where only the table is looked at.
+    pub follower: Option<(Follower, f64)>,
+}
+
+impl OfProfile<'_> {
+    fn key(&self, name: &str) -> String {
+        match (self.key, name) {
+            ("", name) => name.to_owned(),
+            (key, "") => key.to_owned(),
+            (key, name) => format!("{key}.{name}"),
         }
-        let refuse = |message: String| ConfigError::at(Place::line(&located.path, number), message);
-        let Some(columns) = columns else {
-            columns = Some(header(line, angle).map_err(refuse)?);
-            continue;
+    }
+
+    /// A refusal of the value at a key of the lift; of the lift itself where the key is empty.
+    pub(super) fn refuse(&self, name: &str, message: impl std::fmt::Display) -> Vec<ConfigError> {
+        vec![self.document.error(&self.key(name), format!("profile {}: {message}", self.name))]
+    }
+}
+
+/// Reads the lift of a profile; `add_file` is given the text of every file read.
+///
+/// # Errors
+/// Everything that is wrong with it, in the order of its files.
+pub fn read(
+    file: &LiftFile,
+    profile: OfProfile<'_>,
+    mut add_file: impl FnMut(&str),
+) -> Result<ProfileLift, Vec<ConfigError>> {
+    let formula = |law| ProfileLift { law, table: None, files: Vec::new(), others: Vec::new(), warnings: Vec::new() };
+    let halves = file.opening_table.is_some() || file.closing_table.is_some();
+    let sources =
+        [file.table.is_some(), file.half_table.is_some(), halves, file.segments.is_some(), file.eccentric.is_some()];
+    if sources.iter().filter(|given| **given).count() != 1 {
+        let message =
+            "lift needs exactly one of: table, half_table, opening_table with closing_table, segments, eccentric";
+        return Err(profile.refuse("", message));
+    }
+    refuse_misplaced(file, &profile)?;
+    if let Some(segments) = &file.segments {
+        return lift_formula::program(segments, file.start_deg.unwrap_or(0.0), &profile).map(formula);
+    }
+    if let Some(eccentric) = &file.eccentric {
+        return lift_formula::eccentric(eccentric, &profile).map(formula);
+    }
+    let mut found = |key: &str, name: &str| -> Result<Located, Vec<ConfigError>> {
+        let located = locate("lifts", name, "csv", Some(&profile.document.path))
+            .map_err(|error| vec![profile.document.error(&profile.key(key), error.to_string())])?;
+        add_file(&located.text);
+        Ok(located)
+    };
+    let source = match (&file.table, &file.half_table, &file.closing_table, &file.opening_table) {
+        (Some(table), ..) => Source::Whole(found("table", table)?),
+        (_, Some(half), ..) => Source::Half(found("half_table", half)?),
+        (_, _, Some(closing), Some(opening)) => {
+            Source::Halves { closing: found("closing_table", closing)?, opening: found("opening_table", opening)? }
+        }
+        (.., None, _) => return Err(profile.refuse("opening_table", "opening_table needs a closing_table")),
+        (.., None) => return Err(profile.refuse("closing_table", "closing_table needs an opening_table")),
+    };
+    read_table(file, &profile, &source)
+}
+
+/// Keys that mean nothing for the source that is given.
+fn refuse_misplaced(file: &LiftFile, profile: &OfProfile<'_>) -> Result<(), Vec<ConfigError>> {
+    let for_tables = [
+        ("columns", file.columns.is_some()),
+        ("angle", file.angle.is_some()),
+        ("header_lines", file.header_lines.is_some()),
+        ("decimal_comma", file.decimal_comma.is_some()),
+        ("step_cam_deg", file.step_cam_deg.is_some()),
+        ("step_crank_deg", file.step_crank_deg.is_some()),
+        ("zero_deg", file.zero_deg.is_some()),
+        ("resolution_mm", file.resolution_mm.is_some()),
+        ("reading", file.reading.is_some()),
+        ("smooth_within_um", file.smooth_within_um.is_some()),
+    ];
+    let mut errors = Vec::new();
+    let is_formula = file.segments.is_some() || file.eccentric.is_some();
+    for (key, _) in for_tables.iter().filter(|(_, given)| is_formula && *given) {
+        errors.extend(profile.refuse(key, format!("{key} is about a table; this lift is a formula")));
+    }
+    if file.start_deg.is_some() && file.segments.is_none() {
+        errors.extend(profile.refuse("start_deg", "start_deg is about segments; this lift has none"));
+    }
+    if file.reading == Some(ReadingFile::CubicSpline) && file.smooth_within_um.is_some() {
+        let message = "a cubic spline goes through every point; smooth_within_um asks for a curve that need not";
+        errors.extend(profile.refuse("smooth_within_um", message));
+    }
+    let positive = [
+        ("step_cam_deg", file.step_cam_deg),
+        ("step_crank_deg", file.step_crank_deg),
+        ("resolution_mm", file.resolution_mm),
+        ("smooth_within_um", file.smooth_within_um),
+    ];
+    for (key, value) in positive {
+        if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+            errors.extend(profile.refuse(key, format!("{key} is {value}; it must be a positive number")));
+        }
+    }
+    if let Some(zero) = file.zero_deg.filter(|zero| !zero.is_finite()) {
+        errors.extend(profile.refuse("zero_deg", format!("zero_deg is {zero}; it must be a finite number")));
+    }
+    let step = match (file.step_cam_deg, file.step_crank_deg) {
+        (Some(_), Some(_)) => Some("both"),
+        (Some(_), None) if file.angle == Some(AngleUnit::Crank) => Some("step_cam_deg and angle: crank"),
+        (None, Some(_)) if file.angle == Some(AngleUnit::Cam) => Some("step_crank_deg and angle: cam"),
+        _ => None,
+    };
+    if let Some(both) = step {
+        let message = format!("the step is declared in cam and in crank degrees ({both}); one is needed");
+        errors.extend(profile.refuse("step_cam_deg", message));
+    }
+    if errors.is_empty() { Ok(()) } else { Err(errors) }
+}
+
+/// Files of a table.
+enum Source {
+    /// One turn.
+    Whole(Located),
+    /// One flank, for both.
+    Half(Located),
+    /// Both flanks.
+    Halves { closing: Located, opening: Located },
+}
+
+impl LiftFile {
+    fn format(&self) -> Format {
+        let angle = match (self.step_cam_deg, self.step_crank_deg) {
+            (Some(_), _) => Some(AngleUnit::Cam),
+            (_, Some(_)) => Some(AngleUnit::Crank),
+            _ => self.angle,
         };
-        let cells: Vec<&str> = line.split(columns.separator).map(str::trim).collect();
-        if cells.len() != columns.count {
-            return Err(refuse(format!("{} columns, the header has {}", cells.len(), columns.count)));
+        Format {
+            columns: self.columns.clone(),
+            angle,
+            header_lines: self.header_lines,
+            decimal_comma: self.decimal_comma.unwrap_or(false),
+            step_deg: self.step_cam_deg.or(self.step_crank_deg),
         }
-        let parse = |cell: &str| cell.parse::<f64>().map_err(|_| refuse(format!("{cell:?} is not a number")));
-        digits = digits.max(decimals(cells[columns.value]));
-        rows.push(LiftRow {
-            line: usize::try_from(number).unwrap_or(usize::MAX),
-            angle_deg: columns.angle.map(|index| parse(cells[index])).transpose()?,
-            value_mm: parse(cells[columns.value])? * columns.mm_per_unit,
+    }
+
+    fn declaration(&self, printed: &Printed) -> LiftDeclaration {
+        LiftDeclaration {
+            form: printed.form,
+            angle_unit: printed.angle.core(),
+            resolution_mm: self.resolution_mm.unwrap_or(printed.last_digit_mm.max(FINEST_RESOLUTION_MM)),
+            unit: printed.unit,
+            smooth_within_mm: self.smooth_within_um.map_or(0.0, |um| um / UM_PER_MM),
+            blocks: None,
+        }
+    }
+
+    fn reading(&self) -> Reading {
+        match (self.smooth_within_um, self.reading) {
+            (Some(um), _) => Reading::SmoothWithin { tolerance_mm: um / UM_PER_MM },
+            (None, Some(ReadingFile::CubicSpline)) => Reading::CubicSpline,
+            (None, _) => Reading::Smoothest,
+        }
+    }
+}
+
+fn read_table(file: &LiftFile, profile: &OfProfile<'_>, source: &Source) -> Result<ProfileLift, Vec<ConfigError>> {
+    let format = file.format();
+    let mut warnings = Vec::new();
+    let (table, files) = match source {
+        Source::Whole(located) => {
+            let printed = lift_text::read(located, &format)?;
+            let declaration = file.declaration(&printed);
+            let places = Places { files: vec![(located.path.as_path(), &printed)] };
+            let read = LiftTable::read(&printed.rows, &declaration);
+            let table = places.table(read, &mut warnings)?;
+            let turned = table.turned_by(file.zero_deg.unwrap_or(0.0));
+            (turned.map_err(|error| profile.refuse("zero_deg", error))?, vec![located.path.clone()])
+        }
+        Source::Half(located) => {
+            let printed = lift_text::read(located, &format)?;
+            let places = Places { files: vec![(located.path.as_path(), &printed)] };
+            (flanks(file, profile, &places, &mut warnings)?, vec![located.path.clone()])
+        }
+        Source::Halves { closing, opening } => {
+            let (first, second) = (lift_text::read(closing, &format), lift_text::read(opening, &format));
+            let (first, second) = match (first, second) {
+                (Ok(first), Ok(second)) => (first, second),
+                (first, second) => {
+                    return Err([first.err(), second.err()].into_iter().flatten().flatten().collect());
+                }
+            };
+            let places = Places { files: vec![(closing.path.as_path(), &first), (opening.path.as_path(), &second)] };
+            (flanks(file, profile, &places, &mut warnings)?, vec![closing.path.clone(), opening.path.clone()])
+        }
+    };
+    let reading = file.reading();
+    let whole_file = |error: &dyn std::fmt::Display| vec![ConfigError::at(Place::file(&files[0]), error.to_string())];
+    let law = LiftLaw::read_table(&table, reading).map_err(|error| match reading {
+        Reading::SmoothWithin { .. } => profile.refuse("smooth_within_um", error),
+        _ => whole_file(&error),
+    })?;
+    let others = alternatives(&table, reading).map_err(|error| whole_file(&error))?;
+    if let Some((_, base_mm)) = profile.follower.filter(|(_, base)| law.max_lift_mm() > LIFT_PER_BASE_RADIUS * base) {
+        let message = format!(
+            "the largest lift is {:.3} mm on a base circle of {base_mm} mm, more than {LIFT_PER_BASE_RADIUS} times its \
+             radius; is the unit of the table right?",
+            law.max_lift_mm()
+        );
+        warnings.extend(profile.refuse("", message));
+    }
+    Ok(ProfileLift { law, table: Some(table), files, others, warnings })
+}
+
+/// One or two flanks made a whole turn.
+fn flanks(
+    file: &LiftFile,
+    profile: &OfProfile<'_>,
+    places: &Places<'_>,
+    warnings: &mut Vec<ConfigError>,
+) -> Result<LiftTable, Vec<ConfigError>> {
+    let mut errors = Vec::new();
+    let declaration = file.declaration(places.files[0].1);
+    for (path, printed) in &places.files {
+        if printed.form != LiftForm::Absolute {
+            let message = "a half table holds lifts, not increments";
+            return Err(vec![ConfigError::at(Place::file(path), message)]);
+        }
+        if printed.rows.iter().all(|row| row.angle_deg.is_none()) {
+            let message = "a half table without angles needs its step declared: step_cam_deg or step_crank_deg";
+            return Err(vec![ConfigError::at(Place::file(path), message)]);
+        }
+        let alone = Places { files: vec![(path, printed)] };
+        let (findings, doubts) = check_flank(&printed.rows, &file.declaration(printed));
+        if findings.is_empty() {
+            warnings.extend(doubts.iter().map(|doubt| alone.doubt(doubt)));
+        } else {
+            errors.extend(alone.errors(findings));
+        }
+    }
+    if !errors.is_empty() {
+        return Err(errors);
+    }
+    let closing = &places.files[0].1.rows;
+    // Lines of the second file go on where the first ends.
+    let opening = places.files.get(1).map(|(_, printed)| {
+        let mut rows = printed.rows.clone();
+        rows.iter_mut().for_each(|row| row.line += places.files[0].1.lines);
+        rows
+    });
+    let nose_deg = file.zero_deg.unwrap_or(NOSE_DEG);
+    let (rows, _) =
+        whole_turn(closing, opening.as_deref(), nose_deg, &declaration).map_err(|findings| match findings.first() {
+            Some(error @ LiftError::ZeroOffStep { .. }) => profile.refuse("zero_deg", error),
+            _ => places.errors(findings),
+        })?;
+    places.table(LiftTable::read(&rows, &declaration), warnings)
+}
+
+/// The files of a table, the second one's lines counted on from the first one's.
+struct Places<'a> {
+    files: Vec<(&'a Path, &'a Printed)>,
+}
+
+impl Places<'_> {
+    fn place(&self, line: Option<usize>) -> Place {
+        let (first, printed) = self.files[0];
+        match (line, self.files.get(1)) {
+            (Some(line), Some((second, _))) if line > printed.lines => {
+                Place::line(second, u64::try_from(line - printed.lines).unwrap_or(0))
+            }
+            (Some(line), _) => Place::line(first, u64::try_from(line).unwrap_or(0)),
+            (None, _) => Place::file(first),
+        }
+    }
+
+    /// The core writes the line at the head of its message; a message of this program begins with the file and that line.
+    fn error(&self, line: Option<usize>, text: &str) -> ConfigError {
+        let message = match text.split_once(": ") {
+            Some((head, message)) if head.starts_with("line ") => message,
+            _ => text,
+        };
+        ConfigError::at(self.place(line), message)
+    }
+
+    fn doubt(&self, doubt: &LiftDoubt) -> ConfigError {
+        self.error(doubt.line(), &doubt.to_string())
+    }
+
+    /// What the text and the core found, row by row; a cell that is no number is told once, by the text.
+    fn errors(&self, findings: Vec<LiftError>) -> Vec<ConfigError> {
+        let told: Vec<ConfigError> = self.files.iter().flat_map(|(_, printed)| printed.findings.clone()).collect();
+        let core = (findings.iter()).map(|finding| (finding, self.error(finding.line(), &finding.to_string())));
+        let new = core.filter(|(finding, error)| {
+            !(matches!(finding, LiftError::NotFinite { .. }) && told.iter().any(|old| old.place == error.place))
         });
+        let mut errors: Vec<ConfigError> = told.iter().cloned().chain(new.map(|(_, error)| error)).collect();
+        let order = |error: &ConfigError| {
+            let file = self.files.iter().position(|(path, _)| *path == error.place.file);
+            (file, error.place.line)
+        };
+        errors.sort_by_key(order);
+        errors.dedup();
+        errors
     }
-    let Some(columns) = columns else {
-        return Err(ConfigError::at(Place::file(&located.path), "is empty; a header line and rows are needed"));
-    };
-    let last_digit_mm = columns.mm_per_unit * 10f64.powi(-i32::try_from(digits).unwrap_or(i32::MAX));
-    let declaration = LiftDeclaration {
-        form: columns.form,
-        angle_unit: match angle {
-            AngleUnit::Cam => camwright::lift::AngleUnit::CamDegrees,
-            AngleUnit::Crank => camwright::lift::AngleUnit::CrankDegrees,
-        },
-        resolution_mm: resolution_mm.unwrap_or(last_digit_mm),
-        blocks: None,
-    };
-    Ok((rows, declaration))
-}
 
-fn header(line: &str, angle: AngleUnit) -> Result<Columns, String> {
-    let separator = [';', '\t', ','].into_iter().find(|separator| line.contains(*separator)).unwrap_or(',');
-    let names: Vec<&str> = line.split(separator).map(str::trim).collect();
-    let (mut angle_column, mut value_column) = (None, None);
-    for (index, name) in names.iter().enumerate() {
-        if let Some((_, form, mm_per_unit)) = VALUE_COLUMNS.iter().find(|(known, _, _)| known == name) {
-            value_column = Some((index, *form, *mm_per_unit));
-        } else if *name == angle.column() {
-            angle_column = Some(index);
-        } else if matches!(*name, "cam_angle_deg" | "crank_angle_deg") {
-            return Err(format!("column {name}, but the job declares {}", angle.column()));
-        } else if *name != "block" {
-            return Err(format!(
-                "unknown column {name:?}; known are block, cam_angle_deg, crank_angle_deg, lift_mm, lift_um, \
-                 increment_mm, increment_um"
-            ));
+    fn table(
+        &self,
+        read: Result<(LiftTable, Vec<LiftDoubt>), Vec<LiftError>>,
+        warnings: &mut Vec<ConfigError>,
+    ) -> Result<LiftTable, Vec<ConfigError>> {
+        let (table, doubts) = read.map_err(|findings| self.errors(findings))?;
+        let told = self.errors(Vec::new());
+        if !told.is_empty() {
+            return Err(told);
         }
+        for (_, printed) in &self.files {
+            warnings.extend(printed.doubts.iter().cloned());
+        }
+        warnings.extend(doubts.iter().map(|doubt| self.doubt(doubt)));
+        Ok(table)
     }
-    let (value, form, mm_per_unit) =
-        value_column.ok_or("no column of lift_mm, lift_um, increment_mm, increment_um in the header")?;
-    Ok(Columns { angle: angle_column, value, form, mm_per_unit, count: names.len(), separator })
 }
 
-/// Digits after the decimal point.
-fn decimals(cell: &str) -> usize {
-    let mantissa = cell.split(['e', 'E']).next().unwrap_or(cell);
-    mantissa.split_once('.').map_or(0, |(_, fraction)| fraction.len())
+/// A lift table alone, with keys of a profile's `lift` laid over (`columns=[cam_angle_deg, lift_inch]`, …).
+///
+/// # Errors
+/// Everything that is wrong with it.
+pub fn read_alone(located: &Located, overrides: &[String]) -> Result<ProfileLift, Vec<ConfigError>> {
+    let gives = |key: &str| overrides.iter().any(|over| over.split('=').next().is_some_and(|name| name.trim() == key));
+    let mut keys = Vec::new();
+    if !["half_table", "opening_table", "closing_table"].into_iter().any(gives) {
+        keys.push(format!("table={:?}", located.path.display().to_string()));
+    }
+    // What the header says its angles are is what they are, where no job declares them.
+    let header = located.text.lines().map(str::trim).find(|line| line.contains(AngleUnit::Crank.column()));
+    if header.is_some_and(|line| !line.starts_with('#')) && !gives("angle") && !gives("columns") {
+        keys.push("angle=crank".into());
+    }
+    keys.extend(overrides.iter().cloned());
+    let document = Document::parse(&located.path, "{}", &keys).map_err(|error| vec![error])?;
+    let file: LiftFile = document.read().map_err(|error| vec![error])?;
+    read(&file, OfProfile { document: &document, key: "", name: "alone", follower: None }, |_| ())
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use std::path::PathBuf;
-
-    fn located(text: &str) -> Located {
-        Located { path: PathBuf::from("lift.csv"), text: text.to_owned() }
-    }
-
-    fn printed(form: &str) -> String {
-        #[allow(clippy::cast_possible_truncation, reason = "at most 2000 um")]
-        let lift = |i: i32| 1000 + (1000.0 * (f64::from(i) * std::f64::consts::TAU / 360.0).cos()).round() as i64;
-        let rows: Vec<String> = match form {
-            "lift_mm" => (0..360).map(|i| format!("{i},{:.3}", (lift(i + 180)) as f64 / 1000.0)).collect(),
-            _ => (0..360).map(|i| format!("{i},{}", lift(i + 181) - lift(i + 180))).collect(),
-        };
-        format!("# test\ncam_angle_deg,{form}\n{}\n", rows.join("\n"))
-    }
-
-    /// Increments per block, as on the tape, and absolute lifts give the same table.
-    #[test]
-    fn either_form_gives_the_same_table() {
-        let absolute = parse(&located(&printed("lift_mm")), AngleUnit::Cam, None).unwrap();
-        let increments = parse(&located(&printed("increment_um")), AngleUnit::Cam, None).unwrap();
-        assert_eq!(absolute.blocks(), 360);
-        assert_eq!(absolute.lifts_mm(), increments.lifts_mm());
-        assert!((absolute.resolution_mm() - 0.001).abs() < 1e-15);
-    }
-
-    #[test]
-    fn a_cell_that_is_no_number_is_refused_with_its_line() {
-        let text = printed("lift_mm").replace("5,0.004", "5,x");
-        let error = parse(&located(&text), AngleUnit::Cam, None).unwrap_err();
-        assert_eq!(error.to_string(), "lift.csv:8: \"x\" is not a number");
-    }
-
-    #[test]
-    fn a_column_of_crank_degrees_needs_the_declaration() {
-        let text = printed("lift_mm").replace("cam_angle_deg", "crank_angle_deg");
-        let error = parse(&located(&text), AngleUnit::Cam, None).unwrap_err();
-        assert_eq!(error.to_string(), "lift.csv:2: column crank_angle_deg, but the job declares cam_angle_deg");
-    }
-}
+mod tests;

@@ -32,6 +32,11 @@ pub fn locate(kind: &str, name: &str, extension: &str, relative_to: Option<&Path
         if name.ends_with(&format!(".{extension}")) { name.to_owned() } else { format!("{name}.{extension}") };
     let mut candidates = vec![PathBuf::from(name), PathBuf::from(&with_extension)];
     if let Some(directory) = relative_to.and_then(Path::parent) {
+        // A file of another kind beside it, `flank.txt`, is named with its own extension.
+        if Path::new(name).extension().is_some() {
+            candidates.push(directory.join(name));
+            candidates.push(directory.join("..").join(kind).join(name));
+        }
         candidates.push(directory.join(&with_extension));
         candidates.push(directory.join("..").join(&with_extension));
         candidates.push(directory.join("..").join(kind).join(&with_extension));

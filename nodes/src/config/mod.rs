@@ -4,6 +4,8 @@
 mod follower_file;
 pub mod job_file;
 pub mod lift_file;
+mod lift_formula;
+pub mod lift_text;
 pub mod locate;
 pub mod machine_file;
 pub mod yaml;

@@ -10,6 +10,7 @@
 //! Numbers are written with the digits that give the same number back.
 
 use super::PreparedJob;
+use super::lifts::{self, LiftSummary};
 use crate::config::{ConfigError, Place};
 use camwright::cut_motion::CutMotion;
 use camwright::cycle::PlannedLobe;
@@ -48,6 +49,8 @@ pub struct Summary {
     pub rotary_indexing: bool,
     /// Largest use of an axis limit anywhere in the plan, as its forward check found it; 1 is the limit.
     pub max_limit_ratio: f64,
+    /// One for each profile whose lift is a table.
+    pub lifts: Vec<LiftSummary>,
     /// One for each lobe, in the order of machining.
     pub lobes: Vec<LobeSummary>,
 }
@@ -151,6 +154,7 @@ pub fn summary(prepared: &PreparedJob) -> Summary {
         saved_s: prepared.planned.saved_by_not_indexing_s(),
         rotary_indexing: prepared.job.spec.rotary_indexing,
         max_limit_ratio: prepared.planned.report.max_ratio(),
+        lifts: lifts::summaries(&prepared.job),
         lobes: (prepared.planned.lobes.iter().zip(lobe_times_s(prepared)).enumerate())
             .map(|(index, (lobe, duration_s))| lobe_summary(prepared, index, lobe, duration_s))
             .collect(),

@@ -1,13 +1,12 @@
 //! Everything that can be said about a job or a lift table before anything moves.
 
 use super::{MachineNow, PreparedJob, blame, plan};
+use crate::config::ConfigError;
 use crate::config::job_file::{self, Job};
 use crate::config::lift_file;
 use crate::config::locate::{Located, locate};
-use crate::config::{ConfigError, Place};
 use camwright::cycle::plan_job;
 use camwright::job::{JobError, LobeSpec};
-use camwright::lift::LiftLaw;
 use std::fmt;
 
 /// How bad a finding is.
@@ -52,6 +51,8 @@ pub struct Report {
     pub findings: Vec<Finding>,
     /// One sentence about what it is, if it can be made.
     pub summary: Option<String>,
+    /// How its lift tables were read, with what each way to read them costs.
+    pub notes: Vec<String>,
 }
 
 impl Report {
@@ -69,7 +70,7 @@ impl Report {
 
     fn refused(file: &Located, errors: Vec<ConfigError>) -> Self {
         let findings = errors.into_iter().map(|error| Finding { severity: Severity::Error, error }).collect();
-        Self { file: file.path.clone(), findings, summary: None }
+        Self { file: file.path.clone(), findings, summary: None, notes: Vec::new() }
     }
 }
 
@@ -79,13 +80,13 @@ impl Report {
 /// # Errors
 /// There is no such file.
 pub fn check(name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Result<Report, ConfigError> {
-    let is_table =
-        std::path::Path::new(name).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
-    let job = if is_table { None } else { Some(locate("jobs", name, "yaml", None)) };
-    match job {
+    let extension = std::path::Path::new(name).extension().map(|extension| extension.to_string_lossy().to_lowercase());
+    let is_table = extension.is_some_and(|extension| ["csv", "txt", "tab", "tsv", "dat"].contains(&extension.as_str()));
+    let table = || locate("lifts", name, "csv", None).map(|located| check_lift(&located, overrides));
+    match if is_table { None } else { Some(locate("jobs", name, "yaml", None)) } {
         Some(Ok(located)) => Ok(check_job(&located, overrides, machine)),
-        Some(Err(error)) => locate("lifts", name, "csv", None).map(|located| check_lift(&located)).map_err(|_| error),
-        None => locate("lifts", name, "csv", None).map(|located| check_lift(&located)),
+        Some(Err(error)) => table().map_err(|_| error),
+        None => table(),
     }
 }
 
@@ -99,7 +100,8 @@ fn check_job(located: &Located, overrides: &[String], machine: Option<&MachineNo
         Ok(prepared) => {
             let mut findings = warnings;
             findings.extend(planned_warnings(&prepared));
-            Report { file: located.path.clone(), findings, summary: Some(prepared.summary()) }
+            let notes = super::lifts::notes(&prepared.job);
+            Report { file: located.path.clone(), findings, summary: Some(prepared.summary()), notes }
         }
         Err(first) => {
             let mut report = Report::refused(located, all_errors(&job, machine, first));
@@ -151,7 +153,8 @@ fn warning(error: ConfigError) -> Finding {
 }
 
 fn warnings(job: &Job) -> Vec<Finding> {
-    let mut findings = Vec::new();
+    let mut findings: Vec<Finding> =
+        job.lifts.iter().flat_map(|lift| lift.warnings.iter().cloned().map(warning)).collect();
     for (index, profile) in job.spec.profiles.iter().enumerate() {
         if job.spec.lobes.iter().all(|lobe| lobe.profile != index) {
             let message = format!("profile {} is used by no lobe", profile.name);
@@ -195,29 +198,21 @@ fn planned_warnings(prepared: &PreparedJob) -> Vec<Finding> {
     }
 }
 
-fn check_lift(located: &Located) -> Report {
-    let table = match lift_file::read(located, lift_file::declared_angle(located), None) {
-        Ok(table) => table,
+fn check_lift(located: &Located, overrides: &[String]) -> Report {
+    let lift = match lift_file::read_alone(located, overrides) {
+        Ok(lift) => lift,
         Err(errors) => return Report::refused(located, errors),
     };
-    let law = match LiftLaw::from_table(&table) {
-        Ok(law) => law,
-        Err(error) => {
-            return Report::refused(located, vec![ConfigError::at(Place::file(&located.path), error.to_string())]);
-        }
-    };
-    let reading = law.reading().map_or_else(String::new, |reading| {
+    let summary = lift.table.as_ref().map(|table| {
         format!(
-            ", read within {:.6} mm of every point (half a digit is {:.6} mm)",
-            reading.max_deviation_mm, reading.half_digit_mm
+            "{}: {} blocks over one turn, largest lift {} mm, last digit {} mm",
+            located.path.display(),
+            table.blocks(),
+            table.max_lift_mm(),
+            table.digit_mm()
         )
     });
-    let summary = format!(
-        "{}: {} blocks over one turn, largest lift {} mm, last digit {} mm{reading}",
-        located.path.display(),
-        table.blocks(),
-        table.max_lift_mm(),
-        table.digit_mm()
-    );
-    Report { file: located.path.clone(), findings: Vec::new(), summary: Some(summary) }
+    let notes = super::lifts::readings(&lift).iter().map(ToString::to_string).collect();
+    let findings = lift.warnings.into_iter().map(warning).collect();
+    Report { file: located.path.clone(), findings, summary, notes }
 }

@@ -8,12 +8,14 @@
 mod blame;
 mod export;
 mod findings;
+mod lifts;
 mod lobes;
 mod rehearse;
 
 pub use blame::blame;
 pub use export::{LimitSummary, LobeSummary, Summary, lobe_times_s, summary, write};
 pub use findings::{Finding, Report, Severity, check};
+pub use lifts::{LiftSummary, ReadingSummary};
 pub use lobes::{BLANK_POINTS, LobeFormError, blank, lobe_result};
 pub use rehearse::{RehearsalFailed, rehearse_job};
 

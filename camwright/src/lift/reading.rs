@@ -1,0 +1,96 @@
+//! The ways to read a curve out of a table, and what each of them costs.
+
+use super::law::{LiftLaw, LiftLawError};
+use super::table::LiftTable;
+
+/// How a table becomes a curve.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Reading {
+    /// The smoothest periodic curve within half a digit of every point: a quintic spline, jerk continuous.
+    #[default]
+    Smoothest,
+    /// The periodic cubic spline through the figures themselves (seed 001): jerk jumps at every point, and rounding shows
+    /// in it in full.
+    CubicSpline,
+    /// The smoothest periodic curve within a wider distance, because the job asks for it.
+    SmoothWithin {
+        /// Largest distance from a point (mm); at least half a digit.
+        tolerance_mm: f64,
+    },
+}
+
+impl Reading {
+    /// Name in job files and reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Reading::Smoothest => "smoothest",
+            Reading::CubicSpline => "cubic_spline",
+            Reading::SmoothWithin { .. } => "smooth_within",
+        }
+    }
+}
+
+/// How closely a table was read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TableReading {
+    /// How it was read.
+    pub reading: Reading,
+    /// Half the table's resolution (mm).
+    pub half_digit_mm: f64,
+    /// How far the law may lie from a point (mm): half a digit, or the tolerance the job asks for; 0 for the cubic spline.
+    pub allowed_mm: f64,
+    /// Largest distance of the law from a point (mm).
+    pub max_deviation_mm: f64,
+    /// Cam angle of that point (rad).
+    pub max_deviation_rad: f64,
+    /// Root of the mean square of the distances (mm).
+    pub rms_deviation_mm: f64,
+    /// Largest third derivative of the law (mm/rad³).
+    pub peak_jerk_mm_rad3: f64,
+    /// ∫ s‴² is at most this fraction above the least possible within the allowed distance; 0 for the cubic spline.
+    pub relative_gap: f64,
+    /// Steps the solver took.
+    pub iterations: usize,
+}
+
+impl TableReading {
+    /// Measures a law against the points of its table; solver's figures are added by who has them.
+    pub(super) fn measure(law: &LiftLaw, table: &LiftTable, reading: Reading, allowed_mm: f64) -> Self {
+        let (mut max_deviation_mm, mut max_deviation_rad, mut squares) = (0.0, 0.0, 0.0);
+        #[allow(clippy::cast_precision_loss, reason = "at most MAX_BLOCKS")]
+        for block in 0..table.blocks() {
+            let angle = block as f64 * table.block_rad();
+            let deviation = (law.sample(angle).value - table.lift_mm(block)).abs();
+            squares += deviation * deviation;
+            if deviation > max_deviation_mm {
+                (max_deviation_mm, max_deviation_rad) = (deviation, angle);
+            }
+        }
+        #[allow(clippy::cast_precision_loss, reason = "at most MAX_BLOCKS")]
+        let rms_deviation_mm = libm::sqrt(squares / table.blocks() as f64);
+        Self {
+            reading,
+            half_digit_mm: 0.5 * table.resolution_mm(),
+            allowed_mm,
+            max_deviation_mm,
+            max_deviation_rad,
+            rms_deviation_mm,
+            peak_jerk_mm_rad3: law.peak_jerk_mm_rad3(),
+            relative_gap: 0.0,
+            iterations: 0,
+        }
+    }
+}
+
+/// What the readings that were not chosen would have been like: the jerk each of them costs.
+///
+/// # Errors
+/// A table that cannot be read one of the ways.
+pub fn alternatives(table: &LiftTable, chosen: Reading) -> Result<alloc::vec::Vec<TableReading>, LiftLawError> {
+    [Reading::Smoothest, Reading::CubicSpline]
+        .into_iter()
+        .filter(|reading| *reading != chosen)
+        .filter_map(|reading| LiftLaw::read_table(table, reading).map(|law| law.reading()).transpose())
+        .collect()
+}

@@ -1,0 +1,355 @@
+use super::*;
+use camwright::units::rad_from_deg;
+use std::f64::consts::TAU;
+
+/// Lift of the tests over the cam angle: a raised cosine of 6 mm over the whole turn, nose at 180 deg.
+fn lift_mm(cam_deg: f64) -> f64 {
+    3.0 - 3.0 * (cam_deg * TAU / 360.0).cos()
+}
+
+/// A lobe with a base circle: 6 mm over 60 deg on either side of the nose, (1 − u²)⁴.
+fn lobe_mm(from_nose_deg: f64) -> f64 {
+    let u = from_nose_deg / 60.0;
+    if u.abs() < 1.0 { 6.0 * (1.0 - u * u).powi(4) } else { 0.0 }
+}
+
+/// 72 rows of a turn, each printed by `row` from its cam angle and lift.
+fn turn(row: impl Fn(f64, f64) -> String) -> String {
+    (0..72).map(|k| row(5.0 * f64::from(k), lift_mm(5.0 * f64::from(k))) + "\n").collect()
+}
+
+/// Rows of a flank from the nose down, one per degree.
+fn flank(row: impl Fn(f64, f64) -> String) -> String {
+    (0..=70).map(|k| row(f64::from(k), lobe_mm(f64::from(k))) + "\n").collect()
+}
+
+/// Files in a folder of their own, read as the `lift` of a job beside them.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str, files: &[(&str, &str)]) -> Self {
+        let path = std::env::temp_dir().join(format!("camwright-lift-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).expect("a folder for temporary files");
+        for (file, text) in files {
+            std::fs::write(path.join(file), text).expect("a file in it");
+        }
+        Self(path)
+    }
+
+    /// Reads the `lift` mapping in YAML flow form.
+    fn read(&self, lift: &str) -> Result<ProfileLift, Vec<String>> {
+        let text = format!("lift: {lift}\n");
+        let path = self.0.join("job.yaml");
+        let document = Document::parse(&path, &text, &[]).expect("YAML");
+        #[derive(Deserialize)]
+        struct Profile {
+            lift: LiftFile,
+        }
+        let told = |error: ConfigError| error.to_string().replace(&format!("{}/", self.0.display()), "");
+        let file: Profile = document.read().map_err(|error| vec![told(error)])?;
+        let follower = Some((Follower::Roller { radius_mm: 8.5, offset_mm: 0.0 }, 16.0));
+        let profile = OfProfile { document: &document, key: "lift", name: "p", follower };
+        read(&file.lift, profile, |_| ()).map_err(|errors| errors.into_iter().map(told).collect())
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _gone_already = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Reads one file `t.txt` under a `lift` that names it.
+fn read_one(name: &str, text: &str, lift: &str) -> Result<ProfileLift, Vec<String>> {
+    Folder::new(name, &[("t.txt", text)]).read(lift)
+}
+
+/// Every lift of the table within half a digit of the formula.
+fn is_the_turn(lift: &ProfileLift, digit_mm: f64) {
+    let table = lift.table.as_ref().expect("a table");
+    assert_eq!(table.blocks(), 72);
+    for block in 0..72 {
+        let wanted = lift_mm(5.0 * block as f64);
+        assert!((table.lift_mm(block) - wanted).abs() <= 0.500_001 * digit_mm, "{block}: {}", table.lift_mm(block));
+    }
+    assert_eq!(lift.warnings, []);
+}
+
+#[test]
+fn commas_semicolons_tabs_and_blanks_separate_columns() {
+    for (name, separator) in [("comma", ","), ("semicolon", ";"), ("tab", "\t"), ("blank", "  "), ("spaced", " , ")] {
+        let rows = turn(|angle, lift| format!("{angle:.1}{separator}{lift:.3}"));
+        let text = format!("# a comment\n\ncam_angle_deg{separator}lift_mm\n{rows}");
+        is_the_turn(&read_one(name, &text, "{table: t.txt}").unwrap(), 1e-3);
+    }
+}
+
+#[test]
+fn decimal_commas_are_read_where_they_are_declared() {
+    let comma = |x: f64, digits: usize| format!("{x:.digits$}").replace('.', ",");
+    let semicolons = turn(|angle, lift| format!("{};{}", comma(angle, 1), comma(lift, 3)));
+    let text = format!("cam_angle_deg;lift_mm\n{semicolons}");
+    is_the_turn(&read_one("dc", &text, "{table: t.txt, decimal_comma: true}").unwrap(), 1e-3);
+    let tabs = turn(|angle, lift| format!("{}\t{}", comma(angle, 1), comma(lift, 3)));
+    let lift = "{table: t.txt, decimal_comma: true, columns: [cam_angle_deg, lift_mm]}";
+    is_the_turn(&read_one("dct", &tabs, lift).unwrap(), 1e-3);
+    // One column: nothing separates, so every comma is a decimal one.
+    let column = turn(|_, lift| comma(lift, 3));
+    let lift = "{table: t.txt, decimal_comma: true, columns: [lift_mm], step_cam_deg: 5}";
+    is_the_turn(&read_one("dc1", &column, lift).unwrap(), 1e-3);
+    // Not declared: every row is told, with what to declare.
+    let errors = read_one("dcno", &text, "{table: t.txt}").unwrap_err();
+    assert_eq!(
+        errors[0],
+        "t.txt:2: \"0,0\" has a decimal comma, which the job must declare with `decimal_comma: true`"
+    );
+    assert_eq!(errors.len(), 2 * 72, "both cells of every row");
+    // Declared, and not so.
+    let points = format!("cam_angle_deg;lift_mm\n{}", turn(|angle, lift| format!("{angle:.0};{lift:.3}")));
+    let errors = read_one("dcp", &points, "{table: t.txt, decimal_comma: true}").unwrap_err();
+    assert_eq!(errors[0], "t.txt:2: \"0.000\" has a decimal point, the job declares decimal commas");
+}
+
+#[test]
+fn titles_and_comments_of_other_programs_are_passed_over() {
+    let rows = turn(|angle, lift| format!("{angle:.1}\t{lift:.4}\t{:.1}", 0.0));
+    let text = format!(
+        "\u{feff}LIFT TABLE 4711\r\n! made by a program\r\n% and another\r\n* and more\r\n// of them\r\nAngle\tTravel\tRamp\r\n{}",
+        rows.replace('\n', "\r\n").replacen("\r\n", " # the base centre\r\n", 1)
+    );
+    let lift = "{table: t.txt, columns: [cam_angle_deg, lift_mm, \"-\"]}";
+    is_the_turn(&read_one("titles", &text, lift).unwrap(), 1e-4);
+    // Titles that begin with numbers are counted off.
+    let numbered = format!("4711 12 0\n72 rows\n{rows}");
+    let lift = "{table: t.txt, header_lines: 2, columns: [cam_angle_deg, lift_mm, \"-\"]}";
+    is_the_turn(&read_one("numbered", &numbered, lift).unwrap(), 1e-4);
+    // A line of units under the header.
+    let units = format!("cam_angle_deg,lift_mm\n(deg),(mm)\n{}", turn(|angle, lift| format!("{angle:.1},{lift:.3}")));
+    is_the_turn(&read_one("units", &units, "{table: t.txt}").unwrap(), 1e-3);
+    // Nobody names the columns.
+    let errors = read_one("nobody", &rows, "{table: t.txt}").unwrap_err();
+    assert!(errors[0].starts_with("t.txt:1: no header line names the columns; the job must"), "{errors:?}");
+    let errors = read_one("unknown", &text, "{table: t.txt}").unwrap_err();
+    assert!(errors[0].starts_with("t.txt:6: unknown column \"Angle\"; known are block"), "{errors:?}");
+}
+
+#[test]
+fn one_column_needs_its_step_and_keeps_it() {
+    let rows = turn(|_, lift| format!("{lift:.3}"));
+    let declared = "{table: t.txt, columns: [lift_mm], step_cam_deg: 5}";
+    is_the_turn(&read_one("one", &rows, declared).unwrap(), 1e-3);
+    is_the_turn(&read_one("crank", &rows, "{table: t.txt, columns: [lift_mm], step_crank_deg: 10}").unwrap(), 1e-3);
+    let errors = read_one("half-step", &rows, "{table: t.txt, columns: [lift_mm], step_crank_deg: 5}").unwrap_err();
+    assert_eq!(
+        errors,
+        [
+            "t.txt:72: the table covers 360.00 deg where one turn of the cam is 720 deg of the crank: these are cam degrees, \
+          declared are crank degrees"
+        ]
+    );
+    let errors = read_one("double", &rows, "{table: t.txt, columns: [lift_mm], step_cam_deg: 10}").unwrap_err();
+    assert_eq!(
+        errors,
+        [
+            "t.txt:37: the table covers 720.00 deg where one turn of the cam is 360 deg: these are crank degrees, declared \
+          are cam degrees"
+        ]
+    );
+    let two = turn(|angle, lift| format!("{angle:.1},{lift:.3}"));
+    let lift = "{table: t.txt, columns: [cam_angle_deg, lift_mm], step_cam_deg: 5}";
+    let errors = read_one("both", &two, lift).unwrap_err();
+    assert_eq!(errors, ["t.txt:1: the table has a column of angles, and the job declares a step as if it had none"]);
+}
+
+#[test]
+fn crank_degrees_inches_and_micrometres_are_declared_by_the_columns() {
+    let crank = format!("crank_angle_deg,lift_mm\n{}", turn(|angle, lift| format!("{:.1},{lift:.3}", 2.0 * angle)));
+    is_the_turn(&read_one("crank-column", &crank, "{table: t.txt, angle: crank}").unwrap(), 1e-3);
+    let errors = read_one("crank-not", &crank, "{table: t.txt}").unwrap_err();
+    assert_eq!(errors, ["t.txt:1: column crank_angle_deg, but the job declares cam_angle_deg"]);
+    let errors = read_one("cols-not", &crank, "{table: t.txt, columns: [cam_angle_deg, lift_mm]}").unwrap_err();
+    assert_eq!(errors, ["t.txt:1: column crank_angle_deg, but the job declares cam_angle_deg"]);
+    let inch = turn(|angle, lift| format!("{angle:.1} {:.4}", lift / 25.4));
+    let lift = "{table: t.txt, columns: [cam_angle_deg, lift_inch]}";
+    is_the_turn(&read_one("inch", &inch, lift).unwrap(), 25.4e-4);
+    let um = turn(|angle, lift| format!("{angle:.1} {:.0}", lift * 1e3));
+    is_the_turn(&read_one("um", &um, "{table: t.txt, columns: [cam_angle_deg, lift_um]}").unwrap(), 1e-3);
+    let increments = turn(|angle, lift| {
+        let units = |mm: f64| (mm * 1e3).round() / 25.4;
+        format!("{:.12}", (units(lift_mm(angle + 5.0)) - units(lift)) / 1e3)
+    });
+    let lift = "{table: t.txt, columns: [increment_inch], step_cam_deg: 5, resolution_mm: 0.001}";
+    is_the_turn(&read_one("inch-increments", &increments, lift).unwrap(), 1e-3);
+    // The figures of an inch table read as millimetres are a suspiciously small cam, and so the other way round.
+    let mm = read_one("inch-as-mm", &inch, "{table: t.txt, columns: [cam_angle_deg, lift_mm]}").unwrap();
+    let text = mm.warnings[0].to_string();
+    assert!(text.contains("the largest lift is 0.2362 mm") && text.contains("5.999 mm"), "{text}");
+    let mm_rows = turn(|angle, lift| format!("{angle:.1} {lift:.3}"));
+    let giant = read_one("mm-as-inch", &mm_rows, "{table: t.txt, columns: [cam_angle_deg, lift_inch]}").unwrap();
+    let text = giant.warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
+    assert!(text.contains("152.400 mm") && text.contains("2 times its radius"), "{text}");
+    // And a file that says so itself.
+    let said = format!("# lift in inches\n{inch}");
+    let said = read_one("says", &said, "{table: t.txt, columns: [cam_angle_deg, lift_mm]}").unwrap();
+    let text = said.warnings[0].to_string();
+    assert!(text.ends_with("t.txt:1: the file says \"inches\" here, declared are millimetres"), "{text}");
+}
+
+#[test]
+fn a_table_may_have_its_zero_anywhere() {
+    let rows = turn(|angle, _| format!("{angle:.1},{:.3}", lift_mm(angle + 180.0)));
+    let lift = "{table: t.txt, columns: [cam_angle_deg, lift_mm], zero_deg: 180}";
+    is_the_turn(&read_one("zero", &rows, lift).unwrap(), 1e-3);
+    let lift = "{table: t.txt, columns: [cam_angle_deg, lift_mm], zero_deg: 181}";
+    let errors = read_one("zero-off", &rows, lift).unwrap_err();
+    assert_eq!(
+        errors,
+        [
+            "job.yaml:1: profile p: the file's angle 0 stands at 181 cam deg, 1.000000 deg off a multiple of the step of \
+          5.000000 deg"
+        ]
+    );
+}
+
+#[test]
+fn a_half_table_is_mirrored_and_two_are_joined() {
+    let one = flank(|angle, lift| format!("{angle:.1} {lift:.4}"));
+    let is_the_lobe = |lift: &ProfileLift, digit: f64| {
+        let table = lift.table.as_ref().expect("a table");
+        assert_eq!((table.blocks(), lift.warnings.len()), (360, 0));
+        for block in 0..360 {
+            let wanted = lobe_mm(block as f64 - 180.0);
+            assert!((table.lift_mm(block) - wanted).abs() <= 0.500_001 * digit, "{block}: {}", table.lift_mm(block));
+        }
+    };
+    let lift = "{half_table: t.txt, columns: [cam_angle_deg, lift_mm]}";
+    is_the_lobe(&read_one("half", &one, lift).unwrap(), 1e-4);
+    let column = flank(|_, lift| format!("{:.5}", lift / 25.4));
+    let lift = "{half_table: t.txt, columns: [lift_inch], step_crank_deg: 2}";
+    is_the_lobe(&read_one("half-inch", &column, lift).unwrap(), 25.4e-5);
+    let errors = read_one("half-no-step", &column, "{half_table: t.txt, columns: [lift_inch]}").unwrap_err();
+    assert_eq!(errors, ["t.txt: a half table without angles needs its step declared: step_cam_deg or step_crank_deg"]);
+    let files = [("open.txt", one.as_str()), ("close.txt", one.as_str())];
+    let columns = "columns: [cam_angle_deg, lift_mm]";
+    let folder = Folder::new("two", &files);
+    let both = format!("{{opening_table: open.txt, closing_table: close.txt, {columns}}}");
+    is_the_lobe(&folder.read(&both).unwrap(), 1e-4);
+    let errors = folder.read(&format!("{{opening_table: open.txt, {columns}}}")).unwrap_err();
+    assert_eq!(errors, ["job.yaml:1: profile p: opening_table needs a closing_table"]);
+    // A fault in either file is told with its own line.
+    let line = |text: &str, index: usize| text.lines().nth(index).expect("a row").to_owned();
+    let stray = one.replace(&line(&one, 30), "30.0 3.0000");
+    let cut = one.replace(&format!("{}\n", line(&one, 40)), "");
+    let folder = Folder::new("two-bad", &[("open.txt", stray.as_str()), ("close.txt", cut.as_str())]);
+    let errors = folder.read(&both).unwrap_err();
+    assert_eq!(errors, ["close.txt:41: 1 block(s) missing, the next should be at 40.0000 deg, not 41.0000 deg"]);
+    let folder = Folder::new("two-stray", &[("open.txt", stray.as_str()), ("close.txt", one.as_str())]);
+    let errors = folder.read(&both).unwrap_err();
+    assert_eq!(errors.len(), 1, "{errors:?}");
+    assert!(errors[0].starts_with("open.txt:31: the lift lies 1.1"), "{errors:?}");
+}
+
+#[test]
+fn every_fault_of_a_file_is_told_at_once_with_its_line() {
+    let rows = (0..360).map(|k| format!("{k},{:.3}\n", lift_mm(f64::from(k)))).collect::<String>();
+    let text = format!("cam_angle_deg,lift_mm\n{rows}");
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    lines[11] = "10,x".into();
+    lines[21] = "20".into();
+    lines[31] = "30,9.000".into();
+    lines[41] = lines[40].clone();
+    lines.remove(61);
+    lines[300] = "300,NaN".into();
+    let errors = read_one("all", &lines.join("\n"), "{table: t.txt}").unwrap_err();
+    let heads: Vec<&str> = errors.iter().map(|error| error.split(',').next().unwrap_or("")).collect();
+    assert_eq!(
+        heads,
+        [
+            "t.txt:12: \"x\" is not a number",
+            "t.txt:22: 1 columns",
+            "t.txt:32: the lift lies 8.598500 mm off the trend of the rows around it",
+            "t.txt:42: angle 39.0000 deg stands already in line 41",
+            "t.txt:43: 1 block(s) missing",
+            "t.txt:62: 1 block(s) missing",
+            "t.txt:301: the lift is NaN",
+        ],
+        "{errors:#?}"
+    );
+}
+
+/// Ramps that a blend takes up, a harmonic pair, and every law by its name.
+#[test]
+fn segments_are_a_lift_and_refusals_point_at_them() {
+    let folder = Folder::new("segments", &[]);
+    let lift = folder
+        .read(
+            "{start_deg: 90, segments: [{law: dwell, angle_deg: 60}, {law: modified_sine, angle_deg: 100, rise_mm: 6}, \
+               {law: dwell, angle_deg: 20}, {law: 4-5-6-7, angle_deg: 180, rise_mm: -6}]}",
+        )
+        .unwrap();
+    assert!((lift.law.max_lift_mm() - 6.0).abs() < 1e-12 && lift.table.is_none());
+    assert!((lift.law.sample(rad_from_deg(260.0)).value - 6.0).abs() < 1e-12);
+    let errors = folder.read(
+        "{segments: [{law: dwell, angle_deg: 200}, {law: harmonic, angle_deg: 80, rise_mm: 6}, \
+         {law: harmonic, angle_deg: 80, rise_mm: -6}]}",
+    );
+    let text = errors.unwrap_err().join("\n");
+    assert!(text.contains("segment 1 (dwell)") && text.contains("the jerk of the X axis would be unbounded"), "{text}");
+    let errors = folder.read("{segments: [{law: parabolic, angle_deg: 360}]}").unwrap_err();
+    assert!(
+        errors[0].contains("there is no motion law \"parabolic\"; known are dwell, constant_velocity"),
+        "{errors:?}"
+    );
+}
+
+#[test]
+fn smoothing_and_the_cubic_spline_are_for_who_asks() {
+    let rows = format!("cam_angle_deg,lift_mm\n{}", turn(|angle, lift| format!("{angle:.1},{lift:.3}")));
+    let name = |lift: &ProfileLift| lift.law.reading().map(|reading| reading.reading.name());
+    let plain = read_one("plain", &rows, "{table: t.txt}").unwrap();
+    assert_eq!((name(&plain), plain.others.len()), (Some("smoothest"), 1));
+    let cubic = read_one("cubic", &rows, "{table: t.txt, reading: cubic_spline}").unwrap();
+    assert_eq!((name(&cubic), cubic.others[0].reading.name()), (Some("cubic_spline"), "smoothest"));
+    let smooth = read_one("smooth", &rows, "{table: t.txt, smooth_within_um: 20}").unwrap();
+    let reading = smooth.law.reading().unwrap();
+    assert_eq!((name(&smooth), smooth.others.len()), (Some("smooth_within"), 2));
+    assert!(reading.max_deviation_mm > 1e-3 && reading.max_deviation_mm <= 0.02 * (1.0 + 1e-9), "{reading:?}");
+    assert!(reading.peak_jerk_mm_rad3 <= smooth.others[0].peak_jerk_mm_rad3);
+    let errors = read_one("too-little", &rows, "{table: t.txt, smooth_within_um: 0.2}").unwrap_err();
+    assert!(errors[0].starts_with("job.yaml:1: profile p: smoothing within 0.0002 mm asks for less"), "{errors:?}");
+}
+
+#[test]
+fn keys_that_contradict_each_other_are_refused() {
+    let rows = format!("cam_angle_deg,lift_mm\n{}", turn(|angle, lift| format!("{angle:.1},{lift:.3}")));
+    for (lift, words) in [
+        ("{}", "exactly one of: table, half_table"),
+        ("{table: t.txt, half_table: t.txt}", "exactly one of"),
+        ("{eccentric: {eccentricity_mm: 2}, reading: smoothest}", "reading is about a table"),
+        ("{table: t.txt, start_deg: 5}", "start_deg is about segments"),
+        ("{table: t.txt, reading: cubic_spline, smooth_within_um: 5}", "goes through every point"),
+        ("{table: t.txt, step_cam_deg: 5, step_crank_deg: 5}", "cam and in crank degrees"),
+        ("{table: t.txt, step_crank_deg: 5, angle: cam}", "cam and in crank degrees"),
+        ("{table: t.txt, smooth_within_um: -1}", "smooth_within_um is -1; it must be a positive number"),
+        ("{table: t.txt, colums: [lift_mm]}", "colums"),
+        ("{table: t.txt, columns: [cam_angle_deg, lift_mm, lift_inch]}", "two columns of lifts"),
+        ("{table: t.txt, columns: [cam_angle_deg, lift_furlong]}", "unknown column \"lift_furlong\""),
+    ] {
+        let errors = read_one("keys", &rows, lift).unwrap_err();
+        assert!(errors[0].contains(words), "{lift}: {errors:?}");
+    }
+}
+
+/// `camwright check` of a bare table takes the keys of `lift` with `--set`.
+#[test]
+fn a_table_alone_is_read_by_its_header_or_by_what_is_set() {
+    let inch = turn(|angle, lift| format!("{angle:.1} {:.4}", lift / 25.4));
+    let located = Located { path: PathBuf::from("no-such-folder/t.txt"), text: inch.clone() };
+    assert!(read_alone(&located, &[]).is_err(), "the file is found by its path");
+    let folder = Folder::new("alone", &[("t.txt", inch.as_str())]);
+    let located = Located { path: folder.0.join("t.txt"), text: inch };
+    let errors = read_alone(&located, &[]).unwrap_err();
+    assert!(errors[0].to_string().contains("no header line names the columns"), "{errors:?}");
+    let set = ["columns=[cam_angle_deg, lift_inch]".to_owned()];
+    is_the_turn(&read_alone(&located, &set).unwrap(), 25.4e-4);
+}

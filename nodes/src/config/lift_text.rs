@@ -1,0 +1,351 @@
+//! The text of a lift table: columns of numbers under comments and titles, in whatever separators and decimals its program
+//! prints, with nothing guessed: what the file leaves open the job declares, and what contradicts it is refused.
+//!
+//! ```text
+//! # anything                      comment lines begin with #, //, !, % or *; # also ends a row
+//! LIFT TABLE 4711                 titles: lines before the first row
+//! cam_angle_deg;lift_mm           a header that names the columns, unless the job does
+//! 0,0;0,000                       rows: semicolon, tab, comma or blanks; decimal commas if declared
+//! ```
+
+use super::locate::Located;
+use super::{ConfigError, Place};
+use camwright::lift::{LengthUnit, LiftForm, LiftRow};
+use serde::Deserialize;
+use std::path::Path;
+
+/// What a job declares the angles of a table to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AngleUnit {
+    /// Degrees of the cam: one turn is 360.
+    Cam,
+    /// Degrees of the crank: one turn of the cam is 720.
+    Crank,
+}
+
+impl AngleUnit {
+    /// Name of a column of such angles.
+    #[must_use]
+    pub const fn column(self) -> &'static str {
+        match self {
+            AngleUnit::Cam => "cam_angle_deg",
+            AngleUnit::Crank => "crank_angle_deg",
+        }
+    }
+
+    /// The same in the core.
+    #[must_use]
+    pub const fn core(self) -> camwright::lift::AngleUnit {
+        match self {
+            AngleUnit::Cam => camwright::lift::AngleUnit::CamDegrees,
+            AngleUnit::Crank => camwright::lift::AngleUnit::CrankDegrees,
+        }
+    }
+}
+
+/// What a job declares about the text of a table.
+#[derive(Debug, Clone, Default)]
+pub struct Format {
+    /// Names of the columns; none: the file's header has them.
+    pub columns: Option<Vec<String>>,
+    /// What the angles are; none: cam degrees, unless the declared columns say otherwise.
+    pub angle: Option<AngleUnit>,
+    /// Lines to skip before anything is read; none: what does not begin with a number is a title.
+    pub header_lines: Option<usize>,
+    /// Numbers have a decimal comma.
+    pub decimal_comma: bool,
+    /// Angle from row to row where the file has no angles (deg of `angle`).
+    pub step_deg: Option<f64>,
+}
+
+/// The text of a table as numbers.
+#[derive(Debug, Clone)]
+pub struct Printed {
+    /// Its rows; a cell that is no number is not a number here either, and told in `findings`.
+    pub rows: Vec<LiftRow>,
+    /// What the values are.
+    pub form: LiftForm,
+    /// What they were printed in.
+    pub unit: LengthUnit,
+    /// What the angles are.
+    pub angle: AngleUnit,
+    /// The last digit printed (mm).
+    pub last_digit_mm: f64,
+    /// Number of lines.
+    pub lines: usize,
+    /// Cells and rows that are none.
+    pub findings: Vec<ConfigError>,
+    /// Words of comments and titles that contradict the declaration.
+    pub doubts: Vec<ConfigError>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Column {
+    Angle(AngleUnit),
+    Value { form: LiftForm, mm_per_unit: f64, unit: LengthUnit },
+    Ignored,
+}
+
+const KNOWN: &str = "block, cam_angle_deg, crank_angle_deg, lift_mm, lift_um, lift_inch, increment_mm, increment_um, \
+                     increment_inch";
+
+fn column(name: &str) -> Option<Column> {
+    let value = |form, mm_per_unit, unit| Some(Column::Value { form, mm_per_unit, unit });
+    match name {
+        "block" | "-" => Some(Column::Ignored),
+        "cam_angle_deg" => Some(Column::Angle(AngleUnit::Cam)),
+        "crank_angle_deg" => Some(Column::Angle(AngleUnit::Crank)),
+        "lift_mm" => value(LiftForm::Absolute, 1.0, LengthUnit::Millimetre),
+        "lift_um" => value(LiftForm::Absolute, 1e-3, LengthUnit::Millimetre),
+        "lift_inch" => value(LiftForm::Absolute, LengthUnit::Inch.mm(), LengthUnit::Inch),
+        "increment_mm" => value(LiftForm::Increments, 1.0, LengthUnit::Millimetre),
+        "increment_um" => value(LiftForm::Increments, 1e-3, LengthUnit::Millimetre),
+        "increment_inch" => value(LiftForm::Increments, LengthUnit::Inch.mm(), LengthUnit::Inch),
+        _ => None,
+    }
+}
+
+/// What stands between two cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Separator {
+    Char(char),
+    Blanks,
+}
+
+impl Separator {
+    /// The strongest one in a line; a comma is none where it is the decimal one.
+    fn of(line: &str, decimal_comma: bool) -> Self {
+        let candidates: &[char] = if decimal_comma { &[';', '\t'] } else { &[';', '\t', ','] };
+        candidates.iter().find(|c| line.contains(**c)).map_or(Separator::Blanks, |c| Separator::Char(*c))
+    }
+
+    /// Cells, trimmed. A separator at the end of the line has nothing behind it.
+    fn split(self, line: &str) -> Vec<&str> {
+        match self {
+            Separator::Blanks => line.split_whitespace().collect(),
+            Separator::Char(c) => line.trim_end().trim_end_matches(c).split(c).map(str::trim).collect(),
+        }
+    }
+}
+
+/// Columns with what they mean.
+struct Columns {
+    angle: Option<(usize, AngleUnit)>,
+    value: usize,
+    form: LiftForm,
+    mm_per_unit: f64,
+    unit: LengthUnit,
+    count: usize,
+}
+
+/// Reads the text of a table.
+///
+/// # Errors
+/// No rows, or columns that are not known or contradict the declaration. Faults of single rows are in
+/// [`Printed::findings`].
+pub fn read(located: &Located, format: &Format) -> Result<Printed, Vec<ConfigError>> {
+    let path = &located.path;
+    let text = located.text.trim_start_matches('\u{feff}');
+    let lines: Vec<(u64, &str)> = (1_u64..).zip(text.lines()).collect();
+    let skipped = format.header_lines.unwrap_or(0).min(lines.len());
+    let mut titles: Vec<(u64, &str)> = Vec::new();
+    let mut said: Vec<(u64, &str)> = lines[..skipped].to_vec();
+    let mut body: Vec<(u64, &str)> = Vec::new();
+    for &(number, line) in &lines[skipped..] {
+        let content = line.split('#').next().unwrap_or("").trim();
+        if content.is_empty() || content.starts_with("//") || content.starts_with(['!', '%', '*']) {
+            said.push((number, line));
+        } else if body.is_empty() && !begins_with_number(content) {
+            titles.push((number, content));
+        } else {
+            // Tabs at the head of a row are an empty cell, not space.
+            body.push((number, line.split('#').next().unwrap_or("").trim_matches(' ').trim_end()));
+        }
+    }
+    let at = |number: u64, message: String| vec![ConfigError::at(Place::line(path, number), message)];
+    let Some(&(first_row, first_text)) = body.first() else {
+        return Err(match titles.last() {
+            None => vec![ConfigError::at(Place::file(path), "is empty; a header line and rows are needed")],
+            Some((number, _)) => at(*number, "no row of numbers follows this line".into()),
+        });
+    };
+    let (columns, header) = columns(path, &titles, first_row, format)?;
+    said.extend(titles.iter().filter(|(number, _)| header != Some(*number)));
+    let angle = columns.angle.map_or(format.angle.unwrap_or(AngleUnit::Cam), |(_, angle)| angle);
+    if columns.angle.is_some() && format.step_deg.is_some() {
+        let message = "the table has a column of angles, and the job declares a step as if it had none";
+        return Err(at(header.unwrap_or(first_row), message.into()));
+    }
+    let separator = Separator::of(first_text, format.decimal_comma);
+    let mut printed = Printed {
+        rows: Vec::with_capacity(body.len()),
+        form: columns.form,
+        unit: columns.unit,
+        angle,
+        last_digit_mm: columns.mm_per_unit,
+        lines: lines.len(),
+        findings: Vec::new(),
+        doubts: doubts(path, &said, columns.unit, columns.angle.map(|(_, angle)| angle).or(format.angle)),
+    };
+    let mut digits = 0;
+    for (index, (number, text)) in body.into_iter().enumerate() {
+        let mut refuse = |message: String| printed.findings.push(ConfigError::at(Place::line(path, number), message));
+        let cells = separator.split(text);
+        let mut number_of = |index: usize| match cells.get(index) {
+            Some(cell) => parse(cell, format.decimal_comma).unwrap_or_else(|message| {
+                refuse(message);
+                f64::NAN
+            }),
+            None => f64::NAN,
+        };
+        let (mut angle_deg, mut value) = (columns.angle.map(|(index, _)| number_of(index)), number_of(columns.value));
+        if cells.len() != columns.count {
+            refuse(format!("{} columns, the header has {}", cells.len(), columns.count));
+            (angle_deg, value) = (angle_deg.map(|_| f64::NAN), f64::NAN);
+        } else if let Some(cell) = cells.get(columns.value).filter(|_| value.is_finite()) {
+            digits = digits.max(decimals(cell));
+        }
+        #[allow(clippy::cast_precision_loss, reason = "row counts are far below 2^53")]
+        let stepped = || format.step_deg.map(|step| index as f64 * step);
+        printed.rows.push(LiftRow {
+            line: usize::try_from(number).unwrap_or(usize::MAX),
+            angle_deg: angle_deg.or_else(stepped),
+            value_mm: value * columns.mm_per_unit,
+        });
+    }
+    printed.last_digit_mm /= 10_f64.powi(digits);
+    Ok(printed)
+}
+
+/// The columns, declared or from the header, and the line of the header.
+fn columns(
+    path: &Path,
+    titles: &[(u64, &str)],
+    first_row: u64,
+    format: &Format,
+) -> Result<(Columns, Option<u64>), Vec<ConfigError>> {
+    let names = |text: &str| -> Vec<String> {
+        Separator::of(text, false).split(text).into_iter().map(|name| name.trim_matches('"').to_owned()).collect()
+    };
+    let is_value = |name: &String| matches!(column(name), Some(Column::Value { .. }));
+    let header = titles.iter().rev().find(|(_, text)| names(text).iter().any(is_value));
+    let refuse = |number, message: String| vec![ConfigError::at(Place::line(path, number), message)];
+    let declared_angle = || format.angle.unwrap_or(AngleUnit::Cam);
+    if let Some(declared) = &format.columns {
+        let columns = understand(declared, format.angle).map_err(|message| refuse(first_row, message))?;
+        // A header that the file has all the same must not say something else.
+        for (number, text) in titles {
+            for (index, name) in names(text).into_iter().enumerate() {
+                if column(&name).is_some_and(|known| known != Column::Ignored) && declared.get(index) != Some(&name) {
+                    let said = declared.get(index).map_or("no such column", String::as_str);
+                    return Err(refuse(*number, format!("column {name}, but the job declares {said}")));
+                }
+            }
+        }
+        return Ok((columns, None));
+    }
+    match (header, titles.last()) {
+        (Some((number, text)), _) => {
+            let columns = understand(&names(text), Some(declared_angle())).map_err(|error| refuse(*number, error))?;
+            Ok((columns, Some(*number)))
+        }
+        (None, Some((number, text))) => {
+            let message = match names(text).iter().find(|name| column(name).is_none()) {
+                Some(name) => format!(
+                    "unknown column {name:?}; known are {KNOWN}; a job can name the columns of such a file with `columns`"
+                ),
+                None => format!("no column of lifts or increments in the header; known are {KNOWN}"),
+            };
+            Err(refuse(*number, message))
+        }
+        (None, None) => {
+            let message = "no header line names the columns; the job must, with `columns`: for example \
+                           [cam_angle_deg, lift_mm]";
+            Err(refuse(first_row, message.into()))
+        }
+    }
+}
+
+/// Columns by their names; `angle` is what the angles must be.
+fn understand(names: &[String], angle: Option<AngleUnit>) -> Result<Columns, String> {
+    let mut found: Option<(usize, LiftForm, f64, LengthUnit)> = None;
+    let mut angles: Option<(usize, AngleUnit)> = None;
+    for (index, name) in names.iter().enumerate() {
+        match column(name) {
+            Some(Column::Ignored) => {}
+            Some(Column::Angle(unit)) => match angle {
+                Some(declared) if declared != unit => {
+                    return Err(format!("column {name}, but the job declares {}", declared.column()));
+                }
+                _ if angles.is_some() => return Err("two columns of angles; one is needed".into()),
+                _ => angles = Some((index, unit)),
+            },
+            Some(Column::Value { .. }) if found.is_some() => {
+                return Err("two columns of lifts or increments; one is needed".into());
+            }
+            Some(Column::Value { form, mm_per_unit, unit }) => found = Some((index, form, mm_per_unit, unit)),
+            None => return Err(format!("unknown column {name:?}; known are {KNOWN}")),
+        }
+    }
+    let (value, form, mm_per_unit, unit) =
+        found.ok_or_else(|| format!("no column of lifts or increments; known are {KNOWN}"))?;
+    Ok(Columns { angle: angles, value, form, mm_per_unit, unit, count: names.len() })
+}
+
+fn begins_with_number(line: &str) -> bool {
+    let first = line.split([';', '\t', ',', ' ']).next().unwrap_or("");
+    first.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.')) && first.parse::<f64>().is_ok()
+}
+
+fn parse(cell: &str, decimal_comma: bool) -> Result<f64, String> {
+    let no_number = || format!("{cell:?} is not a number");
+    if decimal_comma {
+        if cell.contains('.') {
+            return Err(format!("{cell:?} has a decimal point, the job declares decimal commas"));
+        }
+        return cell.replace(',', ".").parse().map_err(|_| no_number());
+    }
+    cell.parse().map_err(|_| {
+        if cell.replacen(',', ".", 1).parse::<f64>().is_ok() {
+            format!("{cell:?} has a decimal comma, which the job must declare with `decimal_comma: true`")
+        } else {
+            no_number()
+        }
+    })
+}
+
+/// Digits after the decimal point of a number, its exponent counted in.
+fn decimals(cell: &str) -> i32 {
+    let (mantissa, exponent) = cell.split_once(['e', 'E']).unwrap_or((cell, "0"));
+    let fraction = mantissa.split_once(['.', ',']).map_or(0, |(_, fraction)| fraction.len());
+    let fraction = i32::try_from(fraction).unwrap_or(i32::MAX);
+    fraction.saturating_sub(exponent.parse::<i32>().unwrap_or(0)).clamp(0, 300)
+}
+
+/// Comments and titles that name another unit than the declared one.
+fn doubts(path: &Path, said: &[(u64, &str)], unit: LengthUnit, angle: Option<AngleUnit>) -> Vec<ConfigError> {
+    let mut doubts = Vec::new();
+    for (number, line) in said {
+        let words: Vec<String> =
+            line.split(|c: char| !c.is_ascii_alphanumeric()).map(str::to_ascii_lowercase).collect();
+        let says = |known: &[&str]| words.iter().find(|word| known.contains(&word.as_str()));
+        let (inches, millimetres) =
+            (says(&["inch", "inches"]), says(&["mm", "millimetre", "millimetres", "millimeter", "millimeters"]));
+        let (cam, crank) = (says(&["cam", "camshaft"]), says(&["crank", "crankshaft"]));
+        let mut doubt = |said: Option<&String>, against: Option<&String>, declared: &str| {
+            if let (Some(word), None) = (said, against) {
+                let message = format!("the file says {word:?} here, declared are {declared}");
+                doubts.push(ConfigError::at(Place::line(path, *number), message));
+            }
+        };
+        match unit {
+            LengthUnit::Millimetre => doubt(inches, millimetres, "millimetres"),
+            LengthUnit::Inch => doubt(millimetres, inches, "inches"),
+        }
+        if angle == Some(AngleUnit::Cam) {
+            doubt(crank, cam, "cam degrees");
+        }
+    }
+    doubts
+}
