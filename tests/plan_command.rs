@@ -146,7 +146,7 @@ fn every_file_has_its_columns_and_agrees_with_the_others() {
         let (header, path) = table(&folder.join("tool_path.csv"));
         assert_eq!(header, "c_deg,x_mm,contact_azimuth_deg,wheel_line_deg,x_axis_mm");
         let (header, speed) = table(&folder.join("speed_plan.csv"));
-        assert_eq!(header, "c_deg,t_s,c_rad_s,c_rad_s2,c_rad_s3,x_mm_s,x_mm_s2,x_mm_s3,removal_mm2_s");
+        assert_eq!(header, "c_deg,t_s,c_rad_s,c_rad_s2,c_rad_s3,x_mm_s,x_mm_s2,x_mm_s3,removal_mm2_s,pass");
         assert_eq!((contour.len(), path.len()), (3600, 3600));
         assert!(contour.iter().chain(&path).chain(&speed).flatten().all(|value| value.is_finite()));
         // The largest lift stands on the contour: base circle + lift.
@@ -160,7 +160,7 @@ fn every_file_has_its_columns_and_agrees_with_the_others() {
 /// Rows one interpolation period apart; each derivative is the difference quotient of the one before it; the removal
 /// rate ends at 0 with the spark-out, and its integral is the stock.
 fn check_speed_plan(lobe: &serde_json::Value, rows: &[Vec<f64>]) {
-    let number = |key: &str| lobe[key].as_f64().expect("a number");
+    let number = |key: &str| lobe["passes"][0][key].as_f64().expect("a number");
     let period = rows[1][1];
     assert!((period - 0.001).abs() < 1e-15, "{period}");
     assert!((rows[0][0].rem_euclid(360.0) - rows[rows.len() - 1][0].rem_euclid(360.0)).abs() < 1e-6, "whole turns");
@@ -189,10 +189,11 @@ fn at_a_constant_removal_rate_no_tick_exceeds_it_or_a_limit() {
     let summary = planned("four_lobe_camshaft", &folder.0, &set.map(String::from));
     for lobe in summary["lobes"].as_array().expect("a list") {
         let name = lobe["name"].as_str().expect("a name");
-        let figure = |key: &str| lobe[key].as_f64().unwrap_or_else(|| panic!("{name}: {key}"));
+        let pass = &lobe["passes"][0];
+        let figure = |key: &str| pass[key].as_f64().unwrap_or_else(|| panic!("{name}: {key}"));
         assert!(figure("turn_s") < 0.5 * figure("constant_speed_turn_s"), "{lobe}");
         assert!(figure("least_turn_s") < figure("turn_s") && figure("turn_s") < 1.1 * figure("least_turn_s"), "{lobe}");
-        for limit in lobe["limits"].as_array().expect("a list") {
+        for limit in pass["limits"].as_array().expect("a list") {
             assert!(limit["ratio"].as_f64().expect("a number") <= 1.0, "{name}: {limit}");
         }
         let (_, rows) = table(&folder.0.join(name).join("speed_plan.csv"));

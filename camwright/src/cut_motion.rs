@@ -95,12 +95,13 @@ pub struct TurnSample {
 }
 
 impl Plan {
-    /// The cut of a lobe: the first if it has several passes.
-    #[must_use]
-    pub fn cut_of(&self, lobe: usize) -> Option<&CutSegment> {
-        self.segments.iter().filter(|segment| segment.lobe == Some(lobe)).find_map(|segment| match &segment.kind {
-            SegmentKind::Cut(cut) => Some(cut),
-            _ => None,
+    /// The cuts of a lobe, pass by pass.
+    pub fn cuts_of(&self, lobe: usize) -> impl Iterator<Item = &CutSegment> {
+        self.segments.iter().filter(move |segment| segment.lobe == Some(lobe)).filter_map(|segment| {
+            match &segment.kind {
+                SegmentKind::Cut(cut) => Some(cut),
+                _ => None,
+            }
         })
     }
 
@@ -115,12 +116,11 @@ impl Plan {
         })
     }
 
-    /// A turn of a lobe at the programmed speed and without infeed, at `count` equal steps of the path angle.
+    /// A turn of a cut at the programmed speed and without infeed, at `count` equal steps of the path angle.
     ///
-    /// `None` if the lobe has no cut, or its plateau is shorter than a turn.
+    /// `None` if the plan lacks its splines, or its plateau is shorter than a turn.
     #[must_use]
-    pub fn turn_samples(&self, lobe: usize, count: u32) -> Option<Vec<TurnSample>> {
-        let cut = self.cut_of(lobe)?;
+    pub fn turn_samples(&self, cut: &CutSegment, count: u32) -> Option<Vec<TurnSample>> {
         let motion = self.motion_of(cut)?;
         let plateau = cut.plateau_s;
         if plateau.1 - plateau.0 < cut.turn_s {

@@ -32,8 +32,8 @@ const MOST_TURNS: u32 = 1000;
 pub enum InfeedError {
     /// RT is not N·ΔR·n.
     #[error(
-        "total infeed {total_mm} mm is {turns:.4} turns of {blocks} blocks of {per_block_mm} mm; whole turns are needed: \
-         {nearest}"
+        "total infeed {} mm is {turns:.4} turns of {blocks} blocks of {} mm; whole turns are needed: {nearest}",
+        significant(*.total_mm), significant(*.per_block_mm)
     )]
     NotWholeTurns {
         /// RT.
@@ -108,6 +108,7 @@ pub struct InfeedSchedule {
     total_counts: i64,
     total_mm: f64,
     turns: u32,
+    left_mm: f64,
 }
 
 impl InfeedSchedule {
@@ -141,7 +142,19 @@ impl InfeedSchedule {
         }
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and MOST_TURNS")]
         let turns = whole as u32;
-        Ok(Self { total_counts, total_mm: x_scale.position(total_counts), turns })
+        Ok(Self { total_counts, total_mm: x_scale.position(total_counts), turns, left_mm: 0.0 })
+    }
+
+    /// The same schedule for a pass after which others take so much more (mm, on counts of X).
+    #[must_use]
+    pub const fn above(self, left_mm: f64) -> Self {
+        Self { left_mm, ..self }
+    }
+
+    /// What later passes take (mm).
+    #[must_use]
+    pub const fn left_mm(&self) -> f64 {
+        self.left_mm
     }
 
     /// Total infeed (counts of X).
@@ -179,7 +192,7 @@ impl InfeedSchedule {
     }
 }
 
-/// Offset of X above the finished path over the angle turned since the start (mm over rad).
+/// Offset of X above the finished path over the angle turned since the start (mm over rad); it ends at what later passes take.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InfeedLaw {
     schedule: InfeedSchedule,
@@ -193,9 +206,9 @@ impl InfeedLaw {
         let end = f64::from(schedule.turns) * TURN_RAD;
         let half = 0.5 * blend_rad;
         let law = HermiteSpline::new(alloc::vec![
-            Knot { at: 0.0, value: schedule.total_mm, first: -slope, second: 0.0 },
-            Knot { at: end - half, value: slope * half, first: -slope, second: 0.0 },
-            Knot { at: end + half, value: 0.0, first: 0.0, second: 0.0 },
+            Knot { at: 0.0, value: schedule.left_mm + schedule.total_mm, first: -slope, second: 0.0 },
+            Knot { at: end - half, value: schedule.left_mm + slope * half, first: -slope, second: 0.0 },
+            Knot { at: end + half, value: schedule.left_mm, first: 0.0, second: 0.0 },
         ])
         .expect("the blend is longer than nothing and ends within the turns around it; all numbers are finite");
         Self { schedule, blend_rad, law }

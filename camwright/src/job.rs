@@ -130,7 +130,7 @@ pub struct JobSpec {
     pub rapid_speed_mm_s: f64,
     /// Stock of the blank: material above the contour, along its normal (mm).
     pub stock_mm: f64,
-    /// Passes over each lobe, in order.
+    /// Passes over each lobe, in order, each from rest to rest at the same phase and from where the one before ended.
     pub passes: Vec<PassSpec>,
     /// Distance by which a hold or a cancel takes the wheel off the part (mm).
     pub retract_clearance_mm: f64,
@@ -223,11 +223,13 @@ pub enum JobError {
         /// The pass.
         pass: String,
     },
-    /// Not exactly one pass.
-    #[error("the job has {count} passes; exactly 1 can be planned")]
+    /// No pass, or more than make sense.
+    #[error("the job has {count} passes; it needs 1 to {most}")]
     PassCount {
         /// Number of passes.
         count: usize,
+        /// Most allowed.
+        most: usize,
     },
     /// No blocks.
     #[error("{blocks} blocks per turn; at least {least} are needed")]
@@ -251,6 +253,9 @@ pub enum JobError {
     },
 }
 
+/// Most passes over a lobe: roughing, finishing and some between; more is likelier a mistake.
+pub const MOST_PASSES: usize = 16;
+
 /// Fewest blocks per turn: below this a block is a tenth of a turn and no table of a lift.
 pub const LEAST_BLOCKS: u32 = 36;
 
@@ -263,8 +268,8 @@ impl JobSpec {
         if self.lobes.is_empty() {
             return Err(JobError::NoLobes);
         }
-        if self.passes.len() != 1 {
-            return Err(JobError::PassCount { count: self.passes.len() });
+        if self.passes.is_empty() || self.passes.len() > MOST_PASSES {
+            return Err(JobError::PassCount { count: self.passes.len(), most: MOST_PASSES });
         }
         if self.blocks_per_turn < LEAST_BLOCKS {
             return Err(JobError::TooFewBlocks { blocks: self.blocks_per_turn, least: LEAST_BLOCKS });

@@ -55,7 +55,8 @@ pub struct CutSegment {
     pub path: usize,
     /// Index into [`Plan::time_laws`]: angle since the start over time (rad over s), at rest at both ends.
     pub speed: usize,
-    /// Index into [`Plan::angle_laws`]: offset of X over the angle since the start (mm over rad); ends at 0.
+    /// Index into [`Plan::angle_laws`]: offset of X over the angle since the start (mm over rad); ends at what the lobe's
+    /// later passes take.
     pub infeed: usize,
     /// C at the start, modulo one turn (counts).
     pub start_counts: i64,

@@ -248,7 +248,8 @@ impl Walk<'_> {
         if turned != wanted {
             return Err(PlanFault::NotClosed { axis: Axis::C, counts: turned - wanted });
         }
-        let infeed_counts = x.scale.counts(motion.infeed.sample(0.0).value);
+        let infeed_at = |angle: f64| x.scale.counts(motion.infeed.sample(angle).value);
+        let infeed_counts = infeed_at(0.0) - infeed_at(motion.infeed.end());
         let ends = x.scale.counts(motion.over_angle(angle).value);
         if ends != begins - infeed_counts {
             return Err(PlanFault::NotClosed { axis: Axis::X, counts: ends - (begins - infeed_counts) });

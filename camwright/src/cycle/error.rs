@@ -42,10 +42,12 @@ pub enum PlanError {
         source: InfeedError,
     },
     /// C cannot turn as wanted.
-    #[error("lobe {lobe}: {source}")]
+    #[error("lobe {lobe}, pass {pass}: {source}")]
     Speed {
         /// Name of the lobe.
         lobe: String,
+        /// Name of the pass.
+        pass: String,
         /// Why.
         source: SpeedPlanError,
     },

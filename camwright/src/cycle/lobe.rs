@@ -46,8 +46,8 @@ pub struct PlannedLobe {
     pub start_rad: f64,
     /// Block of the table from which it is read: the one that begins at or before the start angle.
     pub start_block: u32,
-    /// Speed and infeed.
-    pub speed: SpeedPlan,
+    /// Speed and infeed of every pass.
+    pub passes: Vec<SpeedPlan>,
 }
 
 /// A profile as the wheel sees it.
@@ -146,14 +146,14 @@ fn extremes(spline: &PeriodicSpline) -> (f64, f64) {
 pub(super) fn begins(
     job: &JobSpec,
     machine: &MachineDescription,
-    schedule: &InfeedSchedule,
+    schedules: &[InfeedSchedule],
     rotary_indexing: bool,
 ) -> Vec<Begin> {
     let scale = machine.axis(Axis::C).scale;
     let turn_counts = scale.counts(TURN_RAD);
     let sense = f64::from(machine.rotation_sense.signum());
     let spark_out: u32 = job.passes.iter().map(|pass| pass.spark_out_turns).sum();
-    let turns = i64::from(schedule.turns() + spark_out);
+    let turns = i64::from(schedules.iter().map(InfeedSchedule::turns).sum::<u32>() + spark_out);
     let mut c_counts = 0_i64;
     job.lobes
         .iter()
@@ -183,10 +183,9 @@ pub(super) fn plan_lobes(
     job: &JobSpec,
     machine: &MachineDescription,
     shapes: &[Shape],
-    schedule: &InfeedSchedule,
+    schedules: &[InfeedSchedule],
     begins: &[Begin],
 ) -> Result<Vec<PlannedLobe>, PlanError> {
-    let pass = &job.passes[0];
     let sense = f64::from(machine.rotation_sense.signum());
     job.lobes
         .iter()
@@ -194,29 +193,41 @@ pub(super) fn plan_lobes(
         .map(|(lobe, begin)| {
             let shape = &shapes[lobe.profile];
             let start_rad = wrap_turn(sense * begin.path_rad);
-            check_blank(job, lobe, shape, schedule, start_rad)?;
-            let speed = SpeedPlan::new(&SpeedRequest {
-                path: &shape.path,
-                path_start_rad: begin.path_rad,
-                infeed: schedule,
-                spark_out_turns: pass.spark_out_turns,
-                speed: pass.speed,
-                rotation_sense: machine.rotation_sense,
-                wheel_radius_mm: shape.tool_path.wheel_radius_mm(),
-                c: machine.axis(Axis::C).limits,
-                x: machine.axis(Axis::X).limits,
-                cycle_time_s: machine.cycle_time_s(),
-            })
-            .map_err(|source| PlanError::Speed { lobe: lobe.name.clone(), source })?;
+            check_blank(job, lobe, shape, total_infeed_mm(schedules), start_rad)?;
+            let passes = job.passes.iter().zip(schedules).map(|(pass, schedule)| {
+                SpeedPlan::new(&SpeedRequest {
+                    path: &shape.path,
+                    path_start_rad: begin.path_rad,
+                    infeed: schedule,
+                    spark_out_turns: pass.spark_out_turns,
+                    speed: pass.speed,
+                    rotation_sense: machine.rotation_sense,
+                    wheel_radius_mm: shape.tool_path.wheel_radius_mm(),
+                    c: machine.axis(Axis::C).limits,
+                    x: machine.axis(Axis::X).limits,
+                    cycle_time_s: machine.cycle_time_s(),
+                })
+                .map_err(|source| PlanError::Speed {
+                    lobe: lobe.name.clone(),
+                    pass: pass.name.clone(),
+                    source,
+                })
+            });
+            let passes = passes.collect::<Result<Vec<_>, _>>()?;
             Ok(PlannedLobe {
                 design: designed(lobe, shape.contour.clone()),
                 tool_path: shape.tool_path.clone(),
                 start_rad,
                 start_block: block_at(start_rad, job.blocks_per_turn),
-                speed,
+                passes,
             })
         })
         .collect()
+}
+
+/// Infeed of all passes together, on counts of X (mm).
+fn total_infeed_mm(schedules: &[InfeedSchedule]) -> f64 {
+    schedules.first().map_or(0.0, |first| first.left_mm() + first.total_mm())
 }
 
 /// At the end of the rapid advance the wheel stands off the blank, which is the contour and its stock.
@@ -224,7 +235,7 @@ fn check_blank(
     job: &JobSpec,
     lobe: &LobeSpec,
     shape: &Shape,
-    schedule: &InfeedSchedule,
+    total_infeed_mm: f64,
     start_rad: f64,
 ) -> Result<(), PlanError> {
     let wheel_mm = shape.tool_path.wheel_radius_mm();
@@ -238,11 +249,11 @@ fn check_blank(
             .map(|point| libm::hypot(point.x - x, point.y - y) - wheel_mm)
             .fold(f64::INFINITY, f64::min)
     };
-    let gap_mm = gap_at(schedule.total_mm());
+    let gap_mm = gap_at(total_infeed_mm);
     if gap_mm > job.stock_mm {
         return Ok(());
     }
-    let (mut low, mut high) = (0.0, 100.0 * (job.stock_mm + schedule.total_mm()));
+    let (mut low, mut high) = (0.0, 100.0 * (job.stock_mm + total_infeed_mm));
     for _ in 0..50 {
         let middle = 0.5 * (low + high);
         if gap_at(middle) > job.stock_mm { high = middle } else { low = middle }
@@ -251,7 +262,7 @@ fn check_blank(
         lobe: lobe.name.clone(),
         gap_mm,
         stock_mm: job.stock_mm,
-        total_infeed_mm: schedule.total_mm(),
+        total_infeed_mm,
         least_mm: high,
     })
 }
@@ -260,9 +271,10 @@ fn check_blank(
 pub(super) fn check_travel(
     job: &JobSpec,
     machine: &MachineDescription,
-    schedule: &InfeedSchedule,
+    schedules: &[InfeedSchedule],
     lobes: &[PlannedLobe],
 ) -> Result<(), PlanError> {
+    let total_infeed_mm = total_infeed_mm(schedules);
     // X is largest with the farthest point of the contour on the wheel line, and is its radius there.
     let reach = |lobe: &PlannedLobe| {
         let (_, reach_mm) = extremes(lobe.tool_path.spline());
@@ -288,9 +300,9 @@ pub(super) fn check_travel(
     for (index, lobe) in lobes.iter().enumerate() {
         let place = || alloc::format!("lobe {}: ", lobe.design.name);
         let (low_mm, high_mm) = extremes(lobe.tool_path.spline());
-        let retracted_mm = lobe.tool_path.sample(lobe.start_rad).value + schedule.total_mm() + job.rapid_advance_mm;
+        let retracted_mm = lobe.tool_path.sample(lobe.start_rad).value + total_infeed_mm + job.rapid_advance_mm;
         soft_limit(machine, Axis::X, low_mm, place(), "the lowest point of the path")?;
-        let held_mm = high_mm + schedule.total_mm() + job.retract_clearance_mm;
+        let held_mm = high_mm + total_infeed_mm + job.retract_clearance_mm;
         soft_limit(machine, Axis::X, held_mm, place(), "a hold on the highest point of the path")?;
         soft_limit(machine, Axis::X, retracted_mm, place(), "the start of the rapid advance")?;
         if index + 1 < lobes.len() {

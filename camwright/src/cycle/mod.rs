@@ -23,7 +23,7 @@ pub use error::PlanError;
 pub use lobe::{LobeDesign, PlannedLobe, designs};
 
 use crate::infeed::InfeedSchedule;
-use crate::job::{JobSpec, PassSpec};
+use crate::job::JobSpec;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::plan::Plan;
 use crate::plan_check::{PlanReport, check_plan};
@@ -75,46 +75,53 @@ pub fn plan_job(
     start: Option<PlanStart>,
 ) -> Result<PlannedJob, PlanError> {
     job.check(machine)?;
-    // `check` has seen that there is one pass.
-    let pass = &job.passes[0];
-    let schedule = schedule(job, pass, machine)?;
+    let schedules = schedules(job, machine)?;
     let shapes = lobe::shapes(job, machine, wheel_radius_mm)?;
-    let begins = lobe::begins(job, machine, &schedule, job.rotary_indexing);
-    let lobes = lobe::plan_lobes(job, machine, &shapes, &schedule, &begins)?;
-    lobe::check_travel(job, machine, &schedule, &lobes)?;
+    let begins = lobe::begins(job, machine, &schedules, job.rotary_indexing);
+    let lobes = lobe::plan_lobes(job, machine, &shapes, &schedules, &begins)?;
+    lobe::check_travel(job, machine, &schedules, &lobes)?;
 
     let start = start.unwrap_or_else(|| {
         let counts = |axis: Axis, at: f64| machine.axis(axis).scale.counts(at);
         PlanStart { counts: [0, counts(Axis::X, job.home.x_mm), counts(Axis::Z, job.home.z_mm)], c_homed: false }
     });
-    let mut plan = build(job, machine, &schedule, &shapes, &lobes, start, job.rotary_indexing)?;
+    let mut plan = build(job, machine, &schedules, &shapes, &lobes, start, job.rotary_indexing)?;
     plan.duration_with_indexing_s = if job.rotary_indexing {
         plan.duration_s
     } else {
         // Same cuts from other phases: a ramp may differ by hundredths of a second there, which is left out.
-        build(job, machine, &schedule, &shapes, &lobes, start, true)?.duration_s
+        build(job, machine, &schedules, &shapes, &lobes, start, true)?.duration_s
     };
     let report = check_plan(&plan, machine, start.counts)?;
     Ok(PlannedJob { plan, lobes, report })
 }
 
-fn schedule(job: &JobSpec, pass: &PassSpec, machine: &MachineDescription) -> Result<InfeedSchedule, PlanError> {
+/// The infeed of every pass; each begins where the one before ended.
+fn schedules(job: &JobSpec, machine: &MachineDescription) -> Result<Vec<InfeedSchedule>, PlanError> {
     let scale = machine.axis(Axis::X).scale;
-    InfeedSchedule::new(pass.total_infeed_mm, pass.infeed_per_block_mm, job.blocks_per_turn, scale)
-        .map_err(|source| PlanError::Infeed { pass: pass.name.clone(), source })
+    let mut left_counts = 0;
+    let mut schedules = Vec::with_capacity(job.passes.len());
+    for pass in job.passes.iter().rev() {
+        let schedule = InfeedSchedule::new(pass.total_infeed_mm, pass.infeed_per_block_mm, job.blocks_per_turn, scale)
+            .map_err(|source| PlanError::Infeed { pass: pass.name.clone(), source })?;
+        schedules.push(schedule.above(scale.position(left_counts)));
+        left_counts += schedule.total_counts();
+    }
+    schedules.reverse();
+    Ok(schedules)
 }
 
 fn build(
     job: &JobSpec,
     machine: &MachineDescription,
-    schedule: &InfeedSchedule,
+    schedules: &[InfeedSchedule],
     shapes: &[Shape],
     lobes: &[PlannedLobe],
     start: PlanStart,
     rotary_indexing: bool,
 ) -> Result<Plan, PlanError> {
-    let begins = lobe::begins(job, machine, schedule, rotary_indexing);
-    let mut sequence = Sequence::new(job, machine, schedule, shapes, start);
+    let begins = lobe::begins(job, machine, schedules, rotary_indexing);
+    let mut sequence = Sequence::new(job, machine, shapes, start);
     sequence.prepare()?;
     for (index, (lobe, begin)) in lobes.iter().zip(begins).enumerate() {
         sequence.grind(index, lobe, begin, rotary_indexing)?;

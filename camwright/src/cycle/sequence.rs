@@ -4,13 +4,13 @@ use super::PlanStart;
 use super::error::PlanError;
 use super::lobe::{Begin, PlannedLobe, Shape, soft_limit};
 use crate::cut_motion::CutMotion;
-use crate::infeed::InfeedSchedule;
 use crate::job::JobSpec;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits, Station};
 use crate::numeric::hermite::HermiteSpline;
 use crate::path_stop::path_stop_s;
 use crate::plan::{AxisTarget, Command, CutSegment, Phase, Plan, Segment, SegmentKind};
 use crate::point_to_point::{MOVE_SHARE, MoveLaw, PointToPointError, rest_to_rest, velocity_ramp, whole_ticks};
+use crate::speed_plan::SpeedPlan;
 use crate::units::{TURN_RAD, wrap_turn};
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -27,7 +27,6 @@ const HOMING_TURNS: f64 = 1.25;
 pub(super) struct Sequence<'a> {
     job: &'a JobSpec,
     machine: &'a MachineDescription,
-    schedule: &'a InfeedSchedule,
     start: PlanStart,
     at: [i64; AXIS_COUNT],
     ticks: u64,
@@ -49,20 +48,14 @@ impl Of<'_> {
 }
 
 impl<'a> Sequence<'a> {
-    pub(super) fn new(
-        job: &'a JobSpec,
-        machine: &'a MachineDescription,
-        schedule: &'a InfeedSchedule,
-        shapes: &[Shape],
-        start: PlanStart,
-    ) -> Self {
+    pub(super) fn new(job: &'a JobSpec, machine: &'a MachineDescription, shapes: &[Shape], start: PlanStart) -> Self {
         let plan = Plan {
             job: job.name.clone(),
             lobes: job.lobes.iter().map(|lobe| lobe.name.clone()).collect(),
             paths: shapes.iter().map(|shape| shape.path.clone()).collect(),
             ..Plan::default()
         };
-        Self { job, machine, schedule, start, at: start.counts, ticks: 0, plan }
+        Self { job, machine, start, at: start.counts, ticks: 0, plan }
     }
 
     /// Wheel clear of the part, C on its origin, wheel up to speed.
@@ -103,26 +96,41 @@ impl<'a> Sequence<'a> {
             let of = of(Phase::RotaryIndex, stock_mm);
             self.move_axis(of, Axis::C, begin.c_counts, None, "part to the lobe's cam angle 0")?;
         }
-        let cut = self.cut_segment(self.job.lobes[index].profile, lobe, begin);
-        // The same arithmetic as in the cut, so that the wheel stands where the cut begins to the count.
-        let motion = CutMotion {
-            path: &self.plan.paths[cut.path],
-            path_start_rad: cut.path_start_rad,
-            infeed: lobe.speed.infeed().law(),
-            law: lobe.speed.law(),
-        };
-        let first = self.counts(Axis::X, motion.over_angle(0.0).value);
-        let last = self.counts(Axis::X, motion.over_angle(lobe.speed.law().sample(motion.duration_s()).value).value);
-        let retracted = first + self.counts(Axis::X, self.job.rapid_advance_mm);
         let rapid = Some(self.job.rapid_speed_mm_s);
-        self.move_axis(of(Phase::Position, stock_mm), Axis::X, retracted, None, "wheel corrected by the lift")?;
-        self.move_axis(of(Phase::Approach, stock_mm), Axis::X, first, rapid, "rapid advance")?;
-        let label = alloc::format!("{} turns with infeed, {} without", cut.infeed_turns, cut.turns - cut.infeed_turns);
-        let ticks = whole_ticks(lobe.speed.law().end(), self.machine.cycle_time_s());
-        let turn_counts = self.machine.axis(Axis::C).scale.counts(TURN_RAD);
-        self.at[Axis::C.index()] += i64::from(cut.turns) * turn_counts;
-        self.at[Axis::X.index()] = last;
-        self.push(of(Phase::Cut, stock_mm), SegmentKind::Cut(cut), ticks, lobe.speed.stop_ticks(), &label);
+        let mut retracted = 0;
+        for (number, pass) in lobe.passes.iter().enumerate() {
+            let cut = self.cut_segment(self.job.lobes[index].profile, pass, begin);
+            // The same arithmetic as in the cut, so that the wheel stands where the cut begins to the count.
+            let motion = CutMotion {
+                path: &self.plan.paths[cut.path],
+                path_start_rad: cut.path_start_rad,
+                infeed: pass.infeed().law(),
+                law: pass.law(),
+            };
+            let first = self.counts(Axis::X, motion.over_angle(0.0).value);
+            let last = self.counts(Axis::X, motion.over_angle(pass.law().sample(motion.duration_s()).value).value);
+            if number == 0 {
+                retracted = first + self.counts(Axis::X, self.job.rapid_advance_mm);
+                let label = "wheel corrected by the lift";
+                self.move_axis(of(Phase::Position, stock_mm), Axis::X, retracted, None, label)?;
+                self.move_axis(of(Phase::Approach, stock_mm), Axis::X, first, rapid, "rapid advance")?;
+            } else if self.at[Axis::X.index()] != first {
+                // A rounding apart: a count at most.
+                self.move_axis(of(Phase::Approach, stock_mm), Axis::X, first, rapid, "to the next pass")?;
+            }
+            let mut label =
+                alloc::format!("{} turns with infeed, {} without", cut.infeed_turns, cut.turns - cut.infeed_turns);
+            if lobe.passes.len() > 1 {
+                label = alloc::format!("{}, {label}", self.job.passes[number].name);
+            }
+            let ticks = whole_ticks(pass.law().end(), self.machine.cycle_time_s());
+            let turn_counts = self.machine.axis(Axis::C).scale.counts(TURN_RAD);
+            self.at[Axis::C.index()] += i64::from(cut.turns) * turn_counts;
+            self.at[Axis::X.index()] = last;
+            let schedule = pass.infeed().schedule();
+            let left_mm = stock_mm.min(schedule.left_mm() + schedule.total_mm());
+            self.push(of(Phase::Cut, left_mm), SegmentKind::Cut(cut), ticks, pass.stop_ticks(), &label);
+        }
         self.move_axis(of(Phase::Retract, 0.0), Axis::X, retracted, rapid, "rapid retract")
     }
 
@@ -162,18 +170,18 @@ impl<'a> Sequence<'a> {
         Ok(())
     }
 
-    fn cut_segment(&mut self, profile: usize, lobe: &PlannedLobe, begin: Begin) -> CutSegment {
+    fn cut_segment(&mut self, profile: usize, pass: &SpeedPlan, begin: Begin) -> CutSegment {
         let turn_counts = self.machine.axis(Axis::C).scale.counts(TURN_RAD);
         CutSegment {
             path: profile,
-            speed: shared(&mut self.plan.time_laws, lobe.speed.law()),
-            infeed: shared(&mut self.plan.angle_laws, lobe.speed.infeed().law()),
+            speed: shared(&mut self.plan.time_laws, pass.law()),
+            infeed: shared(&mut self.plan.angle_laws, pass.infeed().law()),
             start_counts: begin.c_counts.rem_euclid(turn_counts),
             path_start_rad: begin.path_rad,
-            turns: lobe.speed.turns(),
-            infeed_turns: self.schedule.turns(),
-            plateau_s: lobe.speed.plateau_s(),
-            turn_s: lobe.speed.turn_s(),
+            turns: pass.turns(),
+            infeed_turns: pass.infeed().schedule().turns(),
+            plateau_s: pass.plateau_s(),
+            turn_s: pass.turn_s(),
             retract_mm: self.job.retract_clearance_mm,
         }
     }

@@ -49,13 +49,13 @@ fn as_json(summary: &planning::Summary) -> String {
 
 fn as_text(summary: &planning::Summary) -> String {
     let mut text = format!(
-        "{:<8} {:<8} {:>10} {:>7} {:>9} {:>9} {:>10} {:>13} {:>8} {:>13}  {}\n",
+        "{:<8} {:<8} {:>10} {:<8} {:>6} {:>9} {:>9} {:>13} {:>8} {:>13}  {}\n",
         "lobe",
         "station",
         "start deg",
+        "pass",
         "turns",
         "cut s",
-        "lobe s",
         "Q' mm2/s",
         "rpm",
         "turn s",
@@ -63,30 +63,26 @@ fn as_text(summary: &planning::Summary) -> String {
         "limit used most"
     );
     for lobe in &summary.lobes {
-        let tightest = lobe.limits.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
-        let limit = tightest.map_or_else(String::new, |limit| {
-            format!(
-                "{} of {} at {:.1} deg, {:.1} %",
-                limit.quantity,
-                limit.axis,
-                limit.cam_angle_deg,
-                100.0 * limit.ratio
-            )
-        });
-        let [slowest, fastest] = lobe.work_speed_rpm;
-        text += &format!(
-            "{:<8} {:<8} {:>10.3} {:>7} {:>9.3} {:>9.3} {:>10.3} {:>13} {:>8.3} {:>13.3}  {limit}\n",
-            lobe.name,
-            lobe.station,
-            lobe.start_deg,
-            lobe.turns,
-            lobe.cut_s,
-            lobe.duration_s,
-            lobe.max_removal_mm2_s,
-            format!("{slowest:.1}-{fastest:.1}"),
-            lobe.turn_s,
-            lobe.constant_speed_turn_s
-        );
+        for (number, pass) in lobe.passes.iter().enumerate() {
+            let (name, station) = if number == 0 { (&*lobe.name, &*lobe.station) } else { ("", "") };
+            let tightest = pass.limits.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
+            let limit = tightest.map_or_else(String::new, |limit| {
+                let percent = 100.0 * limit.ratio;
+                format!("{} of {} at {:.1} deg, {percent:.1} %", limit.quantity, limit.axis, limit.cam_angle_deg)
+            });
+            let [slowest, fastest] = pass.work_speed_rpm;
+            text += &format!(
+                "{name:<8} {station:<8} {:>10.3} {:<8} {:>6} {:>9.3} {:>9.3} {:>13} {:>8.3} {:>13.3}  {limit}\n",
+                lobe.start_deg,
+                pass.name,
+                pass.turns,
+                pass.cut_s,
+                pass.max_removal_mm2_s,
+                format!("{slowest:.1}-{fastest:.1}"),
+                pass.turn_s,
+                pass.constant_speed_turn_s
+            );
+        }
     }
     for lift in &summary.lifts {
         for reading in &lift.readings {

@@ -5,9 +5,10 @@ use super::follower_file::FollowerFile;
 use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
 use super::locate::{Located, locate};
 use super::machine_file::{self, Machine};
+use super::pass_file::{InfeedFile, RoughingFile, SpeedFile, passes, roughing_findings};
 use super::yaml::Document;
-use camwright::job::{HomePosition, JobSpec, LobeSpec, PassSpec, ProfileSpec, SpeedLaw};
-use camwright::units::{rad_from_deg, rad_s_from_rpm};
+use camwright::job::{HomePosition, JobSpec, LobeSpec, ProfileSpec};
+use camwright::units::rad_from_deg;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::path::PathBuf;
@@ -17,9 +18,6 @@ pub const SCHEMA_VERSION: u32 = 1;
 
 /// Blocks per turn of a lift that comes from a formula: 0.1°, as on the tape of JPS6156064B2.
 const FORMULA_BLOCKS: u32 = 3600;
-
-/// Micrometres per millimetre.
-const UM_PER_MM: f64 = 1e3;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -40,26 +38,13 @@ struct JobFile {
     work_speed_rpm: f64,
     #[serde(default)]
     speed: SpeedFile,
+    #[serde(default)]
+    roughing: Vec<RoughingFile>,
     #[serde(default = "default_retract")]
     retract_clearance_mm: f64,
     #[serde(default)]
     rotary_indexing: bool,
     home: HomeFile,
-}
-
-/// How the headstock's speed over the lobe is chosen.
-#[derive(Debug, Default, Deserialize)]
-#[serde(tag = "law", rename_all = "snake_case", deny_unknown_fields)]
-enum SpeedFile {
-    #[default]
-    ConstantWorkSpeed,
-    ConstantFootprintSpeed {
-        footprint_speed_mm_s: f64,
-    },
-    ConstantRemovalRate {
-        removal_rate_mm2_s: f64,
-    },
-    TimeOptimal,
 }
 
 fn default_retract() -> f64 {
@@ -83,14 +68,6 @@ struct LobeFile {
     profile: String,
     phase_deg: f64,
     width_mm: f64,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct InfeedFile {
-    total_mm: f64,
-    per_block_um: f64,
-    spark_out_turns: u32,
 }
 
 #[derive(Debug, Deserialize)]
@@ -215,30 +192,10 @@ fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks
         rapid_advance_mm: file.rapid_advance_mm,
         rapid_speed_mm_s: file.rapid_speed_mm_s,
         stock_mm: file.stock_mm,
-        passes: vec![PassSpec {
-            name: "grind".into(),
-            total_infeed_mm: file.infeed.total_mm,
-            infeed_per_block_mm: file.infeed.per_block_um / UM_PER_MM,
-            spark_out_turns: file.infeed.spark_out_turns,
-            speed: speed_law(file),
-        }],
+        passes: passes(&file.roughing, &file.infeed, file.work_speed_rpm, &file.speed),
         retract_clearance_mm: file.retract_clearance_mm,
         rotary_indexing: file.rotary_indexing,
         home: HomePosition { x_mm: file.home.x_mm, z_mm: file.home.z_mm },
-    }
-}
-
-fn speed_law(file: &JobFile) -> SpeedLaw {
-    let most_rad_s = rad_s_from_rpm(file.work_speed_rpm);
-    match file.speed {
-        SpeedFile::ConstantWorkSpeed => SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: most_rad_s },
-        SpeedFile::ConstantFootprintSpeed { footprint_speed_mm_s } => {
-            SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s, most_rad_s }
-        }
-        SpeedFile::ConstantRemovalRate { removal_rate_mm2_s } => {
-            SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, most_rad_s }
-        }
-        SpeedFile::TimeOptimal => SpeedLaw::TimeOptimal { most_rad_s },
     }
 }
 
@@ -256,14 +213,7 @@ fn ranges(document: &Document, file: &JobFile) -> Vec<ConfigError> {
         ("retract_clearance_mm", file.retract_clearance_mm),
     ];
     let given = file.wheel_radius_mm.map(|radius| ("wheel_radius_mm", radius));
-    let of_law = match file.speed {
-        SpeedFile::ConstantFootprintSpeed { footprint_speed_mm_s } => {
-            Some(("speed.footprint_speed_mm_s", footprint_speed_mm_s))
-        }
-        SpeedFile::ConstantRemovalRate { removal_rate_mm2_s } => Some(("speed.removal_rate_mm2_s", removal_rate_mm2_s)),
-        SpeedFile::ConstantWorkSpeed | SpeedFile::TimeOptimal => None,
-    };
-    for (key, value) in positive.into_iter().chain(given).chain(of_law) {
+    for (key, value) in positive.into_iter().chain(given).chain(file.speed.setting()) {
         if !(value.is_finite() && value > 0.0) {
             refuse(key, format!("{key} is {value}; it must be a positive number"));
         }
@@ -276,6 +226,9 @@ fn ranges(document: &Document, file: &JobFile) -> Vec<ConfigError> {
     if file.infeed.spark_out_turns == 0 {
         let message = "infeed.spark_out_turns is 0; at least 1 is needed to remove the step that the infeed leaves";
         refuse("infeed.spark_out_turns", message.into());
+    }
+    for (key, message) in roughing_findings(&file.roughing) {
+        refuse(&key, message);
     }
     if file.profiles.is_empty() {
         refuse("profiles", "the job has no profiles; it needs at least 1".into());

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 const BUILT_IN: &[(&str, &str)] = &[
     ("machines/cam_grinder.yaml", include_str!("../../../params/machines/cam_grinder.yaml")),
     ("jobs/four_lobe_camshaft.yaml", include_str!("../../../params/jobs/four_lobe_camshaft.yaml")),
+    ("jobs/rough_and_finish.yaml", include_str!("../../../params/jobs/rough_and_finish.yaml")),
     ("jobs/eccentric.yaml", include_str!("../../../params/jobs/eccentric.yaml")),
     ("lifts/intake.csv", include_str!("../../../params/lifts/intake.csv")),
     ("lifts/exhaust.csv", include_str!("../../../params/lifts/exhaust.csv")),

@@ -8,6 +8,7 @@ mod lift_formula;
 pub mod lift_text;
 pub mod locate;
 pub mod machine_file;
+mod pass_file;
 pub mod yaml;
 
 use std::fmt;

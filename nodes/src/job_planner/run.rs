@@ -5,6 +5,7 @@ use super::{Shared, lock};
 use crate::convert::plan::{phase_from, phase_name};
 use crate::planning::{self, PreparedJob};
 use crate::ros::{ClientGoal, GoalHandle, GoalStatus};
+use camwright::speed_plan::SpeedPlan;
 use camwright_msgs::camwright_msgs::action::{
     ExecutePlan, ExecutePlanFeedback, ExecutePlanGoal, ExecutePlanResult, RunJob, RunJobFeedback, RunJobResult,
 };
@@ -284,7 +285,7 @@ impl Run {
             let lobe = &lobes[index];
             let mut result = planning::lobe_result(&lobe.design, part).map_err(|e| Failure::Failed(e.to_string()))?;
             result.start_angle = lobe.start_rad;
-            result.turns = f64::from(lobe.speed.turns());
+            result.turns = f64::from(lobe.passes.iter().map(SpeedPlan::turns).sum::<u32>());
             result.duration = match times.of(index, ended.last_tick) {
                 Some(ticks) => self.seconds(ticks),
                 // Feedback may be lost on its way; then the plan's time is the best there is.

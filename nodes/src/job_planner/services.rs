@@ -127,9 +127,10 @@ fn preview(shared: &Shared, request: &PreviewJobRequest) -> Result<PreviewJobRes
     })
 }
 
-/// One turn of a lobe at the programmed speed, from its cam angle 0 on.
+/// One turn of a lobe's last pass at the programmed speed, from its cam angle 0 on.
 fn one_turn(prepared: &PreparedJob, lobe: usize, points: u32) -> JointTrajectory {
-    let samples = prepared.planned.plan.turn_samples(lobe, points).unwrap_or_default();
+    let plan = &prepared.planned.plan;
+    let samples = plan.cuts_of(lobe).last().and_then(|cut| plan.turn_samples(cut, points)).unwrap_or_default();
     let phase_rad = f64::from(prepared.machine.rotation_sense) * prepared.planned.lobes[lobe].design.phase_rad;
     let x = |value: f64| si_from_core(Axis::X, value);
     let points = samples.iter().map(|sample| JointTrajectoryPoint {

@@ -27,9 +27,12 @@ fn key(job: &Job, error: &PlanError) -> String {
             }
             _ => profile_key(job, profile),
         },
-        PlanError::Infeed { .. } | PlanError::TouchesBlank { .. } => "infeed.total_mm".into(),
-        PlanError::Speed { source: SpeedPlanError::Turn(_) | SpeedPlanError::NoRunUp { .. }, .. } => "speed".into(),
-        PlanError::Speed { .. } => "work_speed_rpm".into(),
+        PlanError::Infeed { pass, .. } => pass_key(job, pass, "infeed.total_mm"),
+        PlanError::TouchesBlank { .. } => "infeed.total_mm".into(),
+        PlanError::Speed { pass, source: SpeedPlanError::Turn(_) | SpeedPlanError::NoRunUp { .. }, .. } => {
+            pass_key(job, pass, "speed")
+        }
+        PlanError::Speed { pass, .. } => pass_key(job, pass, "work_speed_rpm"),
         PlanError::SoftLimit { place, what, axis, .. } => match (*what, axis) {
             ("the home position", Axis::X) => "home.x_mm".into(),
             ("the home position", _) => "home.z_mm".into(),
@@ -69,6 +72,15 @@ fn job_key(job: &Job, error: &JobError) -> String {
             };
             named_lobe(place).map_or_else(|| key.into(), |lobe| format!("{}.{key}", lobe_key(job, lobe)))
         }
+    }
+}
+
+/// A key of a pass: the last one's stand in the job itself, those before it in `roughing`.
+fn pass_key(job: &Job, pass: &str, key: &str) -> String {
+    let passes = &job.spec.passes;
+    match passes.iter().position(|other| other.name == pass) {
+        Some(index) if index + 1 < passes.len() => format!("roughing.{index}.{key}"),
+        _ => key.into(),
     }
 }
 

@@ -10,12 +10,11 @@
 //! Numbers are written with the digits that give the same number back.
 
 use super::PreparedJob;
+use super::cut_table::{constant_speed_turn_s, pass_rows};
 use super::lifts::{self, LiftSummary};
 use crate::config::{ConfigError, Place};
-use camwright::cut_motion::CutMotion;
 use camwright::cycle::PlannedLobe;
-use camwright::machine::description::Axis;
-use camwright::speed_plan::LimitUse;
+use camwright::speed_plan::{LimitUse, SpeedPlan};
 use camwright::units::{TURN_RAD, deg_from_rad, rad_from_deg, wrap_turn};
 use serde::Serialize;
 use std::fs::{self, File};
@@ -72,22 +71,8 @@ pub struct LobeSummary {
     pub start_block: u32,
     /// Time from the start of indexing to the end of retraction.
     pub duration_s: f64,
-    /// Time of the cut.
-    pub cut_s: f64,
-    /// Time of one turn at the programmed speed.
-    pub turn_s: f64,
-    /// A time below which no turn under the speed law can be; none at a constant work speed.
-    pub least_turn_s: Option<f64>,
-    /// Time of a turn at the constant work speed that has the same largest removal rate.
-    pub constant_speed_turn_s: f64,
-    /// Turns, spark-out included.
+    /// Turns of all passes, spark-out included.
     pub turns: u32,
-    /// Turns with infeed.
-    pub infeed_turns: u32,
-    /// Slowest and fastest headstock speed of a turn.
-    pub work_speed_rpm: [f64; 2],
-    /// Longest stop on the path that keeps every limit.
-    pub stop_s: f64,
     /// Largest lift.
     pub max_lift_mm: f64,
     /// How far the lift law lies from the printed table at most; none for a formula.
@@ -100,9 +85,34 @@ pub struct LobeSummary {
     pub path_knots: usize,
     /// Largest distance from the contour of the points that the path grinds.
     pub contour_error_mm: f64,
+    /// The passes in their order.
+    pub passes: Vec<PassSummary>,
+}
+
+/// What `summary.json` says about one pass over a lobe.
+#[derive(Debug, Clone, Serialize)]
+pub struct PassSummary {
+    /// Name.
+    pub name: String,
+    /// Time of the cut.
+    pub cut_s: f64,
+    /// Turns, spark-out included.
+    pub turns: u32,
+    /// Turns with infeed.
+    pub infeed_turns: u32,
+    /// Time of one turn at the programmed speed.
+    pub turn_s: f64,
+    /// A time below which no turn under the speed law can be; none at a constant work speed.
+    pub least_turn_s: Option<f64>,
+    /// Time of a turn at the constant work speed that has the same largest removal rate.
+    pub constant_speed_turn_s: f64,
+    /// Slowest and fastest headstock speed of a turn.
+    pub work_speed_rpm: [f64; 2],
+    /// Longest stop on the path that keeps every limit.
+    pub stop_s: f64,
     /// Largest specific removal rate.
     pub max_removal_mm2_s: f64,
-    /// How far each limit of an axis is used in the cut.
+    /// How far each limit of an axis is used.
     pub limits: Vec<LimitSummary>,
 }
 
@@ -162,15 +172,34 @@ pub fn summary(prepared: &PreparedJob) -> Summary {
 }
 
 fn lobe_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, duration_s: f64) -> LobeSummary {
-    let sense = f64::from(prepared.machine.rotation_sense);
     let spec = &prepared.job.spec;
-    let lobe_spec = &spec.lobes[index];
-    let profile = &spec.profiles[lobe_spec.profile];
+    let profile = &spec.profiles[spec.lobes[index].profile];
+    LobeSummary {
+        name: lobe.design.name.clone(),
+        station: lobe.design.station.clone(),
+        profile: profile.name.clone(),
+        phase_deg: deg_from_rad(lobe.design.phase_rad),
+        start_deg: deg_from_rad(lobe.start_rad),
+        start_block: lobe.start_block,
+        duration_s,
+        turns: lobe.passes.iter().map(SpeedPlan::turns).sum(),
+        max_lift_mm: profile.lift.max_lift_mm(),
+        lift_deviation_mm: profile.lift.reading().map(|reading| reading.max_deviation_mm),
+        max_pressure_angle_deg: deg_from_rad(lobe.design.contour.max_pressure_angle().value),
+        largest_wheel_radius_mm: lobe.design.contour.largest_wheel_radius_mm(),
+        path_knots: lobe.tool_path.accuracy().knots,
+        contour_error_mm: lobe.tool_path.accuracy().contour_error_mm,
+        passes: (0..lobe.passes.len()).map(|pass| pass_summary(prepared, index, lobe, pass)).collect(),
+    }
+}
+
+fn pass_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, pass: usize) -> PassSummary {
+    let sense = f64::from(prepared.machine.rotation_sense);
+    let speed = &lobe.passes[pass];
     let rpm = |rad_s: f64| rad_s * 60.0 / TURN_RAD;
-    let (slowest, fastest) = lobe.speed.speed_range_rad_s();
-    let removal = rows(prepared, index, lobe).map(|row| row.removal_mm2_s).fold(0.0, f64::max);
+    let (slowest, fastest) = speed.speed_range_rad_s();
     #[allow(clippy::cast_precision_loss, reason = "a stop is a few hundred ticks")]
-    let stop_s = lobe.speed.stop_ticks() as f64 * prepared.machine.cycle_time_s();
+    let stop_s = speed.stop_ticks() as f64 * prepared.machine.cycle_time_s();
     let limit = |found: &LimitUse| LimitSummary {
         axis: found.axis.joint(),
         quantity: found.quantity.name(),
@@ -180,47 +209,19 @@ fn lobe_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, durati
         ratio: found.ratio(),
         cam_angle_deg: deg_from_rad(wrap_turn(sense * found.angle_rad)),
     };
-    LobeSummary {
-        name: lobe.design.name.clone(),
-        station: lobe.design.station.clone(),
-        profile: profile.name.clone(),
-        phase_deg: deg_from_rad(lobe.design.phase_rad),
-        start_deg: deg_from_rad(lobe.start_rad),
-        start_block: lobe.start_block,
-        duration_s,
-        cut_s: lobe.speed.law().end(),
-        turn_s: lobe.speed.turn_s(),
-        least_turn_s: lobe.speed.least_turn_s(),
-        constant_speed_turn_s: constant_speed_turn_s(prepared, index, lobe),
-        turns: lobe.speed.turns(),
-        infeed_turns: lobe.speed.infeed().schedule().turns(),
+    PassSummary {
+        name: prepared.job.spec.passes[pass].name.clone(),
+        cut_s: speed.law().end(),
+        turns: speed.turns(),
+        infeed_turns: speed.infeed().schedule().turns(),
+        turn_s: speed.turn_s(),
+        least_turn_s: speed.least_turn_s(),
+        constant_speed_turn_s: constant_speed_turn_s(prepared, index, lobe, pass),
         work_speed_rpm: [rpm(slowest), rpm(fastest)],
         stop_s,
-        max_lift_mm: profile.lift.max_lift_mm(),
-        lift_deviation_mm: profile.lift.reading().map(|reading| reading.max_deviation_mm),
-        max_pressure_angle_deg: deg_from_rad(lobe.design.contour.max_pressure_angle().value),
-        largest_wheel_radius_mm: lobe.design.contour.largest_wheel_radius_mm(),
-        path_knots: lobe.tool_path.accuracy().knots,
-        contour_error_mm: lobe.tool_path.accuracy().contour_error_mm,
-        max_removal_mm2_s: removal,
-        limits: lobe.speed.uses().iter().map(limit).collect(),
+        max_removal_mm2_s: pass_rows(prepared, index, lobe, pass).map(|row| row.removal_mm2_s).fold(0.0, f64::max),
+        limits: speed.uses().iter().map(limit).collect(),
     }
-}
-
-/// Points of a turn on which removal rates are compared.
-const TURN_POINTS: u32 = 3600;
-
-/// A turn at the one work speed at which the removal rate peaks as high as it does in the plan.
-fn constant_speed_turn_s(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe) -> f64 {
-    let ratio = |angle: f64| lobe.tool_path.footprint_speed_ratio_mm(angle) * lobe.tool_path.beta(angle).cos();
-    let sense = f64::from(prepared.machine.rotation_sense);
-    let turn = prepared.planned.plan.turn_samples(index, TURN_POINTS).unwrap_or_default();
-    let (mut peak, mut largest) = (0.0_f64, 0.0_f64);
-    for sample in turn {
-        let here = ratio(sense * sample.angle_rad);
-        (peak, largest) = (peak.max(here * sample.c.first), largest.max(here));
-    }
-    TURN_RAD * largest / peak
 }
 
 /// Writes `summary.json` and, in a folder per lobe, the three tables; `progress` is told of every file.
@@ -289,62 +290,14 @@ fn write_tool_path(prepared: &PreparedJob, lobe: &PlannedLobe, to: &mut dyn Writ
 }
 
 fn write_speed_plan(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, to: &mut dyn Write) -> io::Result<()> {
-    writeln!(to, "c_deg,t_s,c_rad_s,c_rad_s2,c_rad_s3,x_mm_s,x_mm_s2,x_mm_s3,removal_mm2_s")?;
-    for row in rows(prepared, index, lobe) {
-        let [c1, c2, c3] = row.c;
-        let [x1, x2, x3] = row.x;
-        writeln!(to, "{},{},{c1},{c2},{c3},{x1},{x2},{x3},{}", row.c_deg, row.t_s, row.removal_mm2_s)?;
+    writeln!(to, "c_deg,t_s,c_rad_s,c_rad_s2,c_rad_s3,x_mm_s,x_mm_s2,x_mm_s3,removal_mm2_s,pass")?;
+    for pass in 0..lobe.passes.len() {
+        for row in pass_rows(prepared, index, lobe, pass) {
+            let [c1, c2, c3] = row.c;
+            let [x1, x2, x3] = row.x;
+            let number = pass + 1;
+            writeln!(to, "{},{},{c1},{c2},{c3},{x1},{x2},{x3},{},{number}", row.c_deg, row.t_s, row.removal_mm2_s)?;
+        }
     }
     Ok(())
-}
-
-/// A row of `speed_plan.csv`.
-struct Row {
-    c_deg: f64,
-    t_s: f64,
-    c: [f64; 3],
-    x: [f64; 3],
-    removal_mm2_s: f64,
-}
-
-/// The cut of a lobe, at every interpolation period from its start to its end.
-fn rows<'a>(prepared: &'a PreparedJob, index: usize, lobe: &'a PlannedLobe) -> impl Iterator<Item = Row> + 'a {
-    let cycle_ns = u64::from(prepared.machine.cycle_time_ns);
-    let stock_mm = prepared.job.spec.stock_mm;
-    let sense = f64::from(prepared.machine.rotation_sense);
-    let plan = &prepared.planned.plan;
-    let scale = prepared.machine.axis(Axis::C).scale;
-    let cut = plan.cut_of(index).and_then(|cut| Some((plan.motion_of(cut)?, scale.position(cut.start_counts))));
-    cut.into_iter().flat_map(move |(motion, start_rad)| {
-        let end_s = motion.duration_s();
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the duration of a cut is positive")]
-        let last = (end_s * 1e9 / cycle_ns as f64).ceil() as u64;
-        (0..=last).map(move |tick| {
-            // Whole nanoseconds first, so that tick 3 of a millisecond is 0.003 and not 0.0030000000000000001.
-            #[allow(clippy::cast_precision_loss, reason = "far below 2^53 ns")]
-            let t_s = (tick * cycle_ns) as f64 / 1e9;
-            let sample = motion.at(t_s.min(end_s));
-            Row {
-                c_deg: deg_from_rad(start_rad + sample.c.value),
-                t_s,
-                c: [sample.c.first, sample.c.second, sample.c.third],
-                x: [sample.x.first, sample.x.second, sample.x.third],
-                removal_mm2_s: removal_mm2_s(&motion, lobe, sense, stock_mm, sample.c.value, sample.c.first),
-            }
-        })
-    })
-}
-
-/// Specific removal rate Q'w (mm³ per mm of width and s): depth of cut along the normal times the speed of the footprint
-/// along the contour, `|W|·Ċ/(cos β·(1 + κR))` (`PROCESS_MATH` 1.c).
-///
-/// What stands above the contour at the wheel is what the wheel left there one turn ago, RT less the infeed until then,
-/// seen along the normal (cos β), and never more than the stock of the blank.
-fn removal_mm2_s(motion: &CutMotion<'_>, lobe: &PlannedLobe, sense: f64, stock_mm: f64, angle: f64, speed: f64) -> f64 {
-    let theta = sense * (motion.path_start_rad + angle);
-    let along_normal = lobe.tool_path.beta(theta).cos();
-    let offset = |angle: f64| motion.infeed.sample(angle).value * along_normal;
-    let before = if angle < TURN_RAD { stock_mm } else { stock_mm.min(offset(angle - TURN_RAD)) };
-    let depth = (before - offset(angle)).max(0.0);
-    depth * lobe.tool_path.footprint_speed_ratio_mm(theta) * speed
 }

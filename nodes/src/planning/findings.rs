@@ -5,6 +5,7 @@ use crate::config::ConfigError;
 use crate::config::job_file::{self, Job};
 use crate::config::lift_file;
 use crate::config::locate::{Located, locate};
+use camwright::cycle::PlannedLobe;
 use camwright::cycle::plan_job;
 use camwright::job::{JobError, LobeSpec};
 use std::fmt;
@@ -176,14 +177,11 @@ fn warnings(job: &Job) -> Vec<Finding> {
 const LEFT_ON_PART_MM: f64 = 1e-4;
 
 fn planned_warnings(prepared: &PreparedJob) -> Vec<Finding> {
-    let spark_out: u32 = prepared.job.spec.passes.iter().map(|pass| pass.spark_out_turns).sum();
-    let left = |speed: &camwright::speed_plan::SpeedPlan| speed.infeed().left_on_part_mm(spark_out);
-    let worst = prepared
-        .planned
-        .lobes
-        .iter()
-        .map(|lobe| (left(&lobe.speed), &lobe.design.name))
-        .max_by(|a, b| a.0.total_cmp(&b.0));
+    // What a pass leaves, the next one takes; the last one's stays.
+    let spark_out = prepared.job.spec.passes.last().map_or(0, |pass| pass.spark_out_turns);
+    let left = |lobe: &PlannedLobe| lobe.passes.last().map_or(0.0, |pass| pass.infeed().left_on_part_mm(spark_out));
+    let worst =
+        prepared.planned.lobes.iter().map(|lobe| (left(lobe), &lobe.design.name)).max_by(|a, b| a.0.total_cmp(&b.0));
     match worst {
         Some((left_mm, lobe)) if left_mm > LEFT_ON_PART_MM => {
             let message = format!(

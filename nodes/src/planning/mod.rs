@@ -6,6 +6,7 @@
 //! ```
 
 mod blame;
+mod cut_table;
 mod export;
 mod findings;
 mod lifts;

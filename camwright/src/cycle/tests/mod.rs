@@ -1,6 +1,6 @@
 use super::*;
 use crate::follower::Follower;
-use crate::job::{HomePosition, LobeSpec, ProfileSpec, SpeedLaw};
+use crate::job::{HomePosition, LobeSpec, PassSpec, ProfileSpec, SpeedLaw};
 use crate::lift::{LiftLaw, MotionProgram, MotionSegment};
 use crate::machine::description::{AxisDescription, DriveSettings, MotionLimits, Scale, Station, WheelDescription};
 use crate::motion_law::MotionLaw;
@@ -118,6 +118,11 @@ fn planned(job: &JobSpec) -> PlannedJob {
     plan_job(job, &machine(), 60.0, None).unwrap_or_else(|error| panic!("{error}"))
 }
 
+fn first_turn(planned: &PlannedJob, count: u32) -> Vec<crate::cut_motion::TurnSample> {
+    let cut = planned.plan.cuts_of(0).next().expect("a cut");
+    planned.plan.turn_samples(cut, count).expect("a plateau")
+}
+
 fn refusal(change: impl FnOnce(&mut JobSpec)) -> PlanError {
     let mut job = job();
     change(&mut job);
@@ -125,6 +130,7 @@ fn refusal(change: impl FnOnce(&mut JobSpec)) -> PlanError {
 }
 
 mod bits;
+mod passes;
 mod refusals;
 
 /// The steps of JPS6156064B2, Fig. 6, in its order, lobe by lobe.
@@ -177,7 +183,7 @@ fn counts_close_after_whole_turns() {
     let planned = planned(&job());
     let (machine, plan) = (machine(), &planned.plan);
     for lobe in 0..4 {
-        let cut = plan.cut_of(lobe).expect("every lobe is cut");
+        let cut = plan.cuts_of(lobe).next().expect("every lobe is cut");
         let motion = plan.motion_of(cut).expect("its splines are there");
         let end = motion.at(motion.duration_s());
         assert_eq!(machine.axis(Axis::C).scale.counts(end.c.value), i64::from(cut.turns) * 3_600_000);
@@ -224,7 +230,7 @@ fn concentric_disc_holds_x_still() {
     }];
     job.lobes.truncate(1);
     let planned = planned(&job);
-    for sample in planned.plan.turn_samples(0, 360).expect("a plateau") {
+    for sample in first_turn(&planned, 360) {
         assert!((sample.x.value - 20.0).abs() < 1e-12 && sample.x.first.abs() < 1e-9);
         assert!((sample.c.first - rad_s_from_rpm(60.0)).abs() < 1e-9);
     }
@@ -246,7 +252,7 @@ fn eccentric_disc_follows_its_closed_form() {
     for rotation_sense in [1, -1] {
         let machine = MachineDescription { rotation_sense, ..machine() };
         let planned = plan_job(&job, &machine, wheel, None).expect("can be made");
-        let samples = planned.plan.turn_samples(0, 720).expect("a plateau");
+        let samples = first_turn(&planned, 720);
         for sample in &samples {
             // The disc is symmetric, so the mirrored path of sense −1 has the same closed form.
             let theta = sample.angle_rad;
@@ -256,7 +262,7 @@ fn eccentric_disc_follows_its_closed_form() {
         }
         // At C = 0 the wheel line has azimuth 0 on the part and σ·C − α on the lobe, whichever way C turns.
         assert!((planned.lobes[0].start_rad - wrap_turn(-0.7)).abs() < 1e-12);
-        let cut = planned.plan.cut_of(0).expect("a cut");
+        let cut = planned.plan.cuts_of(0).next().expect("a cut");
         let start = planned.plan.motion_of(cut).expect("its splines").over_angle(0.0).value;
         let root = libm::sqrt((r + wheel) * (r + wheel) - e * e * libm::sin(0.7) * libm::sin(0.7));
         assert!((start - (e * libm::cos(0.7) + root - wheel + 0.36)).abs() < 1e-9);

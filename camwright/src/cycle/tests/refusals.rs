@@ -22,7 +22,7 @@ fn a_station_without_a_switch_is_refused() {
 #[test]
 fn jobs_without_what_they_need_are_refused() {
     assert_eq!(refusal(|job| job.lobes.clear()), JobError::NoLobes.into());
-    assert_eq!(refusal(|job| job.passes.clear()), JobError::PassCount { count: 0 }.into());
+    assert_eq!(refusal(|job| job.passes.clear()), JobError::PassCount { count: 0, most: 16 }.into());
     let error = refusal(|job| job.passes[0].spark_out_turns = 0);
     assert!(error.to_string().contains("0 spark-out turns; at least 1"), "{error}");
     let error = refusal(|job| job.lobes[1].width_mm = 26.0);
@@ -57,7 +57,10 @@ fn a_work_speed_beyond_an_axis_is_refused_with_the_largest_that_fits() {
     };
     let error = refusal(too_fast);
     let text = error.to_string();
-    assert!(text.starts_with("lobe I1: at a work speed of 29.322 rad/s (280 rpm) x_axis needs a"), "{text}");
+    assert!(
+        text.starts_with("lobe I1, pass grind: at a work speed of 29.322 rad/s (280 rpm) x_axis needs a"),
+        "{text}"
+    );
     assert!(text.contains("at cam angle") && text.contains("the largest work speed that fits"), "{text}");
 }
 

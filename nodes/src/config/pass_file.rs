@@ -1,0 +1,125 @@
+//! The passes of a job file: infeed and speed, roughing first.
+
+use camwright::job::{PassSpec, SpeedLaw};
+use camwright::units::rad_s_from_rpm;
+use serde::Deserialize;
+
+/// Micrometres per millimetre.
+const UM_PER_MM: f64 = 1e3;
+
+/// Name of the pass that every job has, the last one.
+const LAST_PASS: &str = "grind";
+
+/// Infeed of a pass.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct InfeedFile {
+    pub(super) total_mm: f64,
+    pub(super) per_block_um: f64,
+    pub(super) spark_out_turns: u32,
+}
+
+/// How the headstock's speed over the lobe is chosen.
+#[derive(Debug, Default, Deserialize)]
+#[serde(tag = "law", rename_all = "snake_case", deny_unknown_fields)]
+pub(super) enum SpeedFile {
+    #[default]
+    ConstantWorkSpeed,
+    ConstantFootprintSpeed {
+        footprint_speed_mm_s: f64,
+    },
+    ConstantRemovalRate {
+        removal_rate_mm2_s: f64,
+    },
+    TimeOptimal,
+}
+
+impl SpeedFile {
+    fn law(&self, work_speed_rpm: f64) -> SpeedLaw {
+        let most_rad_s = rad_s_from_rpm(work_speed_rpm);
+        match *self {
+            SpeedFile::ConstantWorkSpeed => SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: most_rad_s },
+            SpeedFile::ConstantFootprintSpeed { footprint_speed_mm_s } => {
+                SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s, most_rad_s }
+            }
+            SpeedFile::ConstantRemovalRate { removal_rate_mm2_s } => {
+                SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, most_rad_s }
+            }
+            SpeedFile::TimeOptimal => SpeedLaw::TimeOptimal { most_rad_s },
+        }
+    }
+
+    /// What the law is set to, by its key.
+    pub(super) fn setting(&self) -> Option<(&'static str, f64)> {
+        match *self {
+            SpeedFile::ConstantFootprintSpeed { footprint_speed_mm_s } => {
+                Some(("speed.footprint_speed_mm_s", footprint_speed_mm_s))
+            }
+            SpeedFile::ConstantRemovalRate { removal_rate_mm2_s } => {
+                Some(("speed.removal_rate_mm2_s", removal_rate_mm2_s))
+            }
+            SpeedFile::ConstantWorkSpeed | SpeedFile::TimeOptimal => None,
+        }
+    }
+}
+
+/// A pass before the last one.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RoughingFile {
+    name: String,
+    infeed: InfeedFile,
+    work_speed_rpm: f64,
+    #[serde(default)]
+    speed: SpeedFile,
+}
+
+fn pass(name: &str, infeed: &InfeedFile, work_speed_rpm: f64, speed: &SpeedFile) -> PassSpec {
+    PassSpec {
+        name: name.into(),
+        total_infeed_mm: infeed.total_mm,
+        infeed_per_block_mm: infeed.per_block_um / UM_PER_MM,
+        spark_out_turns: infeed.spark_out_turns,
+        speed: speed.law(work_speed_rpm),
+    }
+}
+
+/// All passes in their order.
+pub(super) fn passes(
+    roughing: &[RoughingFile],
+    infeed: &InfeedFile,
+    work_speed_rpm: f64,
+    speed: &SpeedFile,
+) -> Vec<PassSpec> {
+    let rough = roughing.iter().map(|rough| pass(&rough.name, &rough.infeed, rough.work_speed_rpm, &rough.speed));
+    rough.chain([pass(LAST_PASS, infeed, work_speed_rpm, speed)]).collect()
+}
+
+/// What can be said about single values of the passes before the last: key and message.
+pub(super) fn roughing_findings(roughing: &[RoughingFile]) -> Vec<(String, String)> {
+    let mut findings = Vec::new();
+    for (index, rough) in roughing.iter().enumerate() {
+        let name = &rough.name;
+        let mut refuse = |key: &str, message: String| {
+            findings.push((format!("roughing.{index}.{key}"), format!("roughing {name}: {message}")));
+        };
+        let positive = [
+            ("infeed.total_mm", rough.infeed.total_mm),
+            ("infeed.per_block_um", rough.infeed.per_block_um),
+            ("work_speed_rpm", rough.work_speed_rpm),
+        ];
+        for (key, value) in positive.into_iter().chain(rough.speed.setting()) {
+            if !(value.is_finite() && value > 0.0) {
+                refuse(key, format!("{key} is {value}; it must be a positive number"));
+            }
+        }
+        if rough.infeed.spark_out_turns == 0 {
+            let key = "infeed.spark_out_turns";
+            refuse(key, format!("{key} is 0; at least 1 is needed to remove the step that the infeed leaves"));
+        }
+        if name == LAST_PASS || roughing[..index].iter().any(|other| other.name == *name) {
+            refuse("name", format!("there are two passes named {name}; names must differ (the last is {LAST_PASS})"));
+        }
+    }
+    findings
+}

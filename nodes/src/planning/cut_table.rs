@@ -1,0 +1,91 @@
+//! What happens in a cut, period by period, for tables and figures.
+
+use super::PreparedJob;
+use camwright::cut_motion::CutMotion;
+use camwright::cycle::PlannedLobe;
+use camwright::machine::description::Axis;
+use camwright::units::{TURN_RAD, deg_from_rad};
+
+/// A row of `speed_plan.csv`: one interpolation period of a cut.
+pub(super) struct Row {
+    pub(super) c_deg: f64,
+    /// Since the start of the pass.
+    pub(super) t_s: f64,
+    pub(super) c: [f64; 3],
+    pub(super) x: [f64; 3],
+    pub(super) removal_mm2_s: f64,
+}
+
+/// A pass over a lobe, at every interpolation period from its start to its end.
+pub(super) fn pass_rows<'a>(
+    prepared: &'a PreparedJob,
+    index: usize,
+    lobe: &'a PlannedLobe,
+    pass: usize,
+) -> impl Iterator<Item = Row> + 'a {
+    let cycle_ns = u64::from(prepared.machine.cycle_time_ns);
+    let sense = f64::from(prepared.machine.rotation_sense);
+    let plan = &prepared.planned.plan;
+    let scale = prepared.machine.axis(Axis::C).scale;
+    let cut =
+        plan.cuts_of(index).nth(pass).and_then(|cut| Some((plan.motion_of(cut)?, scale.position(cut.start_counts))));
+    cut.into_iter().flat_map(move |(motion, start_rad)| {
+        // Before the first turn the blank stands there, later what the pass before has left.
+        let blank_mm = prepared.job.spec.stock_mm;
+        let before_mm = if pass == 0 { blank_mm } else { blank_mm.min(motion.infeed.sample(0.0).value) };
+        let end_s = motion.duration_s();
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the duration of a cut is positive")]
+        let last = (end_s * 1e9 / cycle_ns as f64).ceil() as u64;
+        (0..=last).map(move |tick| {
+            // Whole nanoseconds first, so that tick 3 of a millisecond is 0.003 and not 0.0030000000000000001.
+            #[allow(clippy::cast_precision_loss, reason = "far below 2^53 ns")]
+            let t_s = (tick * cycle_ns) as f64 / 1e9;
+            let sample = motion.at(t_s.min(end_s));
+            Row {
+                c_deg: deg_from_rad(start_rad + sample.c.value),
+                t_s,
+                c: [sample.c.first, sample.c.second, sample.c.third],
+                x: [sample.x.first, sample.x.second, sample.x.third],
+                removal_mm2_s: removal_mm2_s(&motion, lobe, sense, before_mm, sample.c.value, sample.c.first),
+            }
+        })
+    })
+}
+
+/// Specific removal rate Q'w (mm³ per mm of width and s): depth of cut along the normal times the speed of the footprint
+/// along the contour, `|W|·Ċ/(cos β·(1 + κR))` (`PROCESS_MATH` 1.c).
+///
+/// What stands above the contour at the wheel is what the wheel left there one turn ago, RT less the infeed until then,
+/// seen along the normal (cos β), and never more than the stock of the blank.
+fn removal_mm2_s(
+    motion: &CutMotion<'_>,
+    lobe: &PlannedLobe,
+    sense: f64,
+    before_mm: f64,
+    angle: f64,
+    speed: f64,
+) -> f64 {
+    let theta = sense * (motion.path_start_rad + angle);
+    let along_normal = lobe.tool_path.beta(theta).cos();
+    let offset = |angle: f64| motion.infeed.sample(angle).value * along_normal;
+    let before = if angle < TURN_RAD { before_mm } else { before_mm.min(offset(angle - TURN_RAD)) };
+    let depth = (before - offset(angle)).max(0.0);
+    depth * lobe.tool_path.footprint_speed_ratio_mm(theta) * speed
+}
+
+/// Points of a turn on which removal rates are compared.
+const TURN_POINTS: u32 = 3600;
+
+/// A turn at the one work speed at which the removal rate peaks as high as it does in the plan.
+pub(super) fn constant_speed_turn_s(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, pass: usize) -> f64 {
+    let ratio = |angle: f64| lobe.tool_path.footprint_speed_ratio_mm(angle) * lobe.tool_path.beta(angle).cos();
+    let sense = f64::from(prepared.machine.rotation_sense);
+    let plan = &prepared.planned.plan;
+    let turn = plan.cuts_of(index).nth(pass).and_then(|cut| plan.turn_samples(cut, TURN_POINTS)).unwrap_or_default();
+    let (mut peak, mut largest) = (0.0_f64, 0.0_f64);
+    for sample in turn {
+        let here = ratio(sense * sample.angle_rad);
+        (peak, largest) = (peak.max(here * sample.c.first), largest.max(here));
+    }
+    TURN_RAD * largest / peak
+}
