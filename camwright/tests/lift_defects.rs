@@ -4,7 +4,8 @@
 mod cams;
 
 use cams::{Seeded, absolute, printed_rows, program, random_segments};
-use camwright::lift::{LiftDeclaration, LiftError, LiftForm, LiftRow, LiftTable};
+use camwright::lift::halves::{check_flank, whole_turn};
+use camwright::lift::{AngleUnit, LengthUnit, LiftDeclaration, LiftError, LiftForm, LiftRow, LiftTable};
 
 const SEED: u64 = 20_260_003;
 
@@ -178,4 +179,59 @@ fn noise_raises_the_allowance_of_its_own_table() {
         found += usize::from(matches!(findings[..], [LiftError::Outlier { line, .. }] if line == at + 2));
     }
     assert_eq!(found, cases, "outliers of 50 um in noise of 1 um");
+}
+
+/// Rows of anything: what comes out is a table or findings, never a panic, and the first finding is the refusal.
+#[test]
+fn no_rows_make_the_checks_panic() {
+    eprintln!("seed {SEED}");
+    let mut random = Seeded(SEED ^ 4);
+    let mut tables = 0;
+    for case in 0..3000 {
+        let any_count = usize::try_from(random.next() % 60).expect("small");
+        let count = random.one_of(&[40, 41, 20, any_count]);
+        let step = random.one_of(&[0.0, 1e-7, 1e-3, 0.1, 9.0, 9.0, 9.0, 18.0, 10.0, 1e9]);
+        let wild = random.one_of(&[0.0, 0.02, 0.5]);
+        let any = |random: &mut Seeded, plain: f64| {
+            if random.within(0.0, 1.0) < wild {
+                random.one_of(&[f64::NAN, f64::INFINITY, -1e308, 1e308, 1e-300, -1.0, 0.0, 999.0, 1e15])
+            } else {
+                plain
+            }
+        };
+        let rows: Vec<LiftRow> = (0..count)
+            .map(|k| LiftRow {
+                line: k,
+                angle_deg: (random.within(0.0, 1.0) > 0.1 * wild).then(|| any(&mut random, k as f64 * step)),
+                value_mm: any(
+                    &mut random,
+                    0.001 * (3000.0 * (1.0 - (k as f64 * std::f64::consts::TAU / 40.0).cos())).round(),
+                ),
+            })
+            .collect();
+        let declaration = LiftDeclaration {
+            form: random.one_of(&[LiftForm::Absolute, LiftForm::Increments]),
+            angle_unit: random.one_of(&[AngleUnit::CamDegrees, AngleUnit::CrankDegrees]),
+            resolution_mm: random.one_of(&[1e-3, 1e-3, 1e-2, 1e-9, 1.0, 0.0, f64::NAN]),
+            unit: random.one_of(&[LengthUnit::Millimetre, LengthUnit::Inch]),
+            smooth_within_mm: random.one_of(&[0.0, 0.01, f64::NAN]),
+            blocks: random.one_of(&[None, None, None, Some(0), Some(40), Some(usize::MAX)]),
+        };
+        let findings = LiftTable::findings(&rows, &declaration);
+        match LiftTable::from_rows(&rows, &declaration) {
+            Ok(table) => {
+                assert_eq!(findings, [], "case {case}");
+                assert!(table.lifts_mm().iter().all(|lift| lift.is_finite()));
+                tables += 1;
+            }
+            Err(error) => assert_eq!(error.to_string(), findings[0].to_string(), "case {case}"),
+        }
+        let (flank, _) = check_flank(&rows, &declaration);
+        let nose = random.one_of(&[180.0, 0.0, -1e300, f64::NAN, 7.0]);
+        if let Ok((whole, _)) = whole_turn(&rows, None, nose, &declaration) {
+            assert!(flank.is_empty(), "case {case}: {flank:?}");
+            let _table_or_findings = LiftTable::read(&whole, &declaration);
+        }
+    }
+    assert!(tables > 20, "{tables} of the cases are tables");
 }

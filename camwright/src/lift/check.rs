@@ -26,10 +26,7 @@ pub(super) fn inspect(
     declaration: &LiftDeclaration,
 ) -> Result<(LiftTable, Vec<LiftDoubt>), Vec<LiftError>> {
     let resolution_mm = declaration.resolution_mm;
-    let mut findings = Vec::new();
-    if !(RESOLUTION_MM.0..=RESOLUTION_MM.1).contains(&resolution_mm) {
-        findings.push(LiftError::BadResolution { resolution_mm, least_mm: RESOLUTION_MM.0, most_mm: RESOLUTION_MM.1 });
-    }
+    let mut findings: Vec<LiftError> = bad_resolution(declaration).into_iter().collect();
     if rows.len() < LiftTable::MIN_BLOCKS {
         findings.push(LiftError::TooFewRows { count: rows.len(), least: LiftTable::MIN_BLOCKS });
     }
@@ -63,6 +60,13 @@ pub(super) fn inspect(
     let table = LiftTable { lifts, digit_mm: inspected.digit_mm, resolution_mm };
     let doubts = doubt::doubts(&table, &lines, declaration);
     Ok((table, doubts))
+}
+
+/// A resolution in which nothing can be counted.
+pub(super) fn bad_resolution(declaration: &LiftDeclaration) -> Option<LiftError> {
+    let (resolution_mm, (least_mm, most_mm)) = (declaration.resolution_mm, RESOLUTION_MM);
+    let good = (least_mm..=most_mm).contains(&resolution_mm);
+    (!good).then_some(LiftError::BadResolution { resolution_mm, least_mm, most_mm })
 }
 
 fn unusable_number(row: &LiftRow) -> Option<LiftError> {

@@ -9,7 +9,7 @@ use super::check;
 use super::division::{Placement, Walk, block_of, walk};
 use super::doubt::{self, LiftDoubt};
 use super::error::LiftError;
-use super::table::{LiftDeclaration, LiftRow};
+use super::table::{LiftDeclaration, LiftRow, LiftTable};
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -115,6 +115,10 @@ fn half<'a>(
     doubts: &mut Vec<LiftDoubt>,
 ) -> Option<Half<'a>> {
     const LEAST: usize = 4;
+    if let Some(error) = check::bad_resolution(declaration) {
+        findings.push(error);
+        return None;
+    }
     if rows.len() < LEAST {
         findings.push(LiftError::TooFewRows { count: rows.len(), least: LEAST });
         return None;
@@ -123,11 +127,20 @@ fn half<'a>(
         findings.push(LiftError::AngleMissing { line: rows[0].line });
         return None;
     }
+    if !rows.iter().any(|row| row.angle_deg.is_some_and(f64::is_finite)) {
+        let line = rows[0].line;
+        findings.push(LiftError::NotFinite { line, what: "the angle", value: f64::NAN });
+        return None;
+    }
     let before = findings.len();
     let turn = declaration.angle_unit.turn_deg();
     let walk = walk(rows, turn, declaration.blocks, findings);
     let slots = walk.slots();
     let Walk { step, blocks, angles } = walk;
+    if blocks > LiftTable::MAX_BLOCKS {
+        findings.push(LiftError::TooManyRows { count: blocks, most: LiftTable::MAX_BLOCKS });
+        return None;
+    }
     if angles[0].abs() > super::division::ANGLE_TOLERANCE * step {
         findings.push(LiftError::HalfStart { line: rows[0].line, angle_deg: angles[0] });
     }

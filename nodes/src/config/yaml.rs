@@ -161,7 +161,18 @@ impl Node {
             };
         }
         *node = Node { line: 0, value };
+        node.forget_lines();
         Ok(())
+    }
+
+    /// What came from an override stands on no line of the file, nor does anything in it.
+    fn forget_lines(&mut self) {
+        self.line = 0;
+        match &mut self.value {
+            Value::List(list) => list.iter_mut().for_each(Node::forget_lines),
+            Value::Map(entries) => entries.iter_mut().for_each(|(_, node)| node.forget_lines()),
+            _ => {}
+        }
     }
 }
 
@@ -315,6 +326,13 @@ mod tests {
     fn an_override_makes_the_group_that_a_file_leaves_out() {
         let document = document(&["speed.law=time_optimal"]).unwrap();
         assert_eq!(document.root.get("speed.law").unwrap().value, Value::Text("time_optimal".into()));
+    }
+
+    #[test]
+    fn what_an_override_brings_stands_on_no_line() {
+        let document = document(&["infeed={total_mm: 0.5, more: [1, 2]}"]).unwrap();
+        assert_eq!(document.place("infeed.more").to_string(), "job.yaml");
+        assert_eq!(document.place("infeed.total_mm").to_string(), "job.yaml");
     }
 
     #[test]

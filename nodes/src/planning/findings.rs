@@ -106,6 +106,8 @@ fn check_job(located: &Located, overrides: &[String], machine: Option<&MachineNo
         }
         Err(first) => {
             let mut report = Report::refused(located, all_errors(&job, machine, first));
+            // Why a table makes no contour often shows in the jerk of its reading.
+            report.notes = super::lifts::notes(&job);
             report.findings.extend(warnings);
             report
         }

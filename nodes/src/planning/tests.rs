@@ -94,3 +94,38 @@ fn a_follower_that_cannot_ride_is_refused_where_it_stands() {
         assert!(error.contains("four_lobe_camshaft.yaml:1") && error.contains(words), "{follower}: {error}");
     }
 }
+
+/// The jerk that each way to read a table costs stands beside the one that is used, and what smoothing did to the lift.
+#[test]
+fn the_summary_tells_how_every_table_was_read() {
+    let set = ["profiles.intake.lift.smooth_within_um=2".to_owned()];
+    let lifts = summary(&prepare("four_lobe_camshaft", &set, None).unwrap()).lifts;
+    let names = |index: usize| lifts[index].readings.iter().map(|reading| reading.reading).collect::<Vec<_>>();
+    assert_eq!((lifts[0].profile.as_str(), lifts[0].blocks), ("intake", 3600));
+    assert_eq!(names(0), ["smooth_within", "smoothest", "cubic_spline"]);
+    assert_eq!(names(1), ["smoothest", "cubic_spline"]);
+    let (smooth, half_digit, cubic) = (&lifts[0].readings[0], &lifts[0].readings[1], &lifts[0].readings[2]);
+    assert!(smooth.is_used && !half_digit.is_used && !cubic.is_used);
+    assert!(smooth.peak_jerk_mm_rad3 < half_digit.peak_jerk_mm_rad3);
+    assert!(cubic.peak_jerk_mm_rad3 > 1000.0 * half_digit.peak_jerk_mm_rad3);
+    assert!((1e-3..=2.000_001e-3).contains(&smooth.max_deviation_mm), "{smooth:?}");
+    assert!(smooth.rms_deviation_mm < smooth.max_deviation_mm);
+}
+
+/// Motion laws written into the job are planned exactly; a job without a table has nothing to read.
+#[test]
+fn a_job_of_motion_laws_is_planned() {
+    let law = |law: &str| {
+        let segments = format!(
+            "profiles.eccentric.lift={{segments: [{{law: dwell, angle_deg: 140}}, \
+             {{law: {law}, angle_deg: 110, rise_mm: 3}}, {{law: {law}, angle_deg: 110, rise_mm: -3}}]}}"
+        );
+        prepare("eccentric", &[segments, "work_speed_rpm=20".to_owned()], None)
+    };
+    let prepared = law("4-5-6-7").unwrap();
+    assert!(summary(&prepared).lifts.is_empty());
+    assert!((prepared.job.spec.profiles[0].lift.max_lift_mm() - 3.0).abs() < 1e-9);
+    let error = law("harmonic").unwrap_err().to_string();
+    assert!(error.contains("eccentric.yaml: profile eccentric: segment 1 (dwell)"), "{error}");
+    assert!(error.contains("the jerk of the X axis would be unbounded"), "{error}");
+}

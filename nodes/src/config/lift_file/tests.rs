@@ -353,3 +353,41 @@ fn a_table_alone_is_read_by_its_header_or_by_what_is_set() {
     let set = ["columns=[cam_angle_deg, lift_inch]".to_owned()];
     is_the_turn(&read_alone(&located, &set).unwrap(), 25.4e-4);
 }
+
+/// Texts of anything: a lift or findings that name the file, never a panic.
+#[test]
+fn no_text_makes_the_reader_panic() {
+    let rows = format!("cam_angle_deg;lift_mm\n{}", turn(|angle, lift| format!("{angle:.1};{lift:.3}")));
+    let pieces = [
+        ";", "\t", ",", ".", "-", "e9", "1e308", "nan", "inf", "#", "\n", "\r\n", "%", "é", "\u{feff}", "lift_mm", "0",
+    ];
+    let mut state = 20_260_003_u64;
+    eprintln!("seed {state}");
+    let mut next = |below: usize| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        usize::try_from(state >> 33).expect("31 bits") % below
+    };
+    let lifts = [
+        "{table: t.txt}",
+        "{table: t.txt, decimal_comma: true}",
+        "{half_table: t.txt}",
+        "{table: t.txt, columns: [lift_um], step_cam_deg: 5}",
+        "{half_table: t.txt, columns: [\"-\", lift_inch], step_crank_deg: 1e-9, header_lines: 3}",
+        "{table: t.txt, columns: [increment_mm], header_lines: 9000000}",
+    ];
+    let folder = Folder::new("fuzz", &[]);
+    for case in 0..1500 {
+        let mut text: Vec<char> = rows.chars().collect();
+        for _ in 0..1 + next(4) {
+            let at = next(text.len());
+            let end = (at + next(3) * next(40)).min(text.len());
+            text.splice(at..end, pieces[next(pieces.len())].chars());
+        }
+        std::fs::write(folder.0.join("t.txt"), text.iter().collect::<String>()).expect("a file");
+        let lift = lifts[next(lifts.len())];
+        if let Err(errors) = folder.read(lift) {
+            assert!(!errors.is_empty(), "case {case}");
+            assert!(errors.iter().all(|error| error.contains("t.txt") || error.contains("job.yaml")), "{errors:?}");
+        }
+    }
+}
