@@ -57,6 +57,7 @@ struct ProfileFile {
     name: String,
     base_radius_mm: f64,
     follower: FollowerFile,
+    gauge: Option<FollowerFile>,
     lift: LiftFile,
 }
 
@@ -90,6 +91,8 @@ pub struct Job {
     pub hash: String,
     /// Lift of each profile: its law, the table it was read from, and what is to be said about that.
     pub lifts: Vec<ProfileLift>,
+    /// What each profile is inspected with, where the job says so.
+    pub gauges: Vec<Option<Follower>>,
     /// The machine it is for.
     pub machine: Machine,
     /// Radius of the wheel it was written for, if it says so (mm).
@@ -159,6 +162,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
             source: document.text.clone(),
             hash: hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect(),
             lifts,
+            gauges: file.profiles.iter().map(|profile| profile.gauge.as_ref().map(FollowerFile::follower)).collect(),
             machine,
             wheel_radius_mm: file.wheel_radius_mm,
             document,
@@ -246,9 +250,12 @@ fn ranges(document: &Document, file: &JobFile) -> Vec<ConfigError> {
             let message = format!("profile {name}: base_radius_mm is {value}; it must be a positive number");
             refuse(&format!("profiles.{index}.base_radius_mm"), message);
         }
-        for (key, message) in profile.follower.findings() {
-            let name = &profile.name;
-            refuse(&format!("profiles.{index}.follower.{key}"), format!("profile {name}: {message}"));
+        let followers = [("follower", Some(&profile.follower)), ("gauge", profile.gauge.as_ref())];
+        for (which, follower) in followers.into_iter().filter_map(|(which, file)| Some((which, file?))) {
+            for (key, message) in follower.findings() {
+                let message = format!("profile {}: {which}: {message}", profile.name);
+                refuse(&format!("profiles.{index}.{which}.{key}"), message);
+            }
         }
     }
     for (index, lobe) in file.lobes.iter().enumerate() {

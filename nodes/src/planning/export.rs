@@ -5,13 +5,14 @@
 //! | `summary.json` | one object | the job |
 //! | `<lobe>/contour.csv` | one per block, over the azimuth | the lobe: azimuth 0 is cam angle 0 |
 //! | `<lobe>/tool_path.csv` | one per block, over a turn of `c_axis` | `c_deg` the headstock, azimuths the lobe |
+//! | `<lobe>/inspection.csv` | one per block, over the cam angle, where the profile has a gauge | the lobe |
 //! | `<lobe>/speed_plan.csv` | one per interpolation period, over the whole cut | `c_deg` the headstock, from the start of the cut on |
 //!
 //! Numbers are written with the digits that give the same number back.
 
-use super::PreparedJob;
 use super::cut_table::{constant_speed_turn_s, pass_rows};
 use super::lifts::{self, LiftSummary};
+use super::{PreparedJob, write_inspection};
 use crate::config::{ConfigError, Place};
 use camwright::cycle::PlannedLobe;
 use camwright::speed_plan::{LimitUse, SpeedPlan};
@@ -224,7 +225,7 @@ fn pass_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, pass: 
     }
 }
 
-/// Writes `summary.json` and, in a folder per lobe, the three tables; `progress` is told of every file.
+/// Writes `summary.json` and, in a folder per lobe, its tables; `progress` is told of every file.
 ///
 /// # Errors
 /// A folder or file that cannot be written.
@@ -245,6 +246,10 @@ pub fn write(prepared: &PreparedJob, out: &Path, mut progress: impl FnMut(&Path)
         let folder = out.join(&lobe.design.name);
         file(folder.join("contour.csv"), &|to| write_contour(prepared, lobe, to))?;
         file(folder.join("tool_path.csv"), &|to| write_tool_path(prepared, lobe, to))?;
+        if let Some(inspection) = &prepared.inspections[index] {
+            let blocks = prepared.job.spec.blocks_per_turn;
+            file(folder.join("inspection.csv"), &|to| write_inspection(inspection, blocks, to))?;
+        }
         file(folder.join("speed_plan.csv"), &|to| write_speed_plan(prepared, index, lobe, to))?;
     }
     file(out.join("summary.json"), &|to| {

@@ -8,6 +8,7 @@ use crate::config::locate::{Located, locate};
 use camwright::cycle::PlannedLobe;
 use camwright::cycle::plan_job;
 use camwright::job::{JobError, LobeSpec};
+use camwright::units::deg_from_rad;
 use std::fmt;
 
 /// How bad a finding is.
@@ -179,6 +180,7 @@ fn warnings(job: &Job) -> Vec<Finding> {
 const LEFT_ON_PART_MM: f64 = 1e-4;
 
 fn planned_warnings(prepared: &PreparedJob) -> Vec<Finding> {
+    let mut findings = overlooked(prepared);
     // What a pass leaves, the next one takes; the last one's stays.
     let spark_out = prepared.job.spec.passes.last().map_or(0, |pass| pass.spark_out_turns);
     let left = |lobe: &PlannedLobe| lobe.passes.last().map_or(0.0, |pass| pass.infeed().left_on_part_mm(spark_out));
@@ -192,10 +194,29 @@ fn planned_warnings(prepared: &PreparedJob) -> Vec<Finding> {
                 left_mm * 1e3,
                 LEFT_ON_PART_MM * 1e3
             );
-            vec![warning(prepared.job.document.error("infeed.spark_out_turns", message))]
+            findings.push(warning(prepared.job.document.error("infeed.spark_out_turns", message)));
         }
-        _ => Vec::new(),
+        _ => {}
     }
+    findings
+}
+
+/// Hollows that a gauge lies across.
+fn overlooked(prepared: &PreparedJob) -> Vec<Finding> {
+    let Job { spec, gauges, document, .. } = &prepared.job;
+    let of_profile = |profile: usize| {
+        let lobe = spec.lobes.iter().position(|lobe| lobe.profile == profile)?;
+        let hollow = prepared.inspections[lobe].as_ref()?.overlooked()?;
+        let message = format!(
+            "profile {}: the gauge lies across the hollow at cam angle {:.2} deg, whose radius of {:.3} mm it does not fit: \
+             what lies between is not inspected",
+            spec.profiles[profile].name,
+            deg_from_rad(hollow.angle_rad),
+            -1.0 / hollow.value
+        );
+        Some(warning(document.error(&format!("profiles.{profile}.gauge"), message)))
+    };
+    (0..gauges.len()).filter_map(of_profile).collect()
 }
 
 fn check_lift(located: &Located, overrides: &[String]) -> Report {

@@ -9,6 +9,7 @@ mod blame;
 mod cut_table;
 mod export;
 mod findings;
+mod inspect;
 mod lifts;
 mod lobes;
 mod rehearse;
@@ -16,6 +17,7 @@ mod rehearse;
 pub use blame::blame;
 pub use export::{LimitSummary, LobeSummary, Summary, lobe_times_s, summary, write};
 pub use findings::{Finding, Report, Severity, check};
+pub use inspect::{inspections, write_inspection};
 pub use lifts::{LiftSummary, ReadingSummary};
 pub use lobes::{BLANK_POINTS, LobeFormError, blank, lobe_result};
 pub use rehearse::{RehearsalFailed, rehearse_job};
@@ -24,6 +26,7 @@ use crate::config::ConfigError;
 use crate::config::job_file::{self, Job};
 use crate::convert::plan::{Provenance, pages_from_plan};
 use camwright::cycle::{PlannedJob, plan_job};
+use camwright::inspection::Inspection;
 use camwright::machine::description::MachineDescription;
 use camwright_msgs::camwright_msgs::msg::PlanPage;
 
@@ -47,6 +50,8 @@ pub struct PreparedJob {
     pub job: Job,
     /// The plan and what it was made of; designs per lobe are in `planned.lobes`.
     pub planned: PlannedJob,
+    /// Each lobe under the gauge it is inspected with, where the job says so.
+    pub inspections: Vec<Option<Inspection>>,
     /// The machine it was planned for.
     pub machine: MachineDescription,
     /// Wheel radius it was planned for (mm).
@@ -110,9 +115,10 @@ pub fn plan(job: Job, machine: Option<&MachineNow>) -> Result<PreparedJob, Confi
         }
     };
     let planned = plan_job(&job.spec, &description, wheel_radius_mm, None).map_err(|error| blame(&job, &error))?;
+    let inspections = inspections(&job, &planned)?;
     let provenance = Provenance { job_hash: job.hash.clone(), machine_hash: description.hash.clone() };
     let pages = pages_from_plan(&planned.plan, &provenance);
-    Ok(PreparedJob { job, planned, machine: description, wheel_radius_mm, provenance, pages })
+    Ok(PreparedJob { job, planned, inspections, machine: description, wheel_radius_mm, provenance, pages })
 }
 
 fn fits_machine(job: &Job, now: &MachineNow) -> Result<(), ConfigError> {

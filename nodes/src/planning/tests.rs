@@ -129,3 +129,30 @@ fn a_job_of_motion_laws_is_planned() {
     assert!(error.contains("eccentric.yaml: profile eccentric: segment 1 (dwell)"), "{error}");
     assert!(error.contains("the jerk of the X axis would be unbounded"), "{error}");
 }
+
+/// A gauge reads the lift of the follower itself; one that does not fit the hollow flanks is told of, one that cannot lie
+/// on the base circle is refused.
+#[test]
+fn a_gauge_is_told_what_to_read() {
+    let with_gauge = |gauge: &str| with_follower(&format!("{{kind: roller, radius_mm: 8.5}}\n    gauge: {gauge}"));
+    let prepared = with_gauge("{kind: roller, radius_mm: 8.5}").unwrap();
+    let inspection = prepared.inspections[0].as_ref().unwrap();
+    assert!(prepared.inspections[1].is_none(), "the exhaust lobes have no gauge");
+    let mut written = Vec::new();
+    write_inspection(inspection, prepared.job.spec.blocks_per_turn, &mut written).unwrap();
+    let text = String::from_utf8(written).unwrap();
+    let mut rows = text.lines();
+    assert_eq!(rows.next(), Some("cam_angle_deg,lift_mm,contact_azimuth_deg"));
+    let rows: Vec<Vec<f64>> = rows.map(|row| row.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
+    assert_eq!(rows.len(), 3600);
+    for row in rows {
+        let lift = inspection.contour().lift().sample(rad_from_deg(row[0])).value;
+        assert!((row[1] - lift).abs() < 1e-9, "{row:?}: {lift}");
+    }
+    assert!(inspection.overlooked().is_none());
+    // The same lift under a thinner roller needs hollow flanks, and a flat gauge lies across them.
+    let flat = with_follower("{kind: roller, radius_mm: 6.0}\n    gauge: {kind: flat}").unwrap();
+    assert!(flat.inspections[0].as_ref().unwrap().overlooked().is_some());
+    let error = with_gauge("{kind: knife, offset_mm: 16}").err().unwrap();
+    assert!(error.contains("four_lobe_camshaft.yaml:12: profile intake: gauge: follower offset 16 mm"), "{error}");
+}
