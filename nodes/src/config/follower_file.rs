@@ -2,6 +2,7 @@
 //! core says.
 
 use camwright::follower::{ArmSide, Follower, Pivot, SwingLift};
+use camwright::units::rad_from_deg;
 use serde::Deserialize;
 
 /// `follower` of a profile as written.
@@ -26,7 +27,6 @@ pub(super) enum FollowerFile {
         arm_mm: f64,
         pivot_mm: f64,
         side: SideFile,
-        lift_in: LiftIn,
         arc_radius_mm: Option<f64>,
     },
     OscillatingFlat {
@@ -34,8 +34,7 @@ pub(super) enum FollowerFile {
         face_offset_mm: f64,
         pivot_mm: f64,
         side: SideFile,
-        lift_in: LiftIn,
-        arc_radius_mm: Option<f64>,
+        arc_radius_mm: f64,
     },
 }
 
@@ -47,14 +46,6 @@ pub(super) enum SideFile {
     Behind,
 }
 
-/// What the numbers of an oscillating follower's lift are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum LiftIn {
-    Degrees,
-    Arc,
-}
-
 impl FollowerFile {
     /// The follower it means.
     pub(super) fn follower(&self) -> Follower {
@@ -63,51 +54,47 @@ impl FollowerFile {
             FollowerFile::Roller { radius_mm, offset_mm } => Follower::Roller { radius_mm, offset_mm },
             FollowerFile::Mushroom { radius_mm } => Follower::Mushroom { radius_mm },
             FollowerFile::Flat {} => Follower::Flat,
-            FollowerFile::OscillatingRoller { radius_mm, arm_mm, pivot_mm, side, lift_in, arc_radius_mm } => {
-                let lift = swing_lift(lift_in, arc_radius_mm.unwrap_or(arm_mm));
-                Follower::OscillatingRoller { radius_mm, arm_mm, pivot: pivot(pivot_mm, side, lift) }
+            FollowerFile::OscillatingRoller { radius_mm, arm_mm, pivot_mm, side, arc_radius_mm } => {
+                let pivot = pivot(pivot_mm, side, arc_radius_mm.unwrap_or(arm_mm));
+                Follower::OscillatingRoller { radius_mm, arm_mm, pivot }
             }
-            FollowerFile::OscillatingFlat { face_offset_mm, pivot_mm, side, lift_in, arc_radius_mm } => {
-                // Refused by `findings` where an arc has no radius.
-                let lift = swing_lift(lift_in, arc_radius_mm.unwrap_or(pivot_mm));
-                Follower::OscillatingFlat { face_offset_mm, pivot: pivot(pivot_mm, side, lift) }
+            FollowerFile::OscillatingFlat { face_offset_mm, pivot_mm, side, arc_radius_mm } => {
+                Follower::OscillatingFlat { face_offset_mm, pivot: pivot(pivot_mm, side, arc_radius_mm) }
             }
         }
     }
 
-    /// Keys that contradict each other, each with what is wrong.
-    pub(super) fn findings(&self) -> Vec<(&'static str, String)> {
-        let (lift_in, arc_radius_mm, has_arm) = match *self {
-            FollowerFile::OscillatingRoller { lift_in, arc_radius_mm, .. } => (lift_in, arc_radius_mm, true),
-            FollowerFile::OscillatingFlat { lift_in, arc_radius_mm, .. } => (lift_in, arc_radius_mm, false),
-            _ => return Vec::new(),
-        };
-        match (lift_in, arc_radius_mm) {
-            (LiftIn::Degrees, Some(radius_mm)) => {
-                let message = format!("arc_radius_mm is {radius_mm}, but lift_in: degrees knows no arc");
-                vec![("arc_radius_mm", message)]
+    /// Lengths of the arm that must be positive before a lift can be read, by their keys.
+    pub(super) fn arm_lengths(&self) -> Vec<(&'static str, f64)> {
+        match *self {
+            FollowerFile::OscillatingRoller { arm_mm, arc_radius_mm, .. } => {
+                let arc = arc_radius_mm.map(|radius_mm| ("arc_radius_mm", radius_mm));
+                [("arm_mm", arm_mm)].into_iter().chain(arc).collect()
             }
-            (LiftIn::Arc, None) if !has_arm => {
-                let message = "lift_in: arc needs arc_radius_mm, the distance from the pivot at which it is measured";
-                vec![("lift_in", message.into())]
-            }
+            FollowerFile::OscillatingFlat { arc_radius_mm, .. } => vec![("arc_radius_mm", arc_radius_mm)],
             _ => Vec::new(),
         }
     }
 }
 
-fn pivot(distance_mm: f64, side: SideFile, lift: SwingLift) -> Pivot {
+/// A pivot whose lift is the arc of a point of the arm. A lift written in degrees becomes that arc when it is read, so that
+/// every lift of a job is a length.
+fn pivot(distance_mm: f64, side: SideFile, arc_radius_mm: f64) -> Pivot {
     let side = match side {
         SideFile::Ahead => ArmSide::Ahead,
         SideFile::Behind => ArmSide::Behind,
     };
-    Pivot { distance_mm, side, lift }
+    Pivot { distance_mm, side, lift: SwingLift::Arc { radius_mm: arc_radius_mm } }
 }
 
-fn swing_lift(lift_in: LiftIn, arc_radius_mm: f64) -> SwingLift {
-    match lift_in {
-        LiftIn::Degrees => SwingLift::Degrees,
-        LiftIn::Arc => SwingLift::Arc { radius_mm: arc_radius_mm },
+/// What a degree of a follower's arm is as its arc (mm); none for a follower on a slide.
+pub(super) fn mm_per_deg(follower: Follower) -> Option<f64> {
+    match follower {
+        Follower::OscillatingRoller { pivot, .. } | Follower::OscillatingFlat { pivot, .. } => match pivot.lift {
+            SwingLift::Arc { radius_mm } => Some(rad_from_deg(1.0) * radius_mm),
+            SwingLift::Degrees => Some(1.0),
+        },
+        _ => None,
     }
 }
 
@@ -119,13 +106,6 @@ mod tests {
         serde_saphyr::from_str(text).map_err(|error| error.to_string())
     }
 
-    fn pivot_of(follower: Follower) -> Pivot {
-        match follower {
-            Follower::OscillatingRoller { pivot, .. } | Follower::OscillatingFlat { pivot, .. } => pivot,
-            other => panic!("{other:?} has no pivot"),
-        }
-    }
-
     #[test]
     fn every_kind_means_its_follower() {
         let meaning = |text: &str| read(text).unwrap().follower();
@@ -135,35 +115,33 @@ mod tests {
         assert_eq!(meaning("{kind: flat}"), Follower::Flat);
         let pivot = Pivot { distance_mm: 50.0, side: ArmSide::Behind, lift: SwingLift::Arc { radius_mm: 42.0 } };
         assert_eq!(
-            meaning("{kind: oscillating_roller, radius_mm: 8.5, arm_mm: 42, pivot_mm: 50, side: behind, lift_in: arc}"),
+            meaning("{kind: oscillating_roller, radius_mm: 8.5, arm_mm: 42, pivot_mm: 50, side: behind}"),
             Follower::OscillatingRoller { radius_mm: 8.5, arm_mm: 42.0, pivot }
         );
-        let pivot = Pivot { distance_mm: 50.0, side: ArmSide::Ahead, lift: SwingLift::Degrees };
+        let pivot = Pivot { distance_mm: 50.0, side: ArmSide::Ahead, lift: SwingLift::Arc { radius_mm: 50.0 } };
         assert_eq!(
-            meaning("{kind: oscillating_flat, pivot_mm: 50, face_offset_mm: -3, side: ahead, lift_in: degrees}"),
+            meaning("{kind: oscillating_flat, pivot_mm: 50, face_offset_mm: -3, side: ahead, arc_radius_mm: 50}"),
             Follower::OscillatingFlat { face_offset_mm: -3.0, pivot }
         );
-        let elsewhere = "{kind: oscillating_flat, pivot_mm: 50, side: ahead, lift_in: arc, arc_radius_mm: 66}";
-        assert_eq!(pivot_of(meaning(elsewhere)).lift, SwingLift::Arc { radius_mm: 66.0 });
+        let elsewhere = meaning(
+            "{kind: oscillating_roller, radius_mm: 8.5, arm_mm: 42, pivot_mm: 50, side: behind, arc_radius_mm: 66}",
+        );
+        assert!((mm_per_deg(elsewhere).unwrap() - 66.0 * std::f64::consts::PI / 180.0).abs() < 1e-15);
+        assert_eq!(mm_per_deg(Follower::Flat), None);
     }
 
     #[test]
-    fn an_arm_must_say_all_of_itself_and_nothing_twice() {
-        let roller = "kind: oscillating_roller, radius_mm: 8.5, arm_mm: 42, pivot_mm: 50";
-        for (missing, text) in [
-            ("side", format!("{{{roller}, lift_in: arc}}")),
-            ("lift_in", format!("{{{roller}, side: ahead}}")),
-            ("offset_mm", format!("{{{roller}, side: ahead, lift_in: arc, offset_mm: 1}}")),
-            ("beside", format!("{{{roller}, side: beside, lift_in: arc}}")),
+    fn an_arm_must_say_all_of_itself() {
+        let roller = "kind: oscillating_roller, radius_mm: 8.5, arm_mm: 42";
+        for (wrong, text) in [
+            ("side", format!("{{{roller}, pivot_mm: 50}}")),
+            ("pivot_mm", format!("{{{roller}, side: ahead}}")),
+            ("offset_mm", format!("{{{roller}, pivot_mm: 50, side: ahead, offset_mm: 1}}")),
+            ("beside", format!("{{{roller}, pivot_mm: 50, side: beside}}")),
+            ("arc_radius_mm", "{kind: oscillating_flat, pivot_mm: 50, side: ahead}".into()),
         ] {
             let error = read(&text).unwrap_err();
-            assert!(error.contains(missing), "{error}");
+            assert!(error.contains(wrong), "{error}");
         }
-        let findings = |text: String| read(&text).unwrap().findings();
-        assert!(findings(format!("{{{roller}, side: ahead, lift_in: arc}}")).is_empty());
-        let twice = findings(format!("{{{roller}, side: ahead, lift_in: degrees, arc_radius_mm: 40}}"));
-        assert_eq!(twice[0].0, "arc_radius_mm");
-        let no_radius = findings("{kind: oscillating_flat, pivot_mm: 50, side: ahead, lift_in: arc}".into());
-        assert_eq!(no_radius[0].0, "lift_in");
     }
 }

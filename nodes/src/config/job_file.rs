@@ -7,6 +7,7 @@ use super::locate::{Located, locate};
 use super::machine_file::{self, Machine};
 use super::pass_file::{InfeedFile, RoughingFile, SpeedFile, passes, roughing_findings};
 use super::yaml::Document;
+use camwright::follower::Follower;
 use camwright::job::{HomePosition, JobSpec, LobeSpec, ProfileSpec};
 use camwright::units::rad_from_deg;
 use serde::Deserialize;
@@ -252,8 +253,10 @@ fn ranges(document: &Document, file: &JobFile) -> Vec<ConfigError> {
         }
         let followers = [("follower", Some(&profile.follower)), ("gauge", profile.gauge.as_ref())];
         for (which, follower) in followers.into_iter().filter_map(|(which, file)| Some((which, file?))) {
-            for (key, message) in follower.findings() {
-                let message = format!("profile {}: {which}: {message}", profile.name);
+            let bad = |(_, value): &(_, f64)| !(value.is_finite() && *value > 0.0);
+            for (key, value) in follower.arm_lengths().into_iter().filter(bad) {
+                let message =
+                    format!("profile {}: {which}: {key} is {value}; it must be a positive number", profile.name);
                 refuse(&format!("profiles.{index}.{which}.{key}"), message);
             }
         }

@@ -6,6 +6,7 @@
 //! eccentric ─────────────────────────────────────────────────────────────► formula ──────────────┘
 //! ```
 
+use super::follower_file::mm_per_deg;
 use super::lift_formula::{self, EccentricFile, SegmentFile};
 use super::lift_text::{self, AngleUnit, Format, Printed};
 use super::locate::{Located, locate};
@@ -89,6 +90,11 @@ pub struct OfProfile<'a> {
 }
 
 impl OfProfile<'_> {
+    /// What a degree of the follower's arm is as its arc (mm); none for a follower on a slide.
+    pub(super) fn mm_per_deg(&self) -> Option<f64> {
+        mm_per_deg(self.follower?.0)
+    }
+
     fn key(&self, name: &str) -> String {
         match (self.key, name) {
             ("", name) => name.to_owned(),
@@ -210,7 +216,7 @@ enum Source {
 }
 
 impl LiftFile {
-    fn format(&self) -> Format {
+    fn format(&self, mm_per_deg: Option<f64>) -> Format {
         let angle = match (self.step_cam_deg, self.step_crank_deg) {
             (Some(_), _) => Some(AngleUnit::Cam),
             (_, Some(_)) => Some(AngleUnit::Crank),
@@ -222,6 +228,7 @@ impl LiftFile {
             header_lines: self.header_lines,
             decimal_comma: self.decimal_comma.unwrap_or(false),
             step_deg: self.step_cam_deg.or(self.step_crank_deg),
+            mm_per_deg,
         }
     }
 
@@ -246,7 +253,7 @@ impl LiftFile {
 }
 
 fn read_table(file: &LiftFile, profile: &OfProfile<'_>, source: &Source) -> Result<ProfileLift, Vec<ConfigError>> {
-    let format = file.format();
+    let format = file.format(profile.mm_per_deg());
     let mut warnings = Vec::new();
     let (table, files) = match source {
         Source::Whole(located) => {

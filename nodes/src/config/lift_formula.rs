@@ -14,8 +14,20 @@ use serde::Deserialize;
 pub(super) struct SegmentFile {
     law: String,
     angle_deg: f64,
-    #[serde(default)]
-    rise_mm: f64,
+    rise_mm: Option<f64>,
+    rise_deg: Option<f64>,
+}
+
+impl SegmentFile {
+    /// Its rise (mm); of an arm along its arc.
+    fn rise_mm(&self, mm_per_deg: Option<f64>) -> Result<f64, (&'static str, &'static str)> {
+        match (self.rise_mm, self.rise_deg, mm_per_deg) {
+            (Some(_), Some(_), _) => Err(("rise_deg", "a rise is given in mm and in degrees; one is needed")),
+            (None, Some(_), None) => Err(("rise_deg", "rise_deg is the angle of an arm; this follower is on a slide")),
+            (None, Some(rise_deg), Some(mm_per_deg)) => Ok(rise_deg * mm_per_deg),
+            (rise_mm, None, _) => Ok(rise_mm.unwrap_or(0.0)),
+        }
+    }
 }
 
 /// An eccentric as written.
@@ -36,9 +48,13 @@ pub(super) fn program(
     let mut errors = Vec::new();
     let mut known = Vec::new();
     for (index, segment) in segments.iter().enumerate() {
+        let rise_mm = segment.rise_mm(profile.mm_per_deg()).unwrap_or_else(|(key, message)| {
+            errors.extend(profile.refuse(&format!("segments.{index}.{key}"), message));
+            0.0
+        });
         match MotionLaw::from_name(&segment.law) {
             Some(law) => {
-                known.push(MotionSegment { law, angle_rad: rad_from_deg(segment.angle_deg), rise_mm: segment.rise_mm });
+                known.push(MotionSegment { law, angle_rad: rad_from_deg(segment.angle_deg), rise_mm });
             }
             None => {
                 let names: Vec<&str> = MotionLaw::ALL.iter().map(|law| law.name()).collect();

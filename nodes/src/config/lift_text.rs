@@ -57,6 +57,8 @@ pub struct Format {
     pub decimal_comma: bool,
     /// Angle from row to row where the file has no angles (deg of `angle`).
     pub step_deg: Option<f64>,
+    /// What a degree of the arm is as its arc (mm), where the follower is one that swings.
+    pub mm_per_deg: Option<f64>,
 }
 
 /// The text of a table as numbers.
@@ -83,15 +85,21 @@ pub struct Printed {
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Column {
     Angle(AngleUnit),
-    Value { form: LiftForm, mm_per_unit: f64, unit: LengthUnit },
+    /// Lifts or increments; what a unit is in mm, none for degrees of an arm.
+    Value {
+        form: LiftForm,
+        mm_per_unit: Option<f64>,
+        unit: LengthUnit,
+    },
     Ignored,
 }
 
-const KNOWN: &str = "block, cam_angle_deg, crank_angle_deg, lift_mm, lift_um, lift_inch, increment_mm, increment_um, \
-                     increment_inch";
+const KNOWN: &str = "block, cam_angle_deg, crank_angle_deg, lift_mm, lift_um, lift_inch, lift_deg, increment_mm, \
+                     increment_um, increment_inch, increment_deg";
 
 fn column(name: &str) -> Option<Column> {
-    let value = |form, mm_per_unit, unit| Some(Column::Value { form, mm_per_unit, unit });
+    let value = |form, mm_per_unit, unit| Some(Column::Value { form, mm_per_unit: Some(mm_per_unit), unit });
+    let degrees = |form| Some(Column::Value { form, mm_per_unit: None, unit: LengthUnit::Millimetre });
     match name {
         "block" | "-" => Some(Column::Ignored),
         "cam_angle_deg" => Some(Column::Angle(AngleUnit::Cam)),
@@ -99,6 +107,8 @@ fn column(name: &str) -> Option<Column> {
         "lift_mm" => value(LiftForm::Absolute, 1.0, LengthUnit::Millimetre),
         "lift_um" => value(LiftForm::Absolute, 1e-3, LengthUnit::Millimetre),
         "lift_inch" => value(LiftForm::Absolute, LengthUnit::Inch.mm(), LengthUnit::Inch),
+        "lift_deg" => degrees(LiftForm::Absolute),
+        "increment_deg" => degrees(LiftForm::Increments),
         "increment_mm" => value(LiftForm::Increments, 1.0, LengthUnit::Millimetre),
         "increment_um" => value(LiftForm::Increments, 1e-3, LengthUnit::Millimetre),
         "increment_inch" => value(LiftForm::Increments, LengthUnit::Inch.mm(), LengthUnit::Inch),
@@ -233,7 +243,8 @@ fn columns(
     let refuse = |number, message: String| vec![ConfigError::at(Place::line(path, number), message)];
     let declared_angle = || format.angle.unwrap_or(AngleUnit::Cam);
     if let Some(declared) = &format.columns {
-        let columns = understand(declared, format.angle).map_err(|message| refuse(first_row, message))?;
+        let columns =
+            understand(declared, format.angle, format.mm_per_deg).map_err(|message| refuse(first_row, message))?;
         // A header that the file has all the same must not say something else.
         for (number, text) in titles {
             for (index, name) in names(text).into_iter().enumerate() {
@@ -247,7 +258,8 @@ fn columns(
     }
     match (header, titles.last()) {
         (Some((number, text)), _) => {
-            let columns = understand(&names(text), Some(declared_angle())).map_err(|error| refuse(*number, error))?;
+            let columns = understand(&names(text), Some(declared_angle()), format.mm_per_deg)
+                .map_err(|error| refuse(*number, error))?;
             Ok((columns, Some(*number)))
         }
         (None, Some((number, text))) => {
@@ -267,8 +279,8 @@ fn columns(
     }
 }
 
-/// Columns by their names; `angle` is what the angles must be.
-fn understand(names: &[String], angle: Option<AngleUnit>) -> Result<Columns, String> {
+/// Columns by their names; `angle` is what the angles must be, `mm_per_deg` what a degree of lift is.
+fn understand(names: &[String], angle: Option<AngleUnit>, mm_per_deg: Option<f64>) -> Result<Columns, String> {
     let mut found: Option<(usize, LiftForm, f64, LengthUnit)> = None;
     let mut angles: Option<(usize, AngleUnit)> = None;
     for (index, name) in names.iter().enumerate() {
@@ -284,7 +296,14 @@ fn understand(names: &[String], angle: Option<AngleUnit>) -> Result<Columns, Str
             Some(Column::Value { .. }) if found.is_some() => {
                 return Err("two columns of lifts or increments; one is needed".into());
             }
-            Some(Column::Value { form, mm_per_unit, unit }) => found = Some((index, form, mm_per_unit, unit)),
+            Some(Column::Value { form, mm_per_unit, unit }) => match mm_per_unit.or(mm_per_deg) {
+                Some(mm_per_unit) => found = Some((index, form, mm_per_unit, unit)),
+                None => {
+                    return Err(format!(
+                        "column {name} holds the angle of an arm, and no follower that swings is given"
+                    ));
+                }
+            },
             None => return Err(format!("unknown column {name:?}; known are {KNOWN}")),
         }
     }

@@ -3,7 +3,6 @@
 use crate::config::ConfigError;
 use crate::config::job_file::Job;
 use camwright::cycle::PlannedJob;
-use camwright::follower::{Follower, Pivot, SwingLift};
 use camwright::inspection::Inspection;
 use camwright::units::{deg_from_rad, rad_from_deg, wrap_turn};
 use std::io::{self, Write};
@@ -30,17 +29,12 @@ pub fn inspections(job: &Job, planned: &PlannedJob) -> Result<Vec<Option<Inspect
     planned.lobes.iter().enumerate().map(under_gauge).collect()
 }
 
-/// The gauge's lift at every block, and the azimuth of the contour that it touches there.
+/// The gauge's lift at every block, of an arm along its arc, and the azimuth of the contour that it touches there.
 ///
 /// # Errors
 /// What cannot be written.
 pub fn write_inspection(inspection: &Inspection, blocks: u32, to: &mut dyn Write) -> io::Result<()> {
-    let unit = match inspection.gauge() {
-        Follower::OscillatingRoller { pivot: Pivot { lift: SwingLift::Degrees, .. }, .. }
-        | Follower::OscillatingFlat { pivot: Pivot { lift: SwingLift::Degrees, .. }, .. } => "deg",
-        _ => "mm",
-    };
-    writeln!(to, "cam_angle_deg,lift_{unit},contact_azimuth_deg")?;
+    writeln!(to, "cam_angle_deg,lift_mm,contact_azimuth_deg")?;
     for angle_deg in angles_deg(blocks) {
         if let Some(reading) = inspection.read(rad_from_deg(angle_deg)) {
             let azimuth_deg = deg_from_rad(wrap_turn(inspection.contour().azimuth(reading.contact_rad)));

@@ -67,7 +67,7 @@ fn refusals_point_to_the_key_that_causes_them() {
 /// A table can be that of an arm: the lift of the intake lobe as the way of its roller.
 #[test]
 fn a_job_takes_an_oscillating_follower() {
-    let on_arm = "{kind: oscillating_roller, radius_mm: 8.5, arm_mm: 42, pivot_mm: 48, side: ahead, lift_in: arc}";
+    let on_arm = "{kind: oscillating_roller, radius_mm: 8.5, arm_mm: 42, pivot_mm: 48, side: ahead}";
     let prepared = with_follower(on_arm).unwrap();
     let contour = &prepared.planned.lobes[0].design.contour;
     assert!(matches!(contour.follower(), camwright::follower::Follower::OscillatingRoller { .. }));
@@ -80,13 +80,13 @@ fn a_job_takes_an_oscillating_follower() {
 fn a_follower_that_cannot_ride_is_refused_where_it_stands() {
     for (follower, words) in [
         (
-            "{kind: oscillating_roller, radius_mm: 8.5, arm_mm: 20, pivot_mm: 48, side: ahead, lift_in: arc}",
+            "{kind: oscillating_roller, radius_mm: 8.5, arm_mm: 20, pivot_mm: 48, side: ahead}",
             "an arm of 20 mm about a pivot 48 mm from the cam's axis cannot hold the roller at the prime radius of 24.5 mm, \
              which must be above 28 mm and below 68 mm",
         ),
-        ("{kind: oscillating_flat, pivot_mm: 50, side: behind, lift_in: arc}", "lift_in: arc needs arc_radius_mm"),
+        ("{kind: oscillating_flat, pivot_mm: 50, side: behind}", "missing field `arc_radius_mm`"),
         ("{kind: mushroom, radius_mm: -3}", "radius of the face -3 mm is not a positive number"),
-        ("{kind: oscillating_flat, pivot_mm: 50, side: behind}", "lift_in"),
+        ("{kind: oscillating_flat, pivot_mm: 50, side: behind, arc_radius_mm: 50, offset_mm: 3}", "offset_mm"),
         // A roller on an arm gives the intake lobe hollow flanks; a flat face would need it round.
         ("{kind: flat}", "undercut"),
     ] {

@@ -1,4 +1,5 @@
 use super::*;
+use camwright::follower::{ArmSide, Pivot, SwingLift};
 use camwright::units::rad_from_deg;
 use std::f64::consts::TAU;
 
@@ -38,6 +39,11 @@ impl Folder {
 
     /// Reads the `lift` mapping in YAML flow form.
     fn read(&self, lift: &str) -> Result<ProfileLift, Vec<String>> {
+        self.read_for(lift, Follower::Roller { radius_mm: 8.5, offset_mm: 0.0 })
+    }
+
+    /// The same for a follower.
+    fn read_for(&self, lift: &str, follower: Follower) -> Result<ProfileLift, Vec<String>> {
         let text = format!("lift: {lift}\n");
         let path = self.0.join("job.yaml");
         let document = Document::parse(&path, &text, &[]).expect("YAML");
@@ -47,8 +53,7 @@ impl Folder {
         }
         let told = |error: ConfigError| error.to_string().replace(&format!("{}/", self.0.display()), "");
         let file: Profile = document.read().map_err(|error| vec![told(error)])?;
-        let follower = Some((Follower::Roller { radius_mm: 8.5, offset_mm: 0.0 }, 16.0));
-        let profile = OfProfile { document: &document, key: "lift", name: "p", follower };
+        let profile = OfProfile { document: &document, key: "lift", name: "p", follower: Some((follower, 16.0)) };
         read(&file.lift, profile, |_| ()).map_err(|errors| errors.into_iter().map(told).collect())
     }
 }
@@ -390,4 +395,29 @@ fn no_text_makes_the_reader_panic() {
             assert!(errors.iter().all(|error| error.contains("t.txt") || error.contains("job.yaml")), "{errors:?}");
         }
     }
+}
+
+/// The lift of an arm may be printed as its angle; it becomes the arc of the arm, as a rise in degrees does.
+#[test]
+fn degrees_of_an_arm_become_its_arc() {
+    let arm_mm = 42.0;
+    let pivot = Pivot { distance_mm: 50.0, side: ArmSide::Ahead, lift: SwingLift::Arc { radius_mm: arm_mm } };
+    let on_arm = Follower::OscillatingRoller { radius_mm: 8.5, arm_mm, pivot };
+    let mm_per_deg = arm_mm * std::f64::consts::PI / 180.0;
+    let degrees = turn(|angle, lift_mm| format!("{angle},{lift_mm:.4}"));
+    let text = format!("cam_angle_deg,lift_deg\n{degrees}");
+    let folder = Folder::new("arm", &[("t.txt", &text)]);
+    let lift = folder.read_for("{table: t.txt}", on_arm).unwrap();
+    for angle_deg in [10.0, 120.0, 180.0, 200.0] {
+        let found = lift.law.sample(f64::to_radians(angle_deg)).value;
+        assert!((found - lift_mm(angle_deg) * mm_per_deg).abs() < 0.6e-4 * mm_per_deg, "{angle_deg}: {found}");
+    }
+    let errors = folder.read("{table: t.txt}").unwrap_err();
+    assert_eq!(errors, ["t.txt:1: column lift_deg holds the angle of an arm, and no follower that swings is given"]);
+    let segments =
+        "{segments: [{law: cycloidal, angle_deg: 180, rise_deg: 6}, {law: cycloidal, angle_deg: 180, rise_deg: -6}]}";
+    let lift = folder.read_for(segments, on_arm).unwrap();
+    assert!((lift.law.max_lift_mm() - 6.0 * mm_per_deg).abs() < 1e-12);
+    let errors = folder.read(segments).unwrap_err();
+    assert!(errors.len() == 2 && errors[0].contains("rise_deg is the angle of an arm"), "{errors:?}");
 }
