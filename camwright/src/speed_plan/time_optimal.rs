@@ -30,6 +30,9 @@ const GAP: f64 = 5e-4;
 /// Iterations after which the search ends with what it has: a plan that keeps its limits in any case.
 const MOST_ITERATIONS: usize = 100;
 
+/// Slowdowns of the first plan, by 0.85 in z each: 10⁻¹⁴ of the speed of the envelope in all.
+const MOST_SLOWDOWNS: u32 = 400;
+
 /// What one interval knows.
 struct Interval {
     length: f64,
@@ -175,7 +178,7 @@ impl Problem {
     }
 
     /// The envelope, rounded over some intervals either way, and slowed down until it keeps every limit.
-    fn start(&self, round: usize) -> Vec<f64> {
+    fn start(&self, round: usize) -> Option<Vec<f64>> {
         let squares: Vec<f64> = self.intervals.iter().map(|interval| interval.root * interval.root).collect();
         let low = over_neighbours(&squares, round, |low, each| low.min(each), f64::INFINITY);
         let reach = round / 2;
@@ -186,10 +189,13 @@ impl Problem {
             let count = to_f64(2 * reach + 1);
             coefficients.iter_mut().for_each(|coefficient| *coefficient /= count);
         }
-        while !self.keeps(&coefficients) {
+        for _ in 0..MOST_SLOWDOWNS {
+            if self.keeps(&coefficients) {
+                return Some(coefficients);
+            }
             coefficients.iter_mut().for_each(|coefficient| *coefficient *= 0.85);
         }
-        coefficients
+        None
     }
 }
 
@@ -205,10 +211,10 @@ fn to_f64(count: usize) -> f64 {
     count as f64
 }
 
-/// The fastest turn found; limits hold at the points of the intervals.
-pub(super) fn solve(problem: &Problem, round: usize) -> SquareSpeed {
+/// The fastest turn found, `None` where not even standing nearly still keeps the limits; they hold at the points of the intervals.
+pub(super) fn solve(problem: &Problem, round: usize) -> Option<SquareSpeed> {
     let limits = to_f64(problem.knots.count() * ROOMS);
-    let coefficients = problem.start(round);
+    let coefficients = problem.start(round)?;
     let mut mu = problem.time(&coefficients) / limits;
     let prices = problem
         .intervals
@@ -228,7 +234,7 @@ pub(super) fn solve(problem: &Problem, round: usize) -> SquareSpeed {
             mu *= 0.3;
         }
     }
-    SquareSpeed::new(problem.knots.clone(), it.coefficients)
+    Some(SquareSpeed::new(problem.knots.clone(), it.coefficients))
 }
 
 /// Factor by which a price may differ from that of the central path.

@@ -46,6 +46,9 @@ pub enum TurnError {
         /// What the law of the process gives there (rad/s).
         speed_rad_s: f64,
     },
+    /// The path is so rough that X cannot follow it at any speed worth the name.
+    #[error("no speed keeps the limits of x_axis on this path")]
+    NoStart,
     /// A limit is not a positive number.
     #[error("{} has a limit that is not a number above 0", .axis.joint())]
     BadLimit {
@@ -83,7 +86,8 @@ impl TurnSpeed {
         let problem = Problem::new(request, &envelope, knots);
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some ten intervals")]
         let round = libm::ceil(2.0 * change_s / step_s) as usize;
-        let mut turn = Self::from_square(solve(&problem, round), envelope.least_s());
+        let fastest = solve(&problem, round).ok_or(TurnError::NoStart)?;
+        let mut turn = Self::from_square(fastest, envelope.least_s());
         // Once is enough but where the bound has a corner between two points; the last time proves it.
         for _ in 0..4 {
             let excess = turn.excess(request);
