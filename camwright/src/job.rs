@@ -66,11 +66,40 @@ pub enum SpeedLaw {
         /// Largest headstock speed (rad/s).
         most_rad_s: f64,
     },
+    /// One power of the wheel spindle per width: what chips take and what rubbing takes, P′ = e·Q′ + p·l·v.
+    ConstantPower {
+        /// P′ (W/mm).
+        power_w_mm: f64,
+        /// e, energy that a removed volume takes (J/mm³).
+        specific_energy_j_mm3: f64,
+        /// p, force of rubbing per area of contact (N/mm²).
+        rubbing_n_mm2: f64,
+        /// Largest headstock speed (rad/s).
+        most_rad_s: f64,
+    },
+    /// One largest temperature in the contact, by comparison with a cut that is known to be good.
+    ConstantTemperature {
+        /// The known cut.
+        reference: ReferenceCut,
+        /// Largest headstock speed (rad/s).
+        most_rad_s: f64,
+    },
     /// As fast as the axes can.
     TimeOptimal {
         /// Largest headstock speed (rad/s).
         most_rad_s: f64,
     },
+}
+
+/// A cut that just does not burn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReferenceCut {
+    /// Speed of the contact along the contour (mm/s).
+    pub footprint_speed_mm_s: f64,
+    /// Depth along the normal (mm).
+    pub depth_mm: f64,
+    /// Diameter of the wheel that has the same contact on a flat part, 2/(1/R + κ) (mm).
+    pub equivalent_diameter_mm: f64,
 }
 
 impl SpeedLaw {
@@ -84,6 +113,18 @@ impl SpeedLaw {
             SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, most_rad_s } => {
                 alloc::vec![("removal_rate_mm2_s", removal_rate_mm2_s), ("work_speed_rad_s", most_rad_s)]
             }
+            SpeedLaw::ConstantPower { power_w_mm, specific_energy_j_mm3, rubbing_n_mm2, most_rad_s } => alloc::vec![
+                ("power_w_mm", power_w_mm),
+                ("specific_energy_j_mm3", specific_energy_j_mm3),
+                ("rubbing_n_mm2", rubbing_n_mm2),
+                ("work_speed_rad_s", most_rad_s)
+            ],
+            SpeedLaw::ConstantTemperature { reference, most_rad_s } => alloc::vec![
+                ("footprint_speed_mm_s", reference.footprint_speed_mm_s),
+                ("depth_mm", reference.depth_mm),
+                ("equivalent_diameter_mm", reference.equivalent_diameter_mm),
+                ("work_speed_rad_s", most_rad_s)
+            ],
             SpeedLaw::TimeOptimal { most_rad_s } => alloc::vec![("work_speed_rad_s", most_rad_s)],
         }
     }

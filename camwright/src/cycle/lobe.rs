@@ -203,6 +203,7 @@ pub(super) fn plan_lobes(
                     speed: pass.speed,
                     rotation_sense: machine.rotation_sense,
                     wheel_radius_mm: shape.tool_path.wheel_radius_mm(),
+                    wheel_speed_m_s: machine.wheel.surface_speed_m_s,
                     c: machine.axis(Axis::C).limits,
                     x: machine.axis(Axis::X).limits,
                     cycle_time_s: machine.cycle_time_s(),

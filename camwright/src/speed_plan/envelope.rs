@@ -82,6 +82,12 @@ impl Envelope {
         (from..=to).map(|i| self.per_bound[i % n]).fold(0.0, f64::max)
     }
 
+    /// Largest ratio of a plan's z to its bound on the grid.
+    pub(super) fn excess(&self, square: impl Fn(f64) -> f64) -> f64 {
+        let d = spacing(self.per_bound.len());
+        self.per_bound.iter().enumerate().map(|(i, per)| per * square(to_f64(i) * d)).fold(0.0, f64::max)
+    }
+
     /// Knots that take equal times at this speed, and are never farther apart than `widest_rad`.
     pub(super) fn knots(&self, step_s: f64, widest_rad: f64) -> Knots {
         let count = self.square.len();

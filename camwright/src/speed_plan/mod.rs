@@ -23,7 +23,7 @@ mod variable;
 
 pub use limit_use::{LimitUse, Quantity, uses_by_differences};
 pub(crate) use limit_use::{figures, windows};
-pub use process::{footprint_speed_ratio_mm, largest_speed_rad_s, removal_rate_ratio_mm2};
+pub use process::{Cutting, footprint_speed_ratio_mm, largest_speed_rad_s, removal_rate_ratio_mm2};
 pub use turn_request::TurnRequest;
 pub use turn_speed::{TurnError, TurnPoint, TurnSpeed};
 
@@ -76,6 +76,8 @@ pub struct SpeedRequest<'a> {
     pub rotation_sense: i8,
     /// Radius of the wheel (mm).
     pub wheel_radius_mm: f64,
+    /// Speed of its surface (m/s).
+    pub wheel_speed_m_s: f64,
     /// Limits of C.
     pub c: MotionLimits,
     /// Limits of X.
@@ -212,6 +214,8 @@ impl SpeedPlan {
             }
             SpeedLaw::ConstantFootprintSpeed { .. }
             | SpeedLaw::ConstantRemovalRate { .. }
+            | SpeedLaw::ConstantPower { .. }
+            | SpeedLaw::ConstantTemperature { .. }
             | SpeedLaw::TimeOptimal { .. } => {
                 let (candidate, turn) =
                     variable_speed(request).map_err(|misfit| request.refusal(request.c.velocity, misfit))?;

@@ -24,6 +24,7 @@ fn request<'a>(path: &'a PeriodicSpline, infeed: &'a InfeedSchedule, speed: f64)
         speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: speed },
         rotation_sense: 1,
         wheel_radius_mm: 60.0,
+        wheel_speed_m_s: 80.0,
         c: C,
         x: X,
         cycle_time_s: 1e-3,
@@ -118,8 +119,9 @@ fn at_a_constant_removal_rate_a_cut_is_faster_than_at_any_constant_speed() {
     let law = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 20.0, most_rad_s: 31.4 };
     let asked = SpeedRequest { speed: law, ..request(&path, &infeed, 1.0) };
     let plan = SpeedPlan::new(&asked).unwrap_or_else(|error| panic!("{error}"));
+    let cutting = Cutting { wheel_radius_mm: 60.0, wheel_speed_m_s: 80.0, infeed_per_turn_mm: 0.18 };
     let slowest = (0..3600)
-        .map(|i| largest_speed_rad_s(&law, path.sample(f64::from(i) * TURN_RAD / 3600.0), 60.0, 0.18))
+        .map(|i| largest_speed_rad_s(&law, path.sample(f64::from(i) * TURN_RAD / 3600.0), &cutting))
         .fold(f64::INFINITY, f64::min);
     assert!(plan.turn_s() < 0.95 * TURN_RAD / slowest, "{} s against {} s", plan.turn_s(), TURN_RAD / slowest);
     assert!(plan.least_turn_s().is_some_and(|least| least < plan.turn_s()));

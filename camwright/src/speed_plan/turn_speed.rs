@@ -90,7 +90,7 @@ impl TurnSpeed {
         let mut turn = Self::from_square(fastest, envelope.least_s());
         // Once is enough but where the bound has a corner between two points; the last time proves it.
         for _ in 0..4 {
-            let excess = turn.excess(request);
+            let excess = turn.excess(request).max(envelope.excess(|angle| turn.square_at(angle).z));
             if excess <= 1.0 {
                 break;
             }

@@ -1,6 +1,6 @@
 //! A cut at varying speed: a run-up onto the fastest turn, that turn over and over again, a run-down from it.
 
-use super::process::largest_speed_rad_s;
+use super::process::{Cutting, largest_speed_rad_s};
 use super::turn_speed::TurnSpeed;
 use super::{Candidate, Misfit, PATH_SHARE, SpeedRequest, TurnRequest, windows};
 use crate::cut_motion::chain;
@@ -39,14 +39,17 @@ impl SpeedRequest<'_> {
         x
     }
 
-    fn infeed_per_turn_mm(&self) -> f64 {
-        self.infeed.slope_mm_rad() * TURN_RAD
+    fn cutting(&self) -> Cutting {
+        Cutting {
+            wheel_radius_mm: self.wheel_radius_mm,
+            wheel_speed_m_s: self.wheel_speed_m_s,
+            infeed_per_turn_mm: self.infeed.slope_mm_rad() * TURN_RAD,
+        }
     }
 
     /// What the process allows at a path angle (rad/s).
     fn process_rad_s(&self, angle_rad: f64) -> f64 {
-        let x = self.path.sample(angle_rad);
-        largest_speed_rad_s(&self.speed, x, self.wheel_radius_mm, self.infeed_per_turn_mm())
+        largest_speed_rad_s(&self.speed, self.path.sample(angle_rad), &self.cutting())
     }
 }
 

@@ -126,6 +126,7 @@ pub(crate) fn cut(machine: &MachineDescription, e: f64, work_speed_rad_s: f64) -
     let infeed = InfeedSchedule::new(0.36, 0.000_05, 3600, machine.axis(Axis::X).scale).expect("2 turns");
     let speed = SpeedPlan::new(&SpeedRequest {
         wheel_radius_mm: 60.0,
+        wheel_speed_m_s: 80.0,
         path: &path,
         path_start_rad: START_RAD,
         infeed: &infeed,

@@ -218,7 +218,7 @@ fn ranges(document: &Document, file: &JobFile) -> Vec<ConfigError> {
         ("retract_clearance_mm", file.retract_clearance_mm),
     ];
     let given = file.wheel_radius_mm.map(|radius| ("wheel_radius_mm", radius));
-    for (key, value) in positive.into_iter().chain(given).chain(file.speed.setting()) {
+    for (key, value) in positive.into_iter().chain(given).chain(file.speed.settings()) {
         if !(value.is_finite() && value > 0.0) {
             refuse(key, format!("{key} is {value}; it must be a positive number"));
         }

@@ -1,6 +1,6 @@
 //! The passes of a job file: infeed and speed, roughing first.
 
-use camwright::job::{PassSpec, SpeedLaw};
+use camwright::job::{PassSpec, ReferenceCut, SpeedLaw};
 use camwright::units::rad_s_from_rpm;
 use serde::Deserialize;
 
@@ -31,6 +31,16 @@ pub(super) enum SpeedFile {
     ConstantRemovalRate {
         removal_rate_mm2_s: f64,
     },
+    ConstantPower {
+        power_w_mm: f64,
+        specific_energy_j_mm3: f64,
+        rubbing_n_mm2: f64,
+    },
+    ConstantTemperature {
+        reference_footprint_speed_mm_s: f64,
+        reference_depth_um: f64,
+        reference_equivalent_diameter_mm: f64,
+    },
     TimeOptimal,
 }
 
@@ -45,20 +55,49 @@ impl SpeedFile {
             SpeedFile::ConstantRemovalRate { removal_rate_mm2_s } => {
                 SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, most_rad_s }
             }
+            SpeedFile::ConstantPower { power_w_mm, specific_energy_j_mm3, rubbing_n_mm2 } => {
+                SpeedLaw::ConstantPower { power_w_mm, specific_energy_j_mm3, rubbing_n_mm2, most_rad_s }
+            }
+            SpeedFile::ConstantTemperature {
+                reference_footprint_speed_mm_s,
+                reference_depth_um,
+                reference_equivalent_diameter_mm,
+            } => SpeedLaw::ConstantTemperature {
+                reference: ReferenceCut {
+                    footprint_speed_mm_s: reference_footprint_speed_mm_s,
+                    depth_mm: reference_depth_um / UM_PER_MM,
+                    equivalent_diameter_mm: reference_equivalent_diameter_mm,
+                },
+                most_rad_s,
+            },
             SpeedFile::TimeOptimal => SpeedLaw::TimeOptimal { most_rad_s },
         }
     }
 
-    /// What the law is set to, by its key.
-    pub(super) fn setting(&self) -> Option<(&'static str, f64)> {
+    /// What the law is set to, by its keys.
+    pub(super) fn settings(&self) -> Vec<(&'static str, f64)> {
         match *self {
             SpeedFile::ConstantFootprintSpeed { footprint_speed_mm_s } => {
-                Some(("speed.footprint_speed_mm_s", footprint_speed_mm_s))
+                vec![("speed.footprint_speed_mm_s", footprint_speed_mm_s)]
             }
             SpeedFile::ConstantRemovalRate { removal_rate_mm2_s } => {
-                Some(("speed.removal_rate_mm2_s", removal_rate_mm2_s))
+                vec![("speed.removal_rate_mm2_s", removal_rate_mm2_s)]
             }
-            SpeedFile::ConstantWorkSpeed | SpeedFile::TimeOptimal => None,
+            SpeedFile::ConstantPower { power_w_mm, specific_energy_j_mm3, rubbing_n_mm2 } => vec![
+                ("speed.power_w_mm", power_w_mm),
+                ("speed.specific_energy_j_mm3", specific_energy_j_mm3),
+                ("speed.rubbing_n_mm2", rubbing_n_mm2),
+            ],
+            SpeedFile::ConstantTemperature {
+                reference_footprint_speed_mm_s,
+                reference_depth_um,
+                reference_equivalent_diameter_mm,
+            } => vec![
+                ("speed.reference_footprint_speed_mm_s", reference_footprint_speed_mm_s),
+                ("speed.reference_depth_um", reference_depth_um),
+                ("speed.reference_equivalent_diameter_mm", reference_equivalent_diameter_mm),
+            ],
+            SpeedFile::ConstantWorkSpeed | SpeedFile::TimeOptimal => Vec::new(),
         }
     }
 }
@@ -108,7 +147,7 @@ pub(super) fn roughing_findings(roughing: &[RoughingFile]) -> Vec<(String, Strin
             ("infeed.per_block_um", rough.infeed.per_block_um),
             ("work_speed_rpm", rough.work_speed_rpm),
         ];
-        for (key, value) in positive.into_iter().chain(rough.speed.setting()) {
+        for (key, value) in positive.into_iter().chain(rough.speed.settings()) {
             if !(value.is_finite() && value > 0.0) {
                 refuse(key, format!("{key} is {value}; it must be a positive number"));
             }

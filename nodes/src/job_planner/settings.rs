@@ -23,7 +23,8 @@ const KEYS: [(&str, ParameterValue, &str); 10] = [
     (
         "speed.law",
         ParameterValue::String(String::new()),
-        "constant_work_speed, constant_footprint_speed, constant_removal_rate or time_optimal; not set: the job file's",
+        "constant_work_speed, constant_footprint_speed, constant_removal_rate, constant_power, constant_temperature or \
+         time_optimal; not set: the job file's",
     ),
     (
         "speed.footprint_speed_mm_s",
