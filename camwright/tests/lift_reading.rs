@@ -109,6 +109,22 @@ fn a_formula_printed_with_all_digits_is_a_table() {
     }
 }
 
+/// Arcs of an arm printed in thousandths of a degree are no decimal part of a millimetre; even a short lobe is a table.
+#[test]
+fn any_resolution_may_be_the_last_digit() {
+    let digit_mm = 1e-3 * 42.0 * std::f64::consts::PI / 180.0;
+    let law = lobe(MotionLaw::Polynomial4567, 6.0, 15.0);
+    let mut rows = printed_rows(&law, 720, 1e-3);
+    for (k, row) in rows.iter_mut().enumerate() {
+        row.value_mm = (law.sample(TURN_RAD * k as f64 / 720.0).value / digit_mm).round() * digit_mm;
+    }
+    let table = LiftTable::from_rows(&rows, &absolute(digit_mm)).unwrap();
+    assert!((table.digit_mm() - digit_mm).abs() < 1e-15);
+    for (block, row) in rows.iter().enumerate() {
+        assert!((table.lift_mm(block) - row.value_mm).abs() < 1e-12);
+    }
+}
+
 /// Ten-thousandths of an inch are the digits of an inch table: 0.00254 mm each, and the printed figures come back exactly.
 #[test]
 fn inches_keep_their_digits() {

@@ -173,7 +173,7 @@ fn sum(read: &mut [Option<i64>], lines: &[usize], digit_mm: f64, findings: &mut 
     Some(sum)
 }
 
-/// The coarsest decimal part of the unit, from the resolution down, of which every value is a multiple.
+/// The coarsest of the resolution and the decimal parts of the unit below it of which every value is a multiple.
 fn last_digit(rows: &[LiftRow], declaration: &LiftDeclaration, findings: &mut Vec<LiftError>) -> f64 {
     let usable = |row: &&LiftRow| row.value_mm.is_finite() && row.value_mm.abs() <= LARGEST_MM;
     let is_off = |row: &&LiftRow, digit_mm: f64| {
@@ -181,9 +181,13 @@ fn last_digit(rows: &[LiftRow], declaration: &LiftDeclaration, findings: &mut Ve
         // 1e-6 of a digit, and what f64 itself cannot resolve of a long number.
         (units - libm::round(units)).abs() > 1e-6 + 4.0 * f64::EPSILON * units.abs()
     };
+    // The resolution itself, whatever it is a part of: the arc of a thousandth of a degree of an arm, for example.
+    if !rows.iter().filter(usable).any(|row| is_off(&row, declaration.resolution_mm)) {
+        return declaration.resolution_mm;
+    }
     let unit_mm = declaration.unit.mm();
     let decimals = libm::ceil(-libm::log10(declaration.resolution_mm / unit_mm) - 1e-9);
-    // The resolution itself, where it is such a part; a resolution like 0.005 mm begins at 0.001 mm.
+    // A resolution like 0.005 mm begins at 0.001 mm.
     let coarsest = unit_mm / libm::round(libm::pow(10.0, decimals.max(0.0)));
     let mut finer = 1.0;
     loop {

@@ -200,11 +200,16 @@ impl LiftTable {
     }
 }
 
-/// A length of whole digits (mm). A decimal digit is not a binary number, but its inverse is a whole one: dividing rounds
-/// once and gives the number that the printed figure parses to.
+/// A length of whole digits (mm). A decimal digit is not a binary number, but its inverse is a whole one, in mm or in
+/// inches: dividing rounds once and gives the number that the printed figure parses to.
 pub(super) fn mm_from_units(units: i64, digit_mm: f64) -> f64 {
     #[allow(clippy::cast_precision_loss, reason = "units are checked to be below 2^53")]
     let units = units as f64;
-    let per_mm = libm::round(1.0 / digit_mm);
-    if (per_mm * digit_mm - 1.0).abs() < 1e-12 { units / per_mm } else { units * digit_mm }
+    for unit in [LengthUnit::Millimetre, LengthUnit::Inch] {
+        let per_unit = libm::round(unit.mm() / digit_mm);
+        if (per_unit * digit_mm / unit.mm() - 1.0).abs() < 1e-12 {
+            return units / per_unit * unit.mm();
+        }
+    }
+    units * digit_mm
 }

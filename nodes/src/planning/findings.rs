@@ -229,11 +229,17 @@ fn check_lift(located: &Located, overrides: &[String]) -> Report {
             "{}: {} blocks over one turn, largest lift {} mm, last digit {} mm",
             located.path.display(),
             table.blocks(),
-            table.max_lift_mm(),
-            table.digit_mm()
+            written(table.max_lift_mm()),
+            written(table.digit_mm())
         )
     });
     let notes = super::lifts::readings(&lift).iter().map(ToString::to_string).collect();
     let findings = lift.warnings.into_iter().map(warning).collect();
     Report { file: located.path.clone(), findings, summary, notes }
+}
+
+/// A length as people write it: to a picometre, below which an inch is no decimal part of a millimetre.
+fn written(mm: f64) -> f64 {
+    const PER_MM: f64 = 1e9;
+    (mm * PER_MM).round() / PER_MM
 }
