@@ -39,7 +39,9 @@ pub struct TurnSpeed {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum TurnError {
     /// The process allows no speed somewhere.
-    #[error("the speed law allows {speed_rad_s:.3} rad/s at {angle_deg:.1} deg of the path; it must be a number above 0")]
+    #[error(
+        "the speed law allows {speed_rad_s:.3} rad/s at {angle_deg:.1} deg of the path; it must be a number above 0"
+    )]
     NoSpeed {
         /// Where.
         angle_deg: f64,

@@ -92,4 +92,22 @@ mod tests {
         assert!(ideal < 1.0, "{ideal} um");
         assert!(ordinary > ideal, "{ordinary} um, ideal {ideal} um");
     }
+
+    /// A cam for a finger follower, its lift in degrees: the whole way from the job file to the ground part.
+    #[test]
+    fn the_cam_of_an_oscillating_roller_is_ground_within_a_micrometre() {
+        let set = [
+            "profiles.eccentric.base_radius_mm=16",
+            "profiles.eccentric.follower={kind: oscillating_roller, radius_mm: 8.5, arm_mm: 42, pivot_mm: 48, side: behind}",
+            "profiles.eccentric.lift={segments: [{law: dwell, angle_deg: 220}, \
+             {law: 4-5-6-7, angle_deg: 70, rise_deg: 7}, {law: 4-5-6-7, angle_deg: 70, rise_deg: -7}]}",
+            "infeed.total_mm=0.072",
+            "stock_mm=0.06",
+            "work_speed_rpm=30",
+        ];
+        let prepared = prepare("eccentric", &set.map(String::from), None).unwrap();
+        let (_, lobes) = rehearse_job(&prepared, Some(DriveSettings::IDEAL), |_, _| {}).unwrap();
+        let worst_um = um_from_mm(mm_from_m(lobes[0].form_error_max.abs()));
+        assert!(worst_um < 1.0, "{worst_um} um");
+    }
 }
