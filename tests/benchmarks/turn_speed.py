@@ -202,14 +202,20 @@ def main():
 
     work = [(index, directory, options.starts, options.seed, not options.no_oracle) for index in range(count)]
     judged = []
-    with multiprocessing.get_context("spawn").Pool(options.jobs) as pool:
-        for row in pool.imap_unordered(judge, work):
-            judged.append(row)
-            found = ", ".join(f"{name} {value:.4f}" for name, value in row["ended"].items())
-            line = f"{row['task'][0]}, {row['took_s']:.0f} s: turn {row['task'][2]:.4f}, bound {row['bound_s']:.4f}, {found}"
-            print(f"  judged {len(judged)} of {count}: {line}", file=sys.stderr, flush=True)
+    try:
+        with multiprocessing.get_context("spawn").Pool(options.jobs) as pool:
+            for row in pool.imap_unordered(judge, work):
+                judged.append(row)
+                found = ", ".join(f"{name} {value:.4f}" for name, value in row["ended"].items())
+                line = f"{row['task'][0]}, {row['took_s']:.0f} s: turn {row['task'][2]:.4f}, bound {row['bound_s']:.4f}, {found}"
+                print(f"  judged {len(judged)} of {count}: {line}", file=sys.stderr, flush=True)
+    except KeyboardInterrupt:
+        print(f"interrupted: {len(judged)} of {count} judged", flush=True)
+    whole = len(judged) == count
     judged.sort(key=lambda row: row["index"])
-    return 0 if print_judged(judged, not options.no_oracle) else 1
+    if not judged:
+        return 1
+    return 0 if print_judged(judged, not options.no_oracle) and whole else 1
 
 
 if __name__ == "__main__":
