@@ -122,6 +122,10 @@ pub(crate) fn to(machine: &MachineDescription, axis: Axis, target_counts: i64) -
 
 /// A cut of the eccentric at a work speed, starting where C is 0.
 pub(crate) fn cut(machine: &MachineDescription, e: f64, work_speed_rad_s: f64) -> (Plan, CutSegment, u64) {
+    cut_under(machine, e, SpeedLaw::ConstantWorkSpeed { work_speed_rad_s })
+}
+
+fn cut_under(machine: &MachineDescription, e: f64, speed: SpeedLaw) -> (Plan, CutSegment, u64) {
     let path = eccentric(e);
     let infeed = InfeedSchedule::new(0.36, 0.000_05, 3600, machine.axis(Axis::X).scale).expect("2 turns");
     let speed = SpeedPlan::new(&SpeedRequest {
@@ -131,7 +135,7 @@ pub(crate) fn cut(machine: &MachineDescription, e: f64, work_speed_rad_s: f64) -
         path_start_rad: START_RAD,
         infeed: &infeed,
         spark_out_turns: 2,
-        speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s },
+        speed,
         c: machine.axis(Axis::C).limits,
         rotation_sense: machine.rotation_sense,
         x: machine.axis(Axis::X).limits,
@@ -197,7 +201,12 @@ pub(crate) fn whole_job(machine: &MachineDescription, work_speed_rad_s: f64) -> 
 
 /// A plan that is the cut alone, and where it starts.
 pub(crate) fn cut_only(machine: &MachineDescription, e: f64, work_speed_rad_s: f64) -> (Plan, [i64; AXIS_COUNT]) {
-    let (mut plan, cut, stop_ticks) = cut(machine, e, work_speed_rad_s);
+    cut_only_under(machine, e, SpeedLaw::ConstantWorkSpeed { work_speed_rad_s })
+}
+
+/// The same under any law of speed.
+pub(crate) fn cut_only_under(machine: &MachineDescription, e: f64, speed: SpeedLaw) -> (Plan, [i64; AXIS_COUNT]) {
+    let (mut plan, cut, stop_ticks) = cut_under(machine, e, speed);
     let x = plan.paths[0].sample(START_RAD).value + plan.angle_laws[0].sample(0.0).value;
     let ticks = (plan.time_laws[0].end() / machine.cycle_time_s()).ceil() as u64;
     plan.segments = vec![segment(SegmentKind::Cut(cut), Phase::Cut, ticks, stop_ticks, 0.36)];

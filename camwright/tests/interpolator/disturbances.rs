@@ -1,7 +1,8 @@
 //! Hold, override, cancel and alarms at any tick.
 
-use crate::bench::{Bench, Random, SAFE_X, TURN, cut_only, machine, whole_job};
+use crate::bench::{Bench, Random, SAFE_X, TURN, cut_only, cut_only_under, machine, whole_job};
 use camwright::interpolator::{Event, Outcome, Request, State};
+use camwright::job::SpeedLaw;
 use camwright::plan::{CutSegment, Plan, SegmentKind};
 
 fn cut_of(plan: &Plan) -> CutSegment {
@@ -82,10 +83,12 @@ fn a_hold_in_the_cut_retracts_and_keeps_c_turning() {
 #[test]
 fn holds_and_releases_in_any_order_keep_the_limits_and_the_path() {
     let machine = machine();
-    let (plan, start) = cut_only(&machine, 4.2, 6.0);
+    let removal = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 30.0, most_rad_s: 12.0 };
+    let cuts = [cut_only(&machine, 4.2, 6.0), cut_only_under(&machine, 8.0, removal)];
     let seed = 99;
     let mut random = Random(seed);
-    for case in 0..30 {
+    for case in 0..40 {
+        let (plan, start) = cuts[case % cuts.len()].clone();
         let what = format!("seed {seed} case {case}");
         let mut bench = Bench::at(machine.clone(), start);
         bench.start_plan(plan.clone());
