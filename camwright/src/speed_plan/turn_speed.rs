@@ -11,8 +11,10 @@ use crate::units::{TURN_RAD, rad_from_deg, wrap_turn};
 use alloc::vec::Vec;
 use thiserror::Error;
 
-/// Points on which the bound of the process is looked at.
+/// Points on which the bound of the process is looked at, at least; and how many for each interval of the path, which has
+/// the more of them the narrower the notches are that a concave flank makes in the bound.
 const ENVELOPE_POINTS: usize = 3600;
+const PER_PATH_INTERVAL: usize = 4;
 
 /// Knots in the time in which C's acceleration changes from nothing to its limit.
 const KNOTS_PER_CHANGE: f64 = 4.0;
@@ -81,7 +83,8 @@ impl TurnSpeed {
                 return Err(TurnError::BadLimit { axis });
             }
         }
-        let envelope = Envelope::new(request, ENVELOPE_POINTS)?;
+        let points = ENVELOPE_POINTS.max(PER_PATH_INTERVAL * request.path.coefficients().len());
+        let envelope = Envelope::new(request, points)?;
         let change_s = request.c.acceleration / request.c.jerk;
         let step_s = (change_s / KNOTS_PER_CHANGE).max(SHORTEST_STEP_S);
         let knots = envelope.knots(step_s, rad_from_deg(WIDEST_DEG));
