@@ -37,29 +37,29 @@ struct Case {
     wheel_radius_mm: f64,
     removal_rate_mm2_s: f64,
     infeed_mm: f64,
-    /// Best turn known, by successive linear programs from many starts (s).
+    /// Best turn known, by the oracle of `tests/benchmarks`: successive linear programs from several starts (s).
     best_s: f64,
     /// Proven lower bound: the linear program without jerk (s).
     bound_s: f64,
 }
 
 const CASES: [Case; 4] = [
-    Case { wheel_radius_mm: 60.0, removal_rate_mm2_s: 3.0, infeed_mm: 0.02, best_s: 0.746, bound_s: 0.739 },
-    Case { wheel_radius_mm: 60.0, removal_rate_mm2_s: 10.0, infeed_mm: 0.05, best_s: 0.587, bound_s: 0.580 },
-    Case { wheel_radius_mm: 150.0, removal_rate_mm2_s: 3.0, infeed_mm: 0.02, best_s: 0.758, bound_s: 0.749 },
-    Case { wheel_radius_mm: 150.0, removal_rate_mm2_s: 10.0, infeed_mm: 0.05, best_s: 0.605, bound_s: 0.597 },
+    Case { wheel_radius_mm: 60.0, removal_rate_mm2_s: 3.0, infeed_mm: 0.02, best_s: 0.7460, bound_s: 0.739 },
+    Case { wheel_radius_mm: 60.0, removal_rate_mm2_s: 10.0, infeed_mm: 0.05, best_s: 0.5865, bound_s: 0.580 },
+    Case { wheel_radius_mm: 150.0, removal_rate_mm2_s: 3.0, infeed_mm: 0.02, best_s: 0.7564, bound_s: 0.749 },
+    Case { wheel_radius_mm: 150.0, removal_rate_mm2_s: 10.0, infeed_mm: 0.05, best_s: 0.6036, bound_s: 0.597 },
 ];
 
-/// Within 1 % of the best turn known, above what is proven impossible, on the reference lobe with both wheels.
+/// Within 0.5 % of the best turn known, above what is proven impossible, on the reference lobe with both wheels.
 #[test]
-fn the_turn_is_within_a_hundredth_of_the_best_known() {
+fn the_turn_is_within_half_a_hundredth_of_the_best_known() {
     for case in CASES {
         let path = reference_lobe(case.wheel_radius_mm);
         let bound = |angle: f64| case.removal_rate_mm2_s / removal(&path, case.infeed_mm, angle);
         let request = TurnRequest { path: path.spline(), infeed_slope_mm_rad: 0.0, bound: &bound, c: C, x: X };
         let turn = TurnSpeed::fastest(&request).expect("limits above 0");
         let (turn_s, least_s) = (turn.turn_s(), turn.least_s());
-        assert!(turn_s <= 1.01 * case.best_s && turn_s > case.bound_s, "{turn_s} s against {} s", case.best_s);
+        assert!(turn_s <= 1.005 * case.best_s && turn_s > case.bound_s, "{turn_s} s against {} s", case.best_s);
         assert!(least_s < turn_s && least_s <= case.bound_s + 0.0005, "{least_s} s is not below {} s", case.bound_s);
     }
 }
@@ -109,7 +109,8 @@ fn on_a_concentric_disc_the_bound_is_reached_everywhere() {
     assert!(turn.turn_s() >= turn.least_s());
 }
 
-/// Turning the part turns the plan, and changes nothing else: 0.05 % is what its knots make of another start.
+/// Turning the part turns the plan, and changes nothing else: up to 0.1 % is what other knots and the gap at which the search ends
+/// make of it.
 #[test]
 fn the_plan_turns_with_the_part() {
     let path = reference_lobe(60.0);
@@ -124,6 +125,6 @@ fn the_plan_turns_with_the_part() {
     };
     let at_0 = turn_s(0.0);
     for shift in [0.7, 2.0, 4.1] {
-        assert!((turn_s(shift) / at_0 - 1.0).abs() < 5e-4, "turned by {shift} rad: {} s, not {at_0} s", turn_s(shift));
+        assert!((turn_s(shift) / at_0 - 1.0).abs() < 1e-3, "turned by {shift} rad: {} s, not {at_0} s", turn_s(shift));
     }
 }

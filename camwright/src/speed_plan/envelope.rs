@@ -23,19 +23,16 @@ impl Envelope {
     pub(super) fn new(request: &TurnRequest<'_>, count: usize) -> Result<Self, TurnError> {
         let d = spacing(count);
         let rise = 2.0 * request.c.acceleration * d;
+        let mut per_bound = Vec::with_capacity(count);
         for i in 0..count {
-            let speed_rad_s = (request.bound)(to_f64(i) * d);
-            // Infinite where the process does not care.
-            if speed_rad_s.is_nan() || speed_rad_s <= 0.0 {
-                return Err(TurnError::NoSpeed { angle_deg: deg_from_rad(to_f64(i) * d), speed_rad_s });
+            let angle = to_f64(i) * d;
+            let per = request.per_square_bound(angle, request.over_angle(angle).first);
+            if per.is_nan() || per <= 0.0 || per.is_infinite() {
+                let (angle_deg, speed_rad_s) = (deg_from_rad(angle), (request.bound)(angle));
+                return Err(TurnError::NoSpeed { angle_deg, speed_rad_s });
             }
+            per_bound.push(per);
         }
-        let per_bound: Vec<f64> = (0..count)
-            .map(|i| {
-                let angle = to_f64(i) * d;
-                request.per_square_bound(angle, request.over_angle(angle).first)
-            })
-            .collect();
         let mut square: Vec<f64> = per_bound.iter().map(|per| 1.0 / per).collect();
         for i in 1..2 * count {
             square[i % count] = square[i % count].min(square[(i - 1) % count] + rise);
@@ -69,17 +66,6 @@ impl Envelope {
         let i = (x as usize).min(n - 1);
         let u = x - to_f64(i);
         self.square[i] * (1.0 - u) + self.square[(i + 1) % n] * u
-    }
-
-    /// Largest 1/bound² at the grid points between two angles; 0 where there is none.
-    pub(super) fn tightest_per_bound(&self, from_rad: f64, to_rad: f64) -> f64 {
-        let n = self.per_bound.len();
-        let d = spacing(n);
-        let turn = libm::floor(from_rad / TURN_RAD) * TURN_RAD;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "angles from 0 to two turns")]
-        let index = |x: f64| x as usize;
-        let (from, to) = (index(libm::ceil((from_rad - turn) / d)), index(libm::floor((to_rad - turn) / d)));
-        (from..=to).map(|i| self.per_bound[i % n]).fold(0.0, f64::max)
     }
 
     /// Largest ratio of a plan's z to its bound on the grid.

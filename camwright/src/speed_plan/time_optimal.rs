@@ -33,6 +33,9 @@ const MOST_ITERATIONS: usize = 100;
 /// Slowdowns of the first plan, by 0.85 in z each: 10⁻¹⁴ of the speed of the envelope in all.
 const MOST_SLOWDOWNS: u32 = 400;
 
+/// A peak between points by which it is worth while to plan again; a smaller one slows the whole turn down by as much.
+const WORTH_IT: f64 = 1.0005;
+
 /// What one interval knows.
 struct Interval {
     length: f64,
@@ -44,10 +47,26 @@ struct Interval {
     x: [[f64; 3]; 3],
     /// X″ and X′ over the jerk limit of X.
     x_jerk: [[f64; 2]; 3],
-    /// 1/bound² at the first two points, the tightest within a quarter of the interval.
+    /// 1/bound² at the first two points.
     per_bound: [f64; 2],
+    /// Factors on what is held at the points, for what happens between them.
+    tight: Peaks,
     /// Scale that brings the limits of jerk to the order of 1: √z as expected here.
     root: f64,
+}
+
+/// Largest ratios to their limits of what can peak between the points of an interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Peaks {
+    pub(super) bound: f64,
+    pub(super) x_acceleration: f64,
+    pub(super) c_jerk: f64,
+    pub(super) x_jerk: f64,
+}
+
+impl Peaks {
+    /// To begin with; jerk of X keeps a thousandth for what peaks between the points that are looked at.
+    const NONE: Peaks = Peaks { bound: 1.0, x_acceleration: 1.0, c_jerk: 1.0, x_jerk: 1.001 };
 }
 
 /// A limit at a point: what is left to it, and how that changes with the interval's three coefficients.
@@ -86,11 +105,7 @@ impl Problem {
                 let (begin, length) = (knots.at(i), knots.length(i));
                 let weights = SHARES.map(|u| knots.weights(i, u));
                 let path = SHARES.map(|u| request.over_angle(begin + u * length));
-                let per_bound = [0, 1].map(|k| {
-                    let at = begin + SHARES[k] * length;
-                    let here = request.per_square_bound(at, path[k].first);
-                    here.max(envelope.tightest_per_bound(at - 0.25 * length, at + 0.25 * length))
-                });
+                let per_bound = [0, 1].map(|k| request.per_square_bound(begin + SHARES[k] * length, path[k].first));
                 Interval {
                     length,
                     z: weights.map(|w| w[0]),
@@ -102,6 +117,7 @@ impl Problem {
                     }),
                     x_jerk: path.map(|x| [0.5 * x.first / request.x.jerk, 1.5 * x.second / request.x.jerk]),
                     per_bound,
+                    tight: Peaks::NONE,
                     root: libm::sqrt(envelope.square_at(begin + 0.5 * length)),
                 }
             })
@@ -132,6 +148,7 @@ impl Problem {
             };
             let [x1, x2, x3] = interval.x[k];
             if k < 2 {
+                let (x1, x2) = (x1 * interval.tight.x_acceleration, x2 * interval.tight.x_acceleration);
                 both(1.0, 0.0, x2 * z + x1 * first, mix(x2, &interval.z[k], x1, &interval.first[k]));
             }
             if k == 0 {
@@ -142,15 +159,16 @@ impl Problem {
             let right = interval.root / libm::sqrt(z);
             let right_slope = -0.5 * right / z;
             if k != 1 {
-                let per = interval.root * 0.5 / self.c.jerk;
+                let per = interval.root * interval.tight.c_jerk * 0.5 / self.c.jerk;
                 both(right, right_slope, per * second, mix(per, &interval.second, 0.0, &interval.second));
             }
             let [j1, j2] = interval.x_jerk[k];
-            let value = interval.root * (x3 * z + j2 * first + j1 * second);
-            let outer = mix(interval.root * x3, &interval.z[k], interval.root * j2, &interval.first[k]);
-            both(right, right_slope, value, mix(1.0, &outer, interval.root * j1, &interval.second));
+            let root = interval.root * interval.tight.x_jerk;
+            let value = root * (x3 * z + j2 * first + j1 * second);
+            let outer = mix(root * x3, &interval.z[k], root * j2, &interval.first[k]);
+            both(right, right_slope, value, mix(1.0, &outer, root * j1, &interval.second));
             if k < 2 {
-                let per = interval.per_bound[k];
+                let per = interval.per_bound[k] * interval.tight.bound;
                 put(1.0 - per * z, mix(-per, &interval.z[k], 0.0, &interval.z[k]));
             }
         }
@@ -177,8 +195,28 @@ impl Problem {
         })
     }
 
+    /// Holds an interval tighter where something peaked between its points. Tells whether it did.
+    pub(super) fn tighten(&mut self, peaks: &[Peaks]) -> bool {
+        let mut is_tighter = false;
+        for (interval, found) in self.intervals.iter_mut().zip(peaks) {
+            let tight = &mut interval.tight;
+            for (factor, ratio) in [
+                (&mut tight.bound, found.bound),
+                (&mut tight.x_acceleration, found.x_acceleration),
+                (&mut tight.c_jerk, found.c_jerk),
+                (&mut tight.x_jerk, found.x_jerk),
+            ] {
+                if ratio > WORTH_IT {
+                    *factor *= ratio;
+                    is_tighter = true;
+                }
+            }
+        }
+        is_tighter
+    }
+
     /// The envelope, rounded over some intervals either way, and slowed down until it keeps every limit.
-    fn start(&self, round: usize) -> Option<Vec<f64>> {
+    pub(super) fn start(&self, round: usize) -> Vec<f64> {
         let squares: Vec<f64> = self.intervals.iter().map(|interval| interval.root * interval.root).collect();
         let low = over_neighbours(&squares, round, |low, each| low.min(each), f64::INFINITY);
         let reach = round / 2;
@@ -189,6 +227,11 @@ impl Problem {
             let count = to_f64(2 * reach + 1);
             coefficients.iter_mut().for_each(|coefficient| *coefficient /= count);
         }
+        coefficients
+    }
+
+    /// A plan slowed down until it keeps every limit.
+    fn slowed_down(&self, mut coefficients: Vec<f64>) -> Option<Vec<f64>> {
         for _ in 0..MOST_SLOWDOWNS {
             if self.keeps(&coefficients) {
                 return Some(coefficients);
@@ -212,10 +255,13 @@ fn to_f64(count: usize) -> f64 {
 }
 
 /// The fastest turn found, `None` where not even standing nearly still keeps the limits; they hold at the points of the intervals.
-pub(super) fn solve(problem: &Problem, round: usize) -> Option<SquareSpeed> {
+///
+/// `from` is where to begin, slowed down as need be, and `far` how far that is from the answer: the share of its time that may
+/// be won.
+pub(super) fn solve(problem: &Problem, from: Vec<f64>, far: f64) -> Option<SquareSpeed> {
     let limits = to_f64(problem.knots.count() * ROOMS);
-    let coefficients = problem.start(round)?;
-    let mut mu = problem.time(&coefficients) / limits;
+    let coefficients = problem.slowed_down(from)?;
+    let mut mu = far * problem.time(&coefficients) / limits;
     let prices = problem
         .intervals
         .iter()

@@ -33,9 +33,15 @@ impl TurnRequest<'_> {
         x
     }
 
-    /// 1/Ċ² of the largest speed allowed by the process and by the velocities of both axes; X has this slope there.
+    /// 1/Ċ² of the largest speed allowed by the process and by the velocities of both axes; X has this slope there. Not a number
+    /// where the process allows none.
     pub(super) fn per_square_bound(&self, angle_rad: f64, slope: f64) -> f64 {
-        let speed = (self.bound)(angle_rad).min(self.c.velocity);
+        let process = (self.bound)(angle_rad);
+        if process.is_nan() || process <= 0.0 {
+            return f64::NAN;
+        }
+        // Infinite where the process does not care.
+        let speed = process.min(self.c.velocity);
         let by_x = slope / self.x.velocity;
         (1.0 / (speed * speed)).max(by_x * by_x)
     }

@@ -2,7 +2,7 @@
 
 use super::envelope::Envelope;
 use super::square_speed::{SquareSample, SquareSpeed};
-use super::time_optimal::{Problem, solve};
+use super::time_optimal::{Peaks, Problem, solve};
 use super::turn_request::TurnRequest;
 use crate::cut_motion::chain;
 use crate::machine::description::Axis;
@@ -14,7 +14,7 @@ use thiserror::Error;
 /// Points on which the bound of the process is looked at, at least; and how many for each interval of the path, which has
 /// the more of them the narrower the notches are that a concave flank makes in the bound.
 const ENVELOPE_POINTS: usize = 3600;
-const PER_PATH_INTERVAL: usize = 4;
+const PER_PATH_INTERVAL: usize = 1;
 
 /// Knots in the time in which C's acceleration changes from nothing to its limit.
 const KNOTS_PER_CHANGE: f64 = 4.0;
@@ -24,6 +24,19 @@ const WIDEST_DEG: f64 = 1.5;
 
 /// Shortest time between knots (s): below it a turn would have tens of thousands.
 const SHORTEST_STEP_S: f64 = 2e-4;
+
+/// Rounds in which intervals are held tighter where something peaked between their points, and the share of the time that
+/// such a round may win back.
+const MORE_ROUNDS: u32 = 3;
+const AGAIN: f64 = 0.1;
+
+/// Fewest points between two knots that are looked at for peaks; where the path has its own knots denser, two for each.
+const LEAST_BETWEEN: f64 = 8.0;
+
+/// From which share of its limit on the jerk of X is looked at between those points too, and into how many parts they are
+/// divided: third derivatives of a path are parabolas between its knots.
+const NEAR_JERK: f64 = 0.7;
+const PARTS: u32 = 8;
 
 /// How much finer than the knots limits are checked: beside a corner of the bound the rest is 3e-5.
 const CHECK_FACTOR: u32 = 16;
@@ -88,14 +101,25 @@ impl TurnSpeed {
         let change_s = request.c.acceleration / request.c.jerk;
         let step_s = (change_s / KNOTS_PER_CHANGE).max(SHORTEST_STEP_S);
         let knots = envelope.knots(step_s, rad_from_deg(WIDEST_DEG));
-        let problem = Problem::new(request, &envelope, knots);
+        let mut problem = Problem::new(request, &envelope, knots);
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some ten intervals")]
         let round = libm::ceil(2.0 * change_s / step_s) as usize;
-        let fastest = solve(&problem, round).ok_or(TurnError::NoStart)?;
+        let mut fastest = solve(&problem, problem.start(round), 1.0).ok_or(TurnError::NoStart)?;
+        for _ in 0..MORE_ROUNDS {
+            if !problem.tighten(&peaks(request, &fastest)) {
+                break;
+            }
+            fastest = solve(&problem, fastest.coefficients().to_vec(), AGAIN).ok_or(TurnError::NoStart)?;
+        }
         let mut turn = Self::from_square(fastest, envelope.least_s());
-        // Once is enough but where the bound has a corner between two points; the last time proves it.
+        // What is left is little; the last time proves it.
         for _ in 0..4 {
             let excess = turn.excess(request).max(envelope.excess(|angle| turn.square_at(angle).z));
+            let between = peaks(request, &turn.speed).into_iter().fold(excess, |excess, peak| {
+                let jerk = libm::cbrt(peak.c_jerk.max(peak.x_jerk));
+                excess.max(peak.bound).max(peak.x_acceleration).max(jerk * jerk)
+            });
+            let excess = excess.max(between);
             if excess <= 1.0 {
                 break;
             }
@@ -204,4 +228,45 @@ impl TurnSpeed {
         }
         excess
     }
+}
+
+/// What peaks in each interval of a plan, on a grid finer than its knots and than those of the path; where jerk comes near its
+/// limit, finer still.
+fn peaks(request: &TurnRequest<'_>, speed: &SquareSpeed) -> Vec<Peaks> {
+    #[allow(clippy::cast_precision_loss, reason = "thousands of knots")]
+    let per_rad = 2.0 * request.path.coefficients().len() as f64 / TURN_RAD;
+    let knots = speed.knots();
+    let in_interval = |i: usize| {
+        let length = knots.length(i);
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some dozen points")]
+        let count = libm::ceil(length * per_rad).max(LEAST_BETWEEN) as u32;
+        let mut found = Peaks { bound: 0.0, x_acceleration: 0.0, c_jerk: 0.0, x_jerk: 0.0 };
+        let mut look = |u: f64, with_bound: bool| {
+            let angle = knots.at(i) + u * length;
+            let (s, x) = (speed.within(i, u), request.over_angle(angle));
+            let root = libm::sqrt(s.z);
+            let x_acceleration = (x.second * s.z + 0.5 * x.first * s.first).abs() / request.x.acceleration;
+            let x_jerk = root * (x.third * s.z + 1.5 * x.second * s.first + 0.5 * x.first * s.second).abs();
+            found.x_acceleration = found.x_acceleration.max(x_acceleration);
+            found.c_jerk = found.c_jerk.max(0.5 * root * s.second.abs() / request.c.jerk);
+            found.x_jerk = found.x_jerk.max(x_jerk / request.x.jerk);
+            if with_bound {
+                found.bound = found.bound.max(s.z * request.per_square_bound(angle, x.first));
+            }
+            x_jerk / request.x.jerk
+        };
+        let mut before = 0.0;
+        for k in 0..=count {
+            let u = f64::from(k) / f64::from(count);
+            let here = look(u, k.is_multiple_of(2) || k == count);
+            if k > 0 && f64::max(before, here) > NEAR_JERK {
+                for part in 1..PARTS {
+                    look(u - f64::from(part) / f64::from(PARTS * count), false);
+                }
+            }
+            before = here;
+        }
+        found
+    };
+    (0..knots.count()).map(in_interval).collect()
 }
