@@ -11,6 +11,10 @@
 //! run in nanoseconds, so that the caller can measure side by side with another planner.
 #![allow(clippy::print_stdout, reason = "a command: its output is what the benchmark reads")]
 
+#[path = "../tests/cams/mod.rs"]
+mod cams;
+
+use cams::Seeded;
 use camwright::contour::Contour;
 use camwright::follower::Follower;
 use camwright::lift::{LiftLaw, MotionProgram, MotionSegment};
@@ -39,28 +43,6 @@ const STEPS_PER_SAMPLE: u32 = 64;
 const C: MotionLimits = MotionLimits { velocity: 10.0 * std::f64::consts::PI, acceleration: 300.0, jerk: 3e4 };
 const LINEAR_MOTOR: MotionLimits = MotionLimits { velocity: 500.0, acceleration: 1e4, jerk: 1e6 };
 const BALL_SCREW: MotionLimits = MotionLimits { velocity: 170.0, acceleration: 3e3, jerk: 1e5 };
-
-/// Random numbers of a seed (splitmix64, Steele, Lea and Flood 2014).
-struct Random(u64);
-
-impl Random {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    #[allow(clippy::cast_precision_loss, reason = "53 bits fit")]
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * ((self.bits() >> 11) as f64 / (1_u64 << 53) as f64)
-    }
-
-    fn either(&mut self) -> bool {
-        self.bits() >> 63 == 1
-    }
-}
 
 /// A lobe, its wheel, what is taken off, and what X can do.
 #[derive(Debug, Clone, Copy)]
@@ -108,25 +90,25 @@ impl Lobe {
 
     /// The first lobe that can be ground, among those drawn from a seed.
     fn random(seed: u64) -> (Self, ToolPath) {
-        let mut random = Random(seed);
+        let mut random = Seeded(seed);
         loop {
             let mut lobe = Self {
-                law: if random.either() { MotionLaw::Polynomial345 } else { MotionLaw::Polynomial4567 },
-                follower: if random.either() {
-                    Follower::Roller { radius_mm: random.between(5.0, 20.0), offset_mm: 0.0 }
+                law: if random.next() >> 63 == 1 { MotionLaw::Polynomial345 } else { MotionLaw::Polynomial4567 },
+                follower: if random.next() >> 63 == 1 {
+                    Follower::Roller { radius_mm: random.within(5.0, 20.0), offset_mm: 0.0 }
                 } else {
                     Follower::Flat
                 },
-                base_radius_mm: random.between(12.0, 25.0),
-                lift_mm: random.between(3.0, 10.0),
-                rise_deg: random.between(50.0, 80.0),
-                fall_deg: random.between(50.0, 80.0),
+                base_radius_mm: random.within(12.0, 25.0),
+                lift_mm: random.within(3.0, 10.0),
+                rise_deg: random.within(50.0, 80.0),
+                fall_deg: random.within(50.0, 80.0),
                 wheel_radius_mm: 0.0,
-                removal_rate_mm2_s: random.between(2.0, 20.0),
-                infeed_mm: random.between(0.01, 0.05),
-                x: if random.either() { LINEAR_MOTOR } else { BALL_SCREW },
+                removal_rate_mm2_s: random.within(2.0, 20.0),
+                infeed_mm: random.within(0.01, 0.05),
+                x: if random.next() >> 63 == 1 { LINEAR_MOTOR } else { BALL_SCREW },
             };
-            let wheel = random.between(0.0, 1.0);
+            let wheel = random.within(0.0, 1.0);
             let Some(contour) = lobe.contour() else { continue };
             let largest = contour.recommended_wheel_radius_mm().unwrap_or(f64::INFINITY).min(250.0);
             if largest < 30.0 {

@@ -1,36 +1,29 @@
 //! The fastest turn: against the best known plans, against lower bounds, and against its own limits by other arithmetic.
 
+mod cams;
+
 use camwright::contour::Contour;
 use camwright::follower::Follower;
-use camwright::lift::{LiftLaw, MotionProgram, MotionSegment};
 use camwright::machine::description::MotionLimits;
 use camwright::motion_law::MotionLaw;
-use camwright::speed_plan::{TurnRequest, TurnSpeed};
+use camwright::speed_plan::{TurnRequest, TurnSpeed, removal_rate_ratio_mm2};
 use camwright::tool_path::ToolPath;
-use camwright::units::{TURN_RAD, rad_from_deg};
+use camwright::units::TURN_RAD;
 
 const C: MotionLimits = MotionLimits { velocity: 10.0 * std::f64::consts::PI, acceleration: 300.0, jerk: 3e4 };
 const X: MotionLimits = MotionLimits { velocity: 500.0, acceleration: 1e4, jerk: 1e6 };
 
 /// Roller 8.5 mm, base radius 16 mm, lift 6 mm, rise and fall by 3-4-5 polynomials over 62 degrees each.
 fn reference_lobe(wheel_radius_mm: f64) -> ToolPath {
-    let half_rad = rad_from_deg(62.0);
-    let segment = |law, angle_rad, rise_mm| MotionSegment { law, angle_rad, rise_mm };
-    let segments = [
-        segment(MotionLaw::Polynomial345, half_rad, 6.0),
-        segment(MotionLaw::Polynomial345, half_rad, -6.0),
-        segment(MotionLaw::Dwell, TURN_RAD - 2.0 * half_rad, 0.0),
-    ];
-    let program = MotionProgram::new(0.5 * TURN_RAD - half_rad, &segments).expect("one turn, closed");
-    let lift = LiftLaw::from_program(program).expect("above its base circle");
     let follower = Follower::Roller { radius_mm: 8.5, offset_mm: 0.0 };
+    let lift = cams::lobe(MotionLaw::Polynomial345, 6.0, 62.0);
     let contour = Contour::from_lift(&lift, &follower, 16.0).expect("a regular contour");
     ToolPath::for_wheel(&contour, wheel_radius_mm).expect("the wheel fits")
 }
 
-/// Q′ at unit speed of C: normal depth times footprint speed (mm²/rad).
+/// Q′ at unit speed of C (mm²/rad).
 fn removal(path: &ToolPath, infeed_mm: f64, angle: f64) -> f64 {
-    infeed_mm * libm::cos(path.beta(angle)) * path.footprint_speed_ratio_mm(angle)
+    removal_rate_ratio_mm2(path.sample(angle), path.wheel_radius_mm(), infeed_mm)
 }
 
 struct Case {

@@ -111,6 +111,12 @@ impl MotionLimits {
     pub fn at_most(self, velocity: f64) -> Self {
         Self { velocity: self.velocity.min(velocity), ..self }
     }
+
+    /// These limits with a share of their acceleration and jerk.
+    #[must_use]
+    pub fn with_share(self, share: f64) -> Self {
+        Self { acceleration: share * self.acceleration, jerk: share * self.jerk, ..self }
+    }
 }
 
 /// How a servo drive follows its setpoints.

@@ -1,7 +1,7 @@
 //! The fastest turn without limits of jerk and of X acceleration: every plan is slower, so its time is a lower bound, and
 //! where it is slow a plan needs its knots.
 
-use super::square_speed::Knots;
+use super::square_speed::{Knots, to_f64};
 use super::turn_request::TurnRequest;
 use super::turn_speed::TurnError;
 use crate::units::{TURN_RAD, deg_from_rad, wrap_turn};
@@ -104,9 +104,4 @@ impl Envelope {
 
 fn spacing(count: usize) -> f64 {
     TURN_RAD / to_f64(count)
-}
-
-#[allow(clippy::cast_precision_loss, reason = "thousands of points")]
-fn to_f64(count: usize) -> f64 {
-    count as f64
 }

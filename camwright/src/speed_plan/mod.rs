@@ -375,11 +375,7 @@ fn constant_speed(request: &SpeedRequest<'_>, speed: f64) -> Result<Candidate, M
     let total = f64::from(request.turns()) * TURN_RAD;
     let mut misfit = None;
     for share in RAMP_SHARES {
-        let limits = MotionLimits {
-            velocity: request.c.velocity.max(speed),
-            acceleration: share * request.c.acceleration,
-            jerk: share * request.c.jerk,
-        };
+        let limits = MotionLimits { velocity: request.c.velocity.max(speed), ..request.c.with_share(share) };
         let ramp = velocity_ramp(0.0, speed, &limits).map_err(Misfit::Ramp)?;
         let ramp_rad = ramp.knots()[ramp.knots().len() - 1].value;
         // Less than a turn of plateau could not be previewed, nor a turn put in.

@@ -19,9 +19,8 @@ pub fn footprint_speed_ratio_mm(x: Sample, wheel_radius_mm: f64) -> f64 {
 /// radial stock lacks the cosine of the contour angle.
 #[must_use]
 pub fn removal_rate_ratio_mm2(x: Sample, wheel_radius_mm: f64, infeed_per_turn_mm: f64) -> f64 {
-    let centre = x.value + wheel_radius_mm;
-    let cos_beta = centre / libm::hypot(centre, x.first);
-    infeed_per_turn_mm * cos_beta * footprint_speed_ratio_mm(x, wheel_radius_mm)
+    let contact = Contact::at(x, wheel_radius_mm, infeed_per_turn_mm);
+    contact.depth_mm * contact.ratio_mm
 }
 
 /// What a law has to know of the wheel and the pass.
@@ -46,18 +45,13 @@ struct Contact {
 }
 
 impl Contact {
-    fn at(x: Sample, cutting: &Cutting) -> Self {
-        let radius = cutting.wheel_radius_mm;
+    fn at(x: Sample, radius: f64, infeed_per_turn_mm: f64) -> Self {
         let centre = x.value + radius;
         let cos_beta = centre / libm::hypot(centre, x.first);
         let ratio_mm = footprint_speed_ratio_mm(x, radius);
         // The ratio is |W|/(cos β (1 + κR)) and |W| = centre: solved for 1 + κR = R (1/R + κ).
         let one_plus = centre / (cos_beta * ratio_mm);
-        Self {
-            ratio_mm,
-            depth_mm: cutting.infeed_per_turn_mm * cos_beta,
-            equivalent_diameter_mm: 2.0 * radius / one_plus,
-        }
+        Self { ratio_mm, depth_mm: infeed_per_turn_mm * cos_beta, equivalent_diameter_mm: 2.0 * radius / one_plus }
     }
 }
 
@@ -68,7 +62,7 @@ impl Contact {
 /// temperature go with diameter^½·depth^−3/2 (constant specific energy and share of heat).
 #[must_use]
 pub fn largest_speed_rad_s(law: &SpeedLaw, x: Sample, cutting: &Cutting) -> f64 {
-    let contact = Contact::at(x, cutting);
+    let contact = Contact::at(x, cutting.wheel_radius_mm, cutting.infeed_per_turn_mm);
     match *law {
         SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => work_speed_rad_s,
         SpeedLaw::TimeOptimal { most_rad_s } => most_rad_s,

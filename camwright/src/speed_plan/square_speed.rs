@@ -17,6 +17,12 @@ pub(super) struct SquareSample {
 /// Weights of the three coefficients that an interval sees.
 pub(super) type Weights = [f64; 3];
 
+/// A number of points or knots.
+#[allow(clippy::cast_precision_loss, reason = "thousands of them")]
+pub(super) fn to_f64(count: usize) -> f64 {
+    count as f64
+}
+
 /// Knots over one turn: interval i goes from knot i to knot i + 1, the last one to the first again.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Knots {

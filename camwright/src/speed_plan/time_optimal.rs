@@ -7,7 +7,7 @@
 //! problem is not convex: what is found is the best nearby.
 
 use super::envelope::Envelope;
-use super::square_speed::{Knots, SquareSpeed, Weights};
+use super::square_speed::{Knots, SquareSpeed, Weights, to_f64};
 use super::turn_request::TurnRequest;
 use crate::machine::description::MotionLimits;
 use crate::numeric::banded::CyclicBand;
@@ -85,9 +85,10 @@ fn mix(a: f64, u: &Weights, b: f64, v: &Weights) -> Weights {
     [a * u[0] + b * v[0], a * u[1] + b * v[1], a * u[2] + b * v[2]]
 }
 
-/// The plan that is being improved, with the price of every limit.
+/// The plan that is being improved, with the room it leaves to every limit and the price of that.
 struct Iterate {
     coefficients: Vec<f64>,
+    rooms: Vec<[Room; ROOMS]>,
     prices: Vec<[f64; ROOMS]>,
 }
 
@@ -175,6 +176,12 @@ impl Problem {
         rooms
     }
 
+    /// Every limit of every interval.
+    fn all_rooms(&self, coefficients: &[f64]) -> Vec<[Room; ROOMS]> {
+        let each = self.intervals.iter().enumerate();
+        each.map(|(i, interval)| self.rooms(interval, &self.around(coefficients, i))).collect()
+    }
+
     fn time(&self, coefficients: &[f64]) -> f64 {
         let mut time = 0.0;
         for (i, interval) in self.intervals.iter().enumerate() {
@@ -190,8 +197,7 @@ impl Problem {
         const SPARE: f64 = 0.1;
         self.intervals.iter().enumerate().all(|(i, interval)| {
             let c = self.around(coefficients, i);
-            interval.z.iter().all(|w| dot(w, &c) > 0.0)
-                && self.rooms(interval, &c).iter().all(|room| room.left > SPARE * (room.left + 1.0).min(1.0))
+            interval.z.iter().all(|w| dot(w, &c) > 0.0) && self.rooms(interval, &c).iter().all(|room| room.left > SPARE)
         })
     }
 
@@ -249,11 +255,6 @@ fn over_neighbours(values: &[f64], reach: usize, fold: impl Fn(f64, f64) -> f64,
     (0..n).map(|i| (0..=2 * reach).map(|k| values[(i + n + k - reach) % n]).fold(from, &fold)).collect()
 }
 
-#[allow(clippy::cast_precision_loss, reason = "thousands of knots")]
-fn to_f64(count: usize) -> f64 {
-    count as f64
-}
-
 /// The fastest turn found, `None` where not even standing nearly still keeps the limits; they hold at the points of the intervals.
 ///
 /// `from` is where to begin, slowed down as need be, and `far` how far that is from the answer: the share of its time that may
@@ -262,13 +263,9 @@ pub(super) fn solve(problem: &Problem, from: Vec<f64>, far: f64) -> Option<Squar
     let limits = to_f64(problem.knots.count() * ROOMS);
     let coefficients = problem.slowed_down(from)?;
     let mut mu = far * problem.time(&coefficients) / limits;
-    let prices = problem
-        .intervals
-        .iter()
-        .enumerate()
-        .map(|(i, interval)| problem.rooms(interval, &problem.around(&coefficients, i)).map(|room| mu / room.left));
-    let prices = prices.collect();
-    let mut it = Iterate { coefficients, prices };
+    let rooms = problem.all_rooms(&coefficients);
+    let prices = rooms.iter().map(|rooms| rooms.map(|room| mu / room.left)).collect();
+    let mut it = Iterate { coefficients, rooms, prices };
     for _ in 0..MOST_ITERATIONS {
         let Some(stepped) = step(problem, &mut it, mu) else { break };
         let least = stepped.primal.min(stepped.dual);
@@ -311,7 +308,7 @@ fn step(problem: &Problem, it: &mut Iterate, mu: f64) -> Option<Stepped> {
             let per = part * interval.length / (z * libm::sqrt(z));
             add(&mut h, &mut g, w, 0.75 * per / z, 0.5 * per);
         }
-        for (room, price) in problem.rooms(interval, &c).iter().zip(&it.prices[i]) {
+        for (room, price) in it.rooms[i].iter().zip(&it.prices[i]) {
             let per = 1.0 / room.left.max(LEAST_ROOM);
             gap += price * room.left;
             add(&mut h, &mut g, &room.slope, price * per, mu * per);
@@ -340,8 +337,7 @@ fn step(problem: &Problem, it: &mut Iterate, mu: f64) -> Option<Stepped> {
                 primal = primal.min(-0.9 * z / along);
             }
         }
-        let rooms = problem.rooms(interval, &c);
-        for ((room, price), new) in rooms.iter().zip(&it.prices[i]).zip(&mut price_changes[i]) {
+        for ((room, price), new) in it.rooms[i].iter().zip(&it.prices[i]).zip(&mut price_changes[i]) {
             let along = dot(&room.slope, &moved);
             if along < 0.0 {
                 primal = primal.min(-0.99 * room.left / along);
@@ -361,9 +357,9 @@ fn step(problem: &Problem, it: &mut Iterate, mu: f64) -> Option<Stepped> {
         }
     }
     // Prices that have strayed from what the rooms now say hold the next steps back.
-    for (i, interval) in problem.intervals.iter().enumerate() {
-        let rooms = problem.rooms(interval, &problem.around(&it.coefficients, i));
-        for (price, room) in it.prices[i].iter_mut().zip(&rooms) {
+    it.rooms = problem.all_rooms(&it.coefficients);
+    for (prices, rooms) in it.prices.iter_mut().zip(&it.rooms) {
+        for (price, room) in prices.iter_mut().zip(rooms) {
             let central = mu / room.left.max(LEAST_ROOM);
             *price = price.clamp(central / ASTRAY, central * ASTRAY);
         }

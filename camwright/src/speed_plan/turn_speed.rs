@@ -1,7 +1,7 @@
 //! The fastest turn of a lobe, over and over again.
 
 use super::envelope::Envelope;
-use super::square_speed::{SquareSample, SquareSpeed};
+use super::square_speed::{SquareSample, SquareSpeed, to_f64};
 use super::time_optimal::{Peaks, Problem, solve};
 use super::turn_request::TurnRequest;
 use crate::cut_motion::chain;
@@ -74,7 +74,7 @@ pub enum TurnError {
     },
 }
 
-/// Speed and acceleration of C at a path angle, and the time since the first knot (rad, s).
+/// Speed and acceleration of C at a path angle (rad, s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TurnPoint {
     /// Ċ (rad/s).
@@ -233,8 +233,7 @@ impl TurnSpeed {
 /// What peaks in each interval of a plan, on a grid finer than its knots and than those of the path; where jerk comes near its
 /// limit, finer still.
 fn peaks(request: &TurnRequest<'_>, speed: &SquareSpeed) -> Vec<Peaks> {
-    #[allow(clippy::cast_precision_loss, reason = "thousands of knots")]
-    let per_rad = 2.0 * request.path.coefficients().len() as f64 / TURN_RAD;
+    let per_rad = 2.0 * to_f64(request.path.coefficients().len()) / TURN_RAD;
     let knots = speed.knots();
     let in_interval = |i: usize| {
         let length = knots.length(i);

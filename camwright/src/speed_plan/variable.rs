@@ -25,10 +25,6 @@ const RAMP_SHARE: f64 = 0.98;
 /// How often a turn is slowed down after the check of the whole cut, each time by what was found.
 const CORRECTIONS: u32 = 5;
 
-fn share(limits: &MotionLimits, share: f64) -> MotionLimits {
-    MotionLimits { velocity: limits.velocity, acceleration: share * limits.acceleration, jerk: share * limits.jerk }
-}
-
 impl SpeedRequest<'_> {
     /// X over the path angle, with the infeed's slope or without.
     fn over_path(&self, angle_rad: f64, with_infeed: bool) -> Sample {
@@ -60,9 +56,9 @@ pub(super) fn variable_speed(request: &SpeedRequest<'_>) -> Result<(Candidate, T
         path: request.path,
         infeed_slope_mm_rad: -request.infeed.slope_mm_rad(),
         bound: &bound,
-        c: share(&request.c, PATH_SHARE),
+        c: request.c.with_share(PATH_SHARE),
         // The end of the infeed takes its share of what X may use.
-        x: share(&request.x, PATH_SHARE - BLEND_SHARE),
+        x: request.x.with_share(PATH_SHARE - BLEND_SHARE),
     })
     .map_err(Misfit::Turn)?;
     let mut misfit = Misfit::NoRunUp;
@@ -86,7 +82,7 @@ fn around(request: &SpeedRequest<'_>, turn: &TurnSpeed) -> Result<Candidate, Mis
     let knots = turn.knots(request.path_start_rad, 0.0, total);
     let (_, fastest) = turn.range_rad_s();
     let infeed = request.infeed.law_for(fastest, request.x);
-    let forwards = |angle: f64, backwards: bool| {
+    let along = |angle: f64, backwards: bool| {
         let at = request.path_start_rad + if backwards { total - angle } else { angle };
         let mut x = request.over_path(at, !backwards);
         if backwards {
@@ -99,8 +95,8 @@ fn around(request: &SpeedRequest<'_>, turn: &TurnSpeed) -> Result<Candidate, Mis
         .rev()
         .map(|knot| Knot { at: -knot.at, value: total - knot.value, first: knot.first, second: -knot.second })
         .collect();
-    let up = run_up(&knots, request, |angle| forwards(angle, false)).ok_or(Misfit::NoRunUp)?;
-    let down = run_up(&reversed, request, |angle| forwards(angle, true)).ok_or(Misfit::NoRunUp)?;
+    let up = run_up(&knots, request, |angle| along(angle, false)).ok_or(Misfit::NoRunUp)?;
+    let down = run_up(&reversed, request, |angle| along(angle, true)).ok_or(Misfit::NoRunUp)?;
     let last = knots.len() - 1 - down.knot;
     // Less than a turn of plateau could not be previewed, nor a turn put in.
     if last <= up.knot || knots[last].value - knots[up.knot].value < TURN_RAD {
@@ -131,8 +127,8 @@ struct RunUp {
 /// The run-up that loses least time: one quintic in time from rest onto a knot of the turn, with its speed and acceleration.
 /// `along` gives X and the speed that the process allows over the angle since the start.
 fn run_up(knots: &[Knot], request: &SpeedRequest<'_>, along: impl Fn(f64) -> (Sample, f64)) -> Option<RunUp> {
-    let c = share(&request.c, RAMP_SHARE * PATH_SHARE);
-    let x = share(&request.x, RAMP_SHARE * PATH_SHARE);
+    let c = request.c.with_share(RAMP_SHARE * PATH_SHARE);
+    let x = request.x.with_share(RAMP_SHARE * PATH_SHARE);
     let rest = Knot { at: 0.0, value: 0.0, first: 0.0, second: 0.0 };
     let keeps = |to: &Knot, points: u32| {
         (0..=points).all(|i| {
@@ -150,7 +146,7 @@ fn run_up(knots: &[Knot], request: &SpeedRequest<'_>, along: impl Fn(f64) -> (Sa
     let mut best: Option<(RunUp, f64)> = None;
     let mut left = usize::MAX;
     for (knot, target) in knots.iter().enumerate().filter(|(_, knot)| knot.value > 1e-6) {
-        if knots.len() > 1 && target.value > TURN_RAD || left == 0 {
+        if target.value > TURN_RAD || left == 0 {
             break;
         }
         left = left.saturating_sub(1);

@@ -1,6 +1,8 @@
 //! Cams for tests: lobes of one law, seeded random programs, and printed tables.
 #![allow(dead_code, reason = "each test binary uses its part")]
 
+use camwright::contour::{Contour, ContourError};
+use camwright::follower::Follower;
 use camwright::lift::{
     AngleUnit, LengthUnit, LiftDeclaration, LiftForm, LiftLaw, LiftRow, LiftTable, MotionProgram, MotionSegment,
 };
@@ -92,6 +94,18 @@ pub(crate) fn random_segments(random: &mut Seeded) -> Vec<MotionSegment> {
         segment.angle_rad *= TURN_RAD / covered;
     }
     segments
+}
+
+/// The contour of a random lift, `None` where it is undercut, which is then proven by its radius of curvature.
+pub(crate) fn contour_unless_undercut(lift: &LiftLaw, follower: &Follower, base_mm: f64, seed: u64) -> Option<Contour> {
+    match Contour::from_lift(lift, follower, base_mm) {
+        Ok(contour) => Some(contour),
+        Err(ContourError::Undercut { radius_of_curvature_mm, .. }) => {
+            assert!(radius_of_curvature_mm < 1e-6, "seed {seed}");
+            None
+        }
+        Err(other) => panic!("seed {seed}: {other}"),
+    }
 }
 
 /// The rows that a law prints to `resolution_mm` at `blocks` equal steps, from line 2 on (line 1 is a header).

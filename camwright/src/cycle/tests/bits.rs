@@ -2,12 +2,6 @@
 //! have to reproduce. Run at other optimisation levels by `.ci/run`.
 
 use super::*;
-use crate::interpolator::{Interpolator, Motion, Prepared};
-use crate::machine::Machine;
-use crate::machine::state::LastingState;
-use crate::rehearsal::rehearse;
-use alloc::boxed::Box;
-use alloc::sync::Arc;
 
 /// A change of it is a change of what machines do, and belongs into the changelog.
 const FINGERPRINT: u64 = 0x7216_bb99_3af6_0534;
@@ -34,10 +28,8 @@ fn every_setpoint_and_every_actual_position_has_the_same_bits_everywhere() {
         DriveSettings { velocity_feed_forward: 0.98, velocity_loop_rad_s: Some(600.0), ..DriveSettings::IDEAL };
     let description = machine().with_drives(ordinary);
     let plan = plan_job(&job, &description, 60.0, None).unwrap_or_else(|error| panic!("{error}")).plan;
-    let motion = Prepared::new(Motion::Plan(Arc::new(plan)), &description).unwrap_or_else(|error| panic!("{error}"));
-    let mut machine = Machine::new(description.clone(), LastingState::new(&description)).expect("a machine");
     let mut fingerprint = Fingerprint(0xcbf2_9ce4_8422_2325);
-    let told = rehearse(Box::new(motion), &mut Interpolator::new(&description), &mut machine, |setpoint, report| {
+    let told = rehearsed(plan, &description, |setpoint, report| {
         for axis in 0..3 {
             fingerprint.take(setpoint.counts[axis].to_le_bytes());
             fingerprint.take(setpoint.velocity[axis].to_bits().to_le_bytes());
@@ -46,7 +38,6 @@ fn every_setpoint_and_every_actual_position_has_the_same_bits_everywhere() {
             fingerprint.take(report.axes[axis].effort.to_bits().to_le_bytes());
         }
     });
-    let told = told.unwrap_or_else(|error| panic!("{error}"));
     assert!(told.last_tick - told.first_tick > 10_000, "a real job: {told:?}");
     assert_eq!(fingerprint.0, FINGERPRINT, "other bits than before: {:#018x}", fingerprint.0);
 }

@@ -1,13 +1,21 @@
 use super::*;
 use crate::follower::Follower;
+use crate::interpolator::{Interpolator, Motion, Prepared};
 use crate::job::{HomePosition, LobeSpec, PassSpec, ProfileSpec, SpeedLaw};
 use crate::lift::{LiftLaw, MotionProgram, MotionSegment};
+use crate::machine::Machine;
 use crate::machine::description::{AxisDescription, DriveSettings, MotionLimits, Scale, Station, WheelDescription};
+use crate::machine::report::TickReport;
+use crate::machine::state::LastingState;
 use crate::motion_law::MotionLaw;
 use crate::plan::{Phase, SegmentKind};
+use crate::rehearsal::{Rehearsed, rehearse};
+use crate::setpoint::Setpoint;
 use crate::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm, wrap_turn};
+use alloc::boxed::Box;
 use alloc::format;
 use alloc::string::{String, ToString};
+use alloc::sync::Arc;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -116,6 +124,14 @@ fn job() -> JobSpec {
 
 fn planned(job: &JobSpec) -> PlannedJob {
     plan_job(job, &machine(), 60.0, None).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A plan run through interpolator and machine.
+fn rehearsed(plan: Plan, description: &MachineDescription, tell: impl FnMut(&Setpoint, &TickReport)) -> Rehearsed {
+    let motion = Prepared::new(Motion::Plan(Arc::new(plan)), description).unwrap_or_else(|error| panic!("{error}"));
+    let mut machine = Machine::new(description.clone(), LastingState::new(description)).expect("a machine");
+    let told = rehearse(Box::new(motion), &mut Interpolator::new(description), &mut machine, tell);
+    told.unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn first_turn(planned: &PlannedJob, count: u32) -> Vec<crate::cut_motion::TurnSample> {

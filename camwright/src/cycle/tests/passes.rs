@@ -1,12 +1,7 @@
 //! Several passes over a lobe, each with its own infeed and speed.
 
 use super::*;
-use crate::interpolator::{Interpolator, Motion, Outcome, Prepared};
-use crate::machine::Machine;
-use crate::machine::state::LastingState;
-use crate::rehearsal::rehearse;
-use alloc::boxed::Box;
-use alloc::sync::Arc;
+use crate::interpolator::Outcome;
 
 fn in_two_passes() -> JobSpec {
     let mut job = job();
@@ -57,12 +52,8 @@ fn each_pass_begins_where_the_one_before_ended() {
 
 #[test]
 fn both_passes_are_executed_without_an_alarm() {
-    let description = machine();
-    let plan = planned(&in_two_passes()).plan;
-    let motion = Prepared::new(Motion::Plan(Arc::new(plan)), &description).unwrap_or_else(|error| panic!("{error}"));
-    let mut machine = Machine::new(description.clone(), LastingState::new(&description)).expect("a machine");
-    let told = rehearse(Box::new(motion), &mut Interpolator::new(&description), &mut machine, |_, _| {});
-    assert_eq!(told.unwrap_or_else(|error| panic!("{error}")).outcome, Outcome::Completed);
+    let told = rehearsed(planned(&in_two_passes()).plan, &machine(), |_, _| {});
+    assert_eq!(told.outcome, Outcome::Completed);
 }
 
 #[test]
