@@ -86,6 +86,8 @@ struct State {
     writers: BTreeMap<GUID, Endpoint>,
     readers: BTreeMap<GUID, Endpoint>,
     matched: BTreeMap<GUID, BTreeSet<GUID>>,
+    /// Matches told before both of their ends were known here: ours, theirs.
+    undecided: BTreeSet<(GUID, GUID)>,
     incompatible: Vec<String>,
     nodes: BTreeMap<Guid, Vec<NodeEntities>>,
 }
@@ -135,6 +137,7 @@ impl Graph {
             state.matched.entry(*writer).or_default().insert(*reader);
             state.matched.entry(*reader).or_default().insert(*writer);
         }
+        state.decide(guid);
         drop(state);
         self.changed.notify_all();
     }
@@ -145,6 +148,7 @@ impl Graph {
         state.writers.remove(&guid);
         state.readers.remove(&guid);
         state.matched.remove(&guid);
+        state.undecided.retain(|(ours, _)| *ours != guid);
         state.forget(|other| *other == guid);
         drop(state);
         self.changed.notify_all();
@@ -300,25 +304,17 @@ impl State {
             }
             DomainParticipantStatusEvent::ReaderDetected { reader } => {
                 self.readers.insert(reader.guid, Endpoint::from(&reader));
+                self.decide(reader.guid);
             }
             DomainParticipantStatusEvent::WriterDetected { writer } => {
                 self.writers.insert(writer.guid, Endpoint::from(&writer));
+                self.decide(writer.guid);
             }
             DomainParticipantStatusEvent::RemoteReaderMatched { local_writer, remote_reader } => {
-                let types = (self.writers.get(&local_writer), self.readers.get(&remote_reader));
-                if let Some(sentence) = self.differ("a subscription", types.0, types.1, &remote_reader) {
-                    self.incompatible.push(sentence);
-                    return false;
-                }
-                self.matched.entry(local_writer).or_default().insert(remote_reader);
+                return self.take_match(local_writer, remote_reader);
             }
             DomainParticipantStatusEvent::RemoteWriterMatched { local_reader, remote_writer } => {
-                let types = (self.readers.get(&local_reader), self.writers.get(&remote_writer));
-                if let Some(sentence) = self.differ("a publisher", types.0, types.1, &remote_writer) {
-                    self.incompatible.push(sentence);
-                    return false;
-                }
-                self.matched.entry(local_reader).or_default().insert(remote_writer);
+                return self.take_match(local_reader, remote_writer);
             }
             DomainParticipantStatusEvent::ReaderLost { guid, .. } => {
                 self.readers.remove(&guid);
@@ -351,18 +347,37 @@ impl State {
         for matches in self.matched.values_mut() {
             matches.retain(|other| !gone(other));
         }
+        self.undecided.retain(|(_, theirs)| !gone(theirs));
     }
 
-    /// A sentence about two ends of one topic that carry different types, which `RustDDS` matches all the same.
-    fn differ(&self, what: &str, ours: Option<&Endpoint>, theirs: Option<&Endpoint>, guid: &GUID) -> Option<String> {
-        let (ours, theirs) = (ours?, theirs?);
-        if ours.type_name == theirs.type_name {
-            return None;
+    /// Takes a match that `RustDDS` made by topic and quality of service alone: it counts when both ends carry the same type, and
+    /// waits until both are known. Tells whether it counts.
+    fn take_match(&mut self, ours: GUID, theirs: GUID) -> bool {
+        let endpoint = |guid: &GUID| self.writers.get(guid).or_else(|| self.readers.get(guid));
+        let (Some(our), Some(their)) = (endpoint(&ours), endpoint(&theirs)) else {
+            self.undecided.insert((ours, theirs));
+            return false;
+        };
+        if our.type_name == their.type_name {
+            return self.matched.entry(ours).or_default().insert(theirs);
         }
-        let topic = names::ros_topic(&theirs.topic).unwrap_or(&theirs.topic);
-        let node = self.node_of(guid).unwrap_or_else(|| "an unknown node".into());
-        let (our_type, their_type) = (names::ros_type(&ours.type_name), names::ros_type(&theirs.type_name));
-        Some(format!("{what} of {node} on {topic} has the type {their_type}, not {our_type}; no messages will pass"))
+        let what = if self.writers.contains_key(&theirs) { "a publisher" } else { "a subscription" };
+        let topic = names::ros_topic(&their.topic).unwrap_or(&their.topic);
+        let node = self.node_of(&theirs).unwrap_or_else(|| "an unknown node".into());
+        let (our_type, their_type) = (names::ros_type(&our.type_name), names::ros_type(&their.type_name));
+        self.incompatible.push(format!(
+            "{what} of {node} on {topic} has the type {their_type}, not {our_type}; no messages will pass"
+        ));
+        false
+    }
+
+    /// Decides the matches that waited for this endpoint to be known.
+    fn decide(&mut self, known: GUID) {
+        let waited: Vec<_> =
+            self.undecided.extract_if(.., |(ours, theirs)| *ours == known || *theirs == known).collect();
+        for (ours, theirs) in waited {
+            self.take_match(ours, theirs);
+        }
     }
 
     fn incompatible_with(&self, what: &str, guid: &GUID, known: &BTreeMap<GUID, Endpoint>) -> Option<String> {
@@ -432,5 +447,66 @@ impl Drop for GraphListener {
         if let Some(graph) = self.graph.upgrade() {
             graph.listeners.lock().unwrap_or_else(PoisonError::into_inner).retain(|(id, _)| *id != self.id);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn guid(participant: u8, entity: u8) -> GUID {
+        let mut octets = [0; 16];
+        (octets[0], octets[14], octets[15]) = (participant, entity, 4);
+        GUID::from_bytes(octets)
+    }
+
+    fn endpoint(type_name: &str) -> Endpoint {
+        Endpoint { topic: "rt/topic".into(), type_name: type_name.into(), qos: Qos::default_topic() }
+    }
+
+    const TEXT: &str = "std_msgs::msg::dds_::String_";
+    const NUMBER: &str = "std_msgs::msg::dds_::Float64_";
+
+    /// A reader is matched by the event loop before this node has noted it: the match counts when it has, if the types agree.
+    #[test]
+    fn a_match_told_before_our_endpoint_is_noted_is_decided_afterwards() {
+        let graph = Graph::default();
+        let (reader, right, wrong) = (guid(1, 1), guid(2, 1), guid(2, 2));
+        graph.set_own(reader);
+        graph.state().writers.insert(right, endpoint(TEXT));
+        graph.state().writers.insert(wrong, endpoint(NUMBER));
+        for remote_writer in [wrong, right] {
+            let event = DomainParticipantStatusEvent::RemoteWriterMatched { local_reader: reader, remote_writer };
+            assert!(!graph.state().apply(event));
+        }
+        graph.add_local(reader, "rt/topic", TEXT, &Qos::default_topic(), false, &[]);
+        assert_eq!(graph.ask(|matches| matches.count(&reader)), 1);
+        assert!(graph.ask(|matches| matches.with_participant(&reader, &right)));
+        assert_eq!(
+            graph.state().incompatible,
+            [
+                "a publisher of an unknown node on /topic has the type std_msgs/msg/Float64, not std_msgs/msg/String; no messages will pass"
+            ]
+        );
+        assert!(graph.state().undecided.is_empty());
+    }
+
+    /// A writer of ours is matched with a reader before discovery has described that reader.
+    #[test]
+    fn a_match_with_an_endpoint_not_yet_described_waits_for_its_description() {
+        let graph = Graph::default();
+        let (writer, reader, gone) = (guid(1, 1), guid(2, 1), guid(3, 1));
+        graph.set_own(writer);
+        graph.add_local(writer, "rt/topic", TEXT, &Qos::default_topic(), true, &[]);
+        for remote_reader in [reader, gone] {
+            let event = DomainParticipantStatusEvent::RemoteReaderMatched { local_writer: writer, remote_reader };
+            assert!(!graph.state().apply(event));
+        }
+        assert_eq!(graph.ask(|matches| matches.count(&writer)), 0);
+        graph.state().readers.insert(reader, endpoint(TEXT));
+        graph.state().decide(reader);
+        assert_eq!(graph.ask(|matches| matches.count(&writer)), 1);
+        graph.state().forget(|guid| *guid == gone);
+        assert!(graph.state().undecided.is_empty());
     }
 }
