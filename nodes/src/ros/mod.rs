@@ -38,6 +38,7 @@ mod lifecycle;
 mod logging;
 mod loopback;
 mod names;
+mod neighbours;
 mod node;
 mod parameter_services;
 mod parameter_value;

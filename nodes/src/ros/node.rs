@@ -15,7 +15,7 @@ use super::{
     args::{DiscoveryRange, RosArgs},
     clock::TimeSource,
     delay::{DelayInjection, DelaySource},
-    discovery::{EndpointInfo, Graph, GraphListener, Guid, ParticipantEntities, TopicInfo},
+    discovery::{Graph, Guid, ParticipantEntities},
     error::RosError,
     executor::{Executor, TimerHandle},
     logging::{Level, Logger},
@@ -360,56 +360,6 @@ impl Node {
     /// Whether the caller is inside a callback of this node, where blocking calls are refused.
     pub fn on_executor_thread(&self) -> bool {
         self.inner.executor.is_current_thread()
-    }
-
-    /// Topics that are known, with their publishers and subscriptions.
-    pub fn discovered_topics(&self) -> Vec<TopicInfo> {
-        self.inner.graph.topics()
-    }
-
-    /// Fully qualified names of the nodes that are known (up to a second after their topics).
-    pub fn discovered_nodes(&self) -> Vec<String> {
-        self.inner.graph.nodes()
-    }
-
-    /// Calls `callback` on the executor thread whenever endpoints, matches or nodes come or go.
-    pub fn on_graph_change(&self, callback: impl Fn() + Send + Sync + 'static) -> GraphListener {
-        self.inner.graph.on_change(callback)
-    }
-
-    /// Waits until a node is known; `false` after the timeout. The node must spin on another thread.
-    pub fn wait_for_node(&self, fully_qualified_name: &str, timeout: Duration) -> bool {
-        self.inner.graph.wait_until(timeout, |matches| matches.node(fully_qualified_name))
-    }
-
-    /// Publishers of a topic that belong to other nodes.
-    ///
-    /// # Errors
-    /// The name breaks the rules.
-    pub fn other_publishers(&self, topic: &str) -> Result<Vec<EndpointInfo>, RosError> {
-        Ok(self.inner.graph.other_publishers(&self.resolve_topic(topic)?))
-    }
-
-    /// Who sends with a GUID: the fully qualified name of its node, those of all nodes of its participant if that does not tell
-    /// which, or the GUID where nothing is known yet.
-    pub fn who(&self, guid: &Guid) -> String {
-        self.inner.graph.who(guid)
-    }
-
-    /// Number of known publishers on a topic.
-    ///
-    /// # Errors
-    /// The name breaks the rules.
-    pub fn publisher_count(&self, topic: &str) -> Result<usize, RosError> {
-        Ok(self.inner.graph.counts(&self.resolve_topic(topic)?).0)
-    }
-
-    /// Number of known subscriptions on a topic.
-    ///
-    /// # Errors
-    /// The name breaks the rules.
-    pub fn subscription_count(&self, topic: &str) -> Result<usize, RosError> {
-        Ok(self.inner.graph.counts(&self.resolve_topic(topic)?).1)
     }
 
     /// Runs the node's callbacks on this thread until shutdown is requested or the node is shut down.
