@@ -13,8 +13,10 @@ pub struct CutMotion<'a> {
     pub path: &'a PeriodicSpline,
     /// Path angle at the start (rad).
     pub path_start_rad: f64,
-    /// Offset of X over the angle since the start (mm over rad).
+    /// Infeed still to come over the angle since the start (mm over rad): an offset of X, or of depth where there is a ratio.
     pub infeed: &'a HermiteSpline,
+    /// Way of X per depth along the contour's normal, over the path angle; none where the infeed is that of X.
+    pub ratio: Option<&'a PeriodicSpline>,
     /// Angle since the start over time (rad over s).
     pub law: &'a HermiteSpline,
 }
@@ -38,12 +40,22 @@ impl CutMotion<'_> {
     /// X over the angle since the start, with derivatives by the angle (mm, rad).
     #[must_use]
     pub fn over_angle(&self, angle_rad: f64) -> Sample {
-        let (path, infeed) = (self.path.sample(self.path_start_rad + angle_rad), self.infeed.sample(angle_rad));
+        let (path, infeed) = (self.path.sample(self.path_start_rad + angle_rad), self.offset_over_angle(angle_rad));
         Sample {
             value: path.value + infeed.value,
             first: path.first + infeed.first,
             second: path.second + infeed.second,
             third: path.third + infeed.third,
+        }
+    }
+
+    /// What the infeed adds to X over the angle since the start, with derivatives by the angle (mm, rad).
+    #[must_use]
+    pub fn offset_over_angle(&self, angle_rad: f64) -> Sample {
+        let infeed = self.infeed.sample(angle_rad);
+        match self.ratio {
+            Some(ratio) => product(ratio.sample(self.path_start_rad + angle_rad), infeed),
+            None => infeed,
         }
     }
 
@@ -81,6 +93,17 @@ pub fn chain(over_angle: Sample, angle: Sample) -> Sample {
     }
 }
 
+/// Product of two functions of one variable, with derivatives.
+#[must_use]
+pub fn product(a: Sample, b: Sample) -> Sample {
+    Sample {
+        value: a.value * b.value,
+        first: a.first * b.value + a.value * b.first,
+        second: a.second * b.value + 2.0 * a.first * b.first + a.value * b.second,
+        third: a.third * b.value + 3.0 * (a.second * b.first + a.first * b.second) + a.value * b.third,
+    }
+}
+
 /// One point of a turn at the programmed speed, without infeed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TurnSample {
@@ -112,6 +135,10 @@ impl Plan {
             path: self.paths.get(cut.path)?,
             path_start_rad: cut.path_start_rad,
             infeed: self.angle_laws.get(cut.infeed)?,
+            ratio: match cut.ratio {
+                Some(ratio) => Some(self.ratios.get(ratio)?),
+                None => None,
+            },
             law: self.time_laws.get(cut.speed)?,
         })
     }

@@ -1,6 +1,6 @@
 //! Infeed: how the wheel goes from first contact to size while the part turns.
 //!
-//! As JPS6156064B2 has it, the wheel comes closer by ΔR in every block, through n whole turns: RT = N·ΔR·n, compared in
+//! In two ways. As JPS6156064B2 has it, the wheel comes closer by ΔR in every block, through n whole turns: RT = N·ΔR·n, compared in
 //! counts of X, so that cutting ends on the phase it began at. The patent stops there and leaves the step of a spiral;
 //! turns without infeed follow here. The slope ends in a short blend, for a corner would ask for infinite jerk of X:
 //!
@@ -10,10 +10,21 @@
 //!                ╲
 //!              0  ╲_______  exactly 0 from half a blend after the end of turn n
 //! ```
+//!
+//! Or once per turn on the base circle, by N·ΔR in a blend each, and the depth is constant in between:
+//!
+//! ```text
+//! offset   RT ─╮
+//!              ╰────╮
+//!                   ╰────╮
+//!              0         ╰────
+//! ```
 
+use crate::job::InfeedCourse;
 use crate::machine::description::{MotionLimits, Scale};
 use crate::numeric::hermite::{HermiteSpline, Knot};
 use crate::units::TURN_RAD;
+use alloc::vec::Vec;
 use thiserror::Error;
 
 /// Share of X's acceleration and jerk limit that the blend at the end of the infeed may take. Smaller makes the blend
@@ -21,7 +32,7 @@ use thiserror::Error;
 /// the path of the lobe may use. At 5 % and ordinary settings the blend is some degrees long and leaves under 0.1 µm.
 pub(crate) const BLEND_SHARE: f64 = 0.05;
 
-/// Longest blend (rad): half of it lies in the first spark-out turn, of which three quarters must stay.
+/// Longest blend (rad): half of that of a spiral lies in the first spark-out turn, of which three quarters must stay.
 const LONGEST_BLEND_RAD: f64 = TURN_RAD / 2.0;
 
 /// Most turns with infeed: beyond it a mistyped ΔR is likelier than a wish.
@@ -109,6 +120,7 @@ pub struct InfeedSchedule {
     total_mm: f64,
     turns: u32,
     left_mm: f64,
+    course: InfeedCourse,
 }
 
 impl InfeedSchedule {
@@ -142,13 +154,25 @@ impl InfeedSchedule {
         }
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and MOST_TURNS")]
         let turns = whole as u32;
-        Ok(Self { total_counts, total_mm: x_scale.position(total_counts), turns, left_mm: 0.0 })
+        Ok(Self {
+            total_counts,
+            total_mm: x_scale.position(total_counts),
+            turns,
+            left_mm: 0.0,
+            course: InfeedCourse::PerAngle,
+        })
     }
 
     /// The same schedule for a pass after which others take so much more (mm, on counts of X).
     #[must_use]
     pub const fn above(self, left_mm: f64) -> Self {
         Self { left_mm, ..self }
+    }
+
+    /// The same schedule, spread as wanted.
+    #[must_use]
+    pub const fn spread(self, course: InfeedCourse) -> Self {
+        Self { course, ..self }
     }
 
     /// What later passes take (mm).
@@ -175,20 +199,51 @@ impl InfeedSchedule {
         self.turns
     }
 
-    /// Infeed per angle (mm/rad).
+    /// Infeed of a turn (mm).
+    #[must_use]
+    pub fn per_turn_mm(&self) -> f64 {
+        self.total_mm / f64::from(self.turns)
+    }
+
+    /// Infeed per angle in the mean of a turn (mm/rad).
     #[must_use]
     pub fn slope_mm_rad(&self) -> f64 {
         self.total_mm / (f64::from(self.turns) * TURN_RAD)
     }
 
-    /// The law for a work speed: the blend is as short as a small share of X's limits allows.
+    /// Slope of the law in most of a turn (mm/rad): 0 where it steps.
     #[must_use]
-    pub fn law_for(&self, work_speed_rad_s: f64, x: MotionLimits) -> InfeedLaw {
-        let (slope, w) = (self.slope_mm_rad(), work_speed_rad_s);
-        // The slope falls by smoothstep: its first and second derivative peak at 1.5/β and 6/β².
-        let for_acceleration = 1.5 * slope * w * w / (BLEND_SHARE * x.acceleration);
-        let for_jerk = libm::sqrt(6.0 * slope * w * w * w / (BLEND_SHARE * x.jerk));
-        InfeedLaw::new(*self, for_acceleration.max(for_jerk).clamp(TURN_RAD / 3600.0, LONGEST_BLEND_RAD))
+    pub fn lasting_slope_mm_rad(&self) -> f64 {
+        match self.course {
+            InfeedCourse::PerAngle => self.slope_mm_rad(),
+            InfeedCourse::PerTurn => 0.0,
+        }
+    }
+
+    /// The law for a work speed: blends are as short as a small share of X's limits allows. Steps lie around `base_rad`, the angle
+    /// from the start to the first base centre (rad, in 0..2π).
+    #[must_use]
+    pub fn law_for(&self, work_speed_rad_s: f64, x: MotionLimits, base_rad: f64) -> InfeedLaw {
+        let w = work_speed_rad_s;
+        let (acceleration, jerk) = (BLEND_SHARE * x.acceleration, BLEND_SHARE * x.jerk);
+        let blend_rad = match self.course {
+            // The slope falls by smoothstep: its first and second derivative peak at 1.5/β and 6/β².
+            InfeedCourse::PerAngle => {
+                let slope = self.slope_mm_rad();
+                (1.5 * slope * w * w / acceleration).max(libm::sqrt(6.0 * slope * w * w * w / jerk))
+            }
+            // A quintic step: its second and third derivative peak at (10/√3)/β² and 60/β³.
+            InfeedCourse::PerTurn => {
+                let step = self.per_turn_mm();
+                let for_acceleration = libm::sqrt(10.0 / libm::sqrt(3.0) * step * w * w / acceleration);
+                for_acceleration.max(libm::cbrt(60.0 * step * w * w * w / jerk))
+            }
+        };
+        let blend_rad = blend_rad.clamp(TURN_RAD / 3600.0, LONGEST_BLEND_RAD);
+        match self.course {
+            InfeedCourse::PerAngle => InfeedLaw::spiral(*self, blend_rad),
+            InfeedCourse::PerTurn => InfeedLaw::steps(*self, blend_rad, base_rad),
+        }
     }
 }
 
@@ -196,12 +251,12 @@ impl InfeedSchedule {
 #[derive(Debug, Clone, PartialEq)]
 pub struct InfeedLaw {
     schedule: InfeedSchedule,
-    blend_rad: f64,
+    last_blend_rad: (f64, f64),
     law: HermiteSpline,
 }
 
 impl InfeedLaw {
-    fn new(schedule: InfeedSchedule, blend_rad: f64) -> Self {
+    fn spiral(schedule: InfeedSchedule, blend_rad: f64) -> Self {
         let slope = schedule.slope_mm_rad();
         let end = f64::from(schedule.turns) * TURN_RAD;
         let half = 0.5 * blend_rad;
@@ -211,7 +266,31 @@ impl InfeedLaw {
             Knot { at: end + half, value: schedule.left_mm, first: 0.0, second: 0.0 },
         ])
         .expect("the blend is longer than nothing and ends within the turns around it; all numbers are finite");
-        Self { schedule, blend_rad, law }
+        Self { schedule, last_blend_rad: (end - half, end + half), law }
+    }
+
+    /// Turn k, from 0, is ground at RT·(1 − (k+1)/n). The last step ends within the last turn with infeed, so that a whole turn
+    /// at size follows it.
+    fn steps(schedule: InfeedSchedule, blend_rad: f64, base_rad: f64) -> Self {
+        let half = 0.5 * blend_rad;
+        let first = base_rad.clamp(half, TURN_RAD - half);
+        let still = |at: f64, value: f64| Knot { at, value, first: 0.0, second: 0.0 };
+        let level = |step: u32| {
+            schedule.left_mm + schedule.total_mm * f64::from(schedule.turns - step) / f64::from(schedule.turns)
+        };
+        let mut knots = Vec::with_capacity(2 * schedule.turns as usize + 1);
+        if first > half {
+            knots.push(still(0.0, level(0)));
+        }
+        let mut last_blend_rad = (0.0, 0.0);
+        for step in 0..schedule.turns {
+            let centre = first + f64::from(step) * TURN_RAD;
+            last_blend_rad = (centre - half, centre + half);
+            knots.push(still(last_blend_rad.0, level(step)));
+            knots.push(still(last_blend_rad.1, level(step + 1)));
+        }
+        let law = HermiteSpline::new(knots).expect("a blend is at most half a turn; all numbers are finite");
+        Self { schedule, last_blend_rad, law }
     }
 
     /// What it was made from.
@@ -226,21 +305,22 @@ impl InfeedLaw {
         &self.law
     }
 
-    /// Length of the blend at its end, centred on the end of the last turn with infeed (rad).
+    /// Where the blend at its end begins and ends (rad): of a spiral centred on the end of the last turn with infeed.
     #[must_use]
-    pub const fn blend_rad(&self) -> f64 {
-        self.blend_rad
+    pub const fn last_blend_rad(&self) -> (f64, f64) {
+        self.last_blend_rad
     }
 
     /// Most that stays on the contour at the start phase after the spark-out (mm): the second half of the blend lies in
-    /// the first spark-out turn, so with one such turn that stretch is cut by the blend and not again.
+    /// the first spark-out turn, so with one such turn that stretch is cut by the blend and not again. After steps nothing stays.
     #[must_use]
     pub fn left_on_part_mm(&self, spark_out_turns: u32) -> f64 {
-        if spark_out_turns >= 2 {
+        if spark_out_turns >= 2 || self.schedule.course == InfeedCourse::PerTurn {
             return 0.0;
         }
         // Half-way through the blend ∫(1 − 3u² + 2u³) du over ½..1 = 3/32 of slope times blend is still to go.
-        self.schedule.slope_mm_rad() * self.blend_rad * (3.0 / 32.0)
+        let (from, to) = self.last_blend_rad;
+        self.schedule.slope_mm_rad() * (to - from) * (3.0 / 32.0)
     }
 }
 
@@ -252,13 +332,17 @@ mod tests {
     const X: Scale = Scale::Linear { counts_per_mm: 100_000 };
     const LIMITS: MotionLimits = MotionLimits { velocity: 500.0, acceleration: 10_000.0, jerk: 1e6 };
 
+    fn blend_rad(law: &InfeedLaw) -> f64 {
+        law.last_blend_rad().1 - law.last_blend_rad().0
+    }
+
     /// Four turns of 3600 blocks of 25 nm are 0.36 mm; block k begins at RT − k·ΔR to the count.
     #[test]
     fn every_block_takes_its_infeed() {
         let schedule = InfeedSchedule::new(0.36, 0.000_025, 3600, X).expect("0.36 mm is 4 turns");
         assert_eq!((schedule.turns(), schedule.total_counts()), (4, 36_000));
-        let law = schedule.law_for(6.0, LIMITS);
-        let blocks_in_half_blend = law.blend_rad() / TURN_RAD * 1800.0;
+        let law = schedule.law_for(6.0, LIMITS, 0.0);
+        let blocks_in_half_blend = blend_rad(&law) / TURN_RAD * 1800.0;
         for block in 0..4 * 3600 {
             if f64::from(block) < 4.0 * 3600.0 - blocks_in_half_blend {
                 let offset = law.law().sample(f64::from(block) * TURN_RAD / 3600.0).value;
@@ -269,9 +353,9 @@ mod tests {
 
     #[test]
     fn after_the_blend_the_offset_is_exactly_zero() {
-        let law = InfeedSchedule::new(0.36, 0.000_025, 3600, X).expect("4 turns").law_for(6.0, LIMITS);
+        let law = InfeedSchedule::new(0.36, 0.000_025, 3600, X).expect("4 turns").law_for(6.0, LIMITS, 0.0);
         for i in 0..1000 {
-            let at = 4.0 * TURN_RAD + 0.5 * law.blend_rad() + f64::from(i) * 0.01;
+            let at = law.last_blend_rad().1 + f64::from(i) * 0.01;
             assert_eq!(law.law().sample(at).value.to_bits(), 0.0_f64.to_bits());
         }
     }
@@ -280,8 +364,8 @@ mod tests {
     #[test]
     fn the_blend_keeps_its_share() {
         for speed in [0.5, 6.0, 30.0] {
-            let law = InfeedSchedule::new(0.36, 0.000_05, 3600, X).expect("2 turns").law_for(speed, LIMITS);
-            let end = 2.0 * TURN_RAD + law.blend_rad();
+            let law = InfeedSchedule::new(0.36, 0.000_05, 3600, X).expect("2 turns").law_for(speed, LIMITS, 0.0);
+            let end = 2.0 * TURN_RAD + blend_rad(&law);
             for i in 0..=10_000 {
                 let s = law.law().sample(end * f64::from(i) / 10_000.0);
                 assert!(s.first <= 1e-12);
@@ -290,6 +374,36 @@ mod tests {
             }
             let half_way = law.law().sample(2.0 * TURN_RAD).value;
             assert!((half_way - law.left_on_part_mm(1)).abs() < 1e-12);
+        }
+    }
+
+    /// Steps lie on the base circle, wherever the cut begins; between them the depth stays, to the bit; X keeps its share.
+    #[test]
+    fn steps_take_the_infeed_of_a_turn_on_the_base_circle() {
+        let schedule = InfeedSchedule::new(0.36, 0.000_025, 3600, X).expect("4 turns").spread(InfeedCourse::PerTurn);
+        for (speed, base_rad) in [(6.0, 2.0), (6.0, 0.0), (30.0, 6.2), (0.5, 3.0)] {
+            let law = schedule.law_for(speed, LIMITS, base_rad);
+            let half = 0.5 * blend_rad(&law);
+            let first = law.last_blend_rad().0 + half - 3.0 * TURN_RAD;
+            assert!((first - base_rad).abs() <= half, "{first} rad");
+            for turn in 0..4_u32 {
+                let centre = first + f64::from(turn) * TURN_RAD;
+                let stays = |level: u32| 0.36 * f64::from(level) / 4.0;
+                for after in [half + 1e-9, 3.0, TURN_RAD - half - 1e-9] {
+                    let there = law.law().sample(centre + after);
+                    assert!((there.value - stays(3 - turn)).abs() < 1e-15 && there.first.abs() < 1e-12, "{there:?}");
+                }
+                assert!((law.law().sample(centre).value - 0.5 * (stays(4 - turn) + stays(3 - turn))).abs() < 1e-12);
+            }
+            for i in 0..=20_000 {
+                let s = law.law().sample(law.law().end() * f64::from(i) / 20_000.0);
+                assert!(s.first <= 1e-12);
+                assert!(s.second.abs() * speed * speed <= BLEND_SHARE * LIMITS.acceleration * (1.0 + 1e-9));
+                assert!(s.third.abs() * speed * speed * speed <= BLEND_SHARE * LIMITS.jerk * (1.0 + 1e-9));
+            }
+            // A whole turn at size fits between the last step and the end of one spark-out turn.
+            assert!(law.last_blend_rad().1 <= 4.0 * TURN_RAD + 1e-12);
+            assert_eq!(law.law().sample(law.last_blend_rad().1).value.to_bits(), 0.0_f64.to_bits());
         }
     }
 

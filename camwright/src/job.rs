@@ -130,6 +130,47 @@ impl SpeedLaw {
     }
 }
 
+/// Over what the wheel comes closer to the part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum InfeedCourse {
+    /// By the same amount in every block: a spiral, as JPS6156064B2 has it.
+    #[default]
+    PerAngle,
+    /// Once per turn, on the base circle, by the amount of a whole turn; between two steps the depth stays.
+    PerTurn,
+}
+
+/// Along what the infeed is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum InfeedDirection {
+    /// Along X, as JPS6156064B2 has it: on a flank the depth of cut is the infeed times the cosine of the contour angle.
+    #[default]
+    X,
+    /// Along the contour's normal: the depth of cut is the same all round, and X moves more where the normal lies askew.
+    Normal,
+}
+
+impl InfeedDirection {
+    /// For people.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            InfeedDirection::X => "x_axis",
+            InfeedDirection::Normal => "the contour's normal",
+        }
+    }
+}
+
+/// What a hold does in the cut. A cancel always takes the wheel off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum HoldInCut {
+    /// The wheel leaves the part while C keeps turning.
+    #[default]
+    Retract,
+    /// The infeed stops while C keeps turning: the wheel sparks out where it is.
+    StopInfeed,
+}
+
 /// One pass over a lobe: turns with infeed, then turns without.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PassSpec {
@@ -137,8 +178,12 @@ pub struct PassSpec {
     pub name: String,
     /// RT, total infeed (mm).
     pub total_infeed_mm: f64,
-    /// ΔR, infeed per block (mm).
+    /// ΔR, infeed per block (mm); N blocks of it are the infeed of a turn, however that is spread.
     pub infeed_per_block_mm: f64,
+    /// Over what the wheel comes closer.
+    pub infeed_course: InfeedCourse,
+    /// Along what the infeed is measured; the same in all passes.
+    pub infeed_direction: InfeedDirection,
     /// Turns without infeed at the end, at least 1: the spiral infeed leaves a step that only they remove.
     pub spark_out_turns: u32,
     /// Speed of the headstock.
@@ -175,6 +220,8 @@ pub struct JobSpec {
     pub passes: Vec<PassSpec>,
     /// Distance by which a hold or a cancel takes the wheel off the part (mm).
     pub retract_clearance_mm: f64,
+    /// What a hold does in the cut.
+    pub hold_in_cut: HoldInCut,
     /// The conventional way: C is turned to each lobe's base centre before it is machined.
     pub rotary_indexing: bool,
     /// Where the axes stand before and after the part.
@@ -264,6 +311,18 @@ pub enum JobError {
         /// The pass.
         pass: String,
     },
+    /// Passes whose infeed is measured along different things do not join.
+    #[error("pass {pass} measures its infeed along {other}, pass {first} along {one}; all passes need the same")]
+    MixedDirections {
+        /// The first pass.
+        first: String,
+        /// What it measures along.
+        one: &'static str,
+        /// The other pass.
+        pass: String,
+        /// What that measures along.
+        other: &'static str,
+    },
     /// No pass, or more than make sense.
     #[error("the job has {count} passes; it needs 1 to {most}")]
     PassCount {
@@ -328,6 +387,15 @@ impl JobSpec {
             }
             if pass.spark_out_turns == 0 {
                 return Err(JobError::NoSparkOut { pass: pass.name.clone() });
+            }
+            let first = &self.passes[0];
+            if pass.infeed_direction != first.infeed_direction {
+                return Err(JobError::MixedDirections {
+                    first: first.name.clone(),
+                    one: first.infeed_direction.name(),
+                    pass: pass.name.clone(),
+                    other: pass.infeed_direction.name(),
+                });
             }
         }
         positive(String::new, "rapid_advance_mm", self.rapid_advance_mm)?;

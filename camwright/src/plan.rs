@@ -45,7 +45,8 @@ pub struct AxisTarget {
 
 /// C by a time law, X by a periodic path over C plus an infeed law.
 ///
-/// With `c` the angle since the start of the segment: `C = start + c`, `X = path(path_start + c) + infeed(c)`.
+/// With `c` the angle since the start of the segment: `C = start + c`, `X = path(path_start + c) + infeed(c)`, the infeed
+/// times `ratio(path_start + c)` where it is measured along the contour's normal.
 ///
 /// Paths run over `σ·θ`, with θ the wheel-line angle in the lobe's frame and σ the machine's rotation sense, so that they
 /// are read forwards while C turns forwards on every machine.
@@ -58,6 +59,8 @@ pub struct CutSegment {
     /// Index into [`Plan::angle_laws`]: offset of X over the angle since the start (mm over rad); ends at what the lobe's
     /// later passes take.
     pub infeed: usize,
+    /// Index into [`Plan::ratios`] where the infeed is measured along the contour's normal: the way of X per depth.
+    pub ratio: Option<usize>,
     /// C at the start, modulo one turn (counts).
     pub start_counts: i64,
     /// σ times the wheel-line angle in the lobe's frame at the start (rad).
@@ -71,8 +74,10 @@ pub struct CutSegment {
     pub plateau_s: (f64, f64),
     /// Time of one turn within the plateau (s).
     pub turn_s: f64,
-    /// Distance by which a hold or a cancel takes the wheel off the part (mm).
+    /// Distance by which a cancel takes the wheel off the part (mm).
     pub retract_mm: f64,
+    /// Distance by which a hold does (mm); 0: it stops the infeed and leaves the wheel on the part.
+    pub hold_mm: f64,
 }
 
 /// The kinds of segment.
@@ -143,6 +148,8 @@ pub struct Plan {
     pub lobes: Vec<String>,
     /// Periodic paths: `x_axis` position (mm) over σ times the wheel-line angle (rad).
     pub paths: Vec<PeriodicSpline>,
+    /// Periodic ratios over σ times the wheel-line angle: way of X per depth along the contour's normal.
+    pub ratios: Vec<PeriodicSpline>,
     /// Laws over time (rad over s).
     pub time_laws: Vec<HermiteSpline>,
     /// Laws over angle (mm over rad).

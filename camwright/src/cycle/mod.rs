@@ -103,7 +103,8 @@ fn schedules(job: &JobSpec, machine: &MachineDescription) -> Result<Vec<InfeedSc
     let mut schedules = Vec::with_capacity(job.passes.len());
     for pass in job.passes.iter().rev() {
         let schedule = InfeedSchedule::new(pass.total_infeed_mm, pass.infeed_per_block_mm, job.blocks_per_turn, scale)
-            .map_err(|source| PlanError::Infeed { pass: pass.name.clone(), source })?;
+            .map_err(|source| PlanError::Infeed { pass: pass.name.clone(), source })?
+            .spread(pass.infeed_course);
         schedules.push(schedule.above(scale.position(left_counts)));
         left_counts += schedule.total_counts();
     }

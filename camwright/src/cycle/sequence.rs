@@ -4,7 +4,7 @@ use super::PlanStart;
 use super::error::PlanError;
 use super::lobe::{Begin, PlannedLobe, Shape, soft_limit};
 use crate::cut_motion::CutMotion;
-use crate::job::JobSpec;
+use crate::job::{HoldInCut, JobSpec};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits, Station};
 use crate::numeric::hermite::HermiteSpline;
 use crate::path_stop::path_stop_s;
@@ -53,6 +53,7 @@ impl<'a> Sequence<'a> {
             job: job.name.clone(),
             lobes: job.lobes.iter().map(|lobe| lobe.name.clone()).collect(),
             paths: shapes.iter().map(|shape| shape.path.clone()).collect(),
+            ratios: shapes.iter().filter_map(|shape| shape.ratio.clone()).collect(),
             ..Plan::default()
         };
         Self { job, machine, start, at: start.counts, ticks: 0, plan }
@@ -105,6 +106,7 @@ impl<'a> Sequence<'a> {
                 path: &self.plan.paths[cut.path],
                 path_start_rad: cut.path_start_rad,
                 infeed: pass.infeed().law(),
+                ratio: cut.ratio.and_then(|ratio| self.plan.ratios.get(ratio)),
                 law: pass.law(),
             };
             let first = self.counts(Axis::X, motion.over_angle(0.0).value);
@@ -176,6 +178,8 @@ impl<'a> Sequence<'a> {
             path: profile,
             speed: shared(&mut self.plan.time_laws, pass.law()),
             infeed: shared(&mut self.plan.angle_laws, pass.infeed().law()),
+            // All profiles have one or none has.
+            ratio: (profile < self.plan.ratios.len()).then_some(profile),
             start_counts: begin.c_counts.rem_euclid(turn_counts),
             path_start_rad: begin.path_rad,
             turns: pass.turns(),
@@ -183,6 +187,10 @@ impl<'a> Sequence<'a> {
             plateau_s: pass.plateau_s(),
             turn_s: pass.turn_s(),
             retract_mm: self.job.retract_clearance_mm,
+            hold_mm: match self.job.hold_in_cut {
+                HoldInCut::Retract => self.job.retract_clearance_mm,
+                HoldInCut::StopInfeed => 0.0,
+            },
         }
     }
 

@@ -1,4 +1,5 @@
-//! Generation in execution: C by its law, X by the path and the infeed, and the hold that takes the wheel off the part.
+//! Generation in execution: C by its law, X by the path and the infeed, and the hold that takes the wheel off the part or
+//! stops its infeed.
 //!
 //! ```text
 //!  X offset                 .-------------------.            C keeps turning on the plateau of its law, which
@@ -7,10 +8,12 @@
 //!  ------ infeed --------'u_h                  u_s '-- u_r --- infeed goes on        u_r = u_h + whole turns
 //! ```
 //! The wheel leaves with the velocity it has and returns to the same phase of the same turn of the infeed with the
-//! same velocity and acceleration: afterwards the path is the one that was left.
+//! same velocity and acceleration: afterwards the path is the one that was left. A hold that stops the infeed only is the
+//! same with no distance to go.
 
 use super::path_time::{ONE, PathClock, from_ticks, to_ticks, whole};
 use super::pose::{Pose, in_counts};
+use crate::cut_motion::{chain, product};
 use crate::machine::description::{Axis, MachineDescription, MotionLimits};
 use crate::numeric::hermite::{HermiteSpline, Sample};
 use crate::numeric::periodic_spline::PeriodicSpline;
@@ -25,6 +28,7 @@ pub(crate) struct Curves<'a> {
     path: &'a PeriodicSpline,
     law: &'a HermiteSpline,
     infeed: &'a HermiteSpline,
+    ratio: Option<&'a PeriodicSpline>,
 }
 
 impl<'a> Curves<'a> {
@@ -35,6 +39,10 @@ impl<'a> Curves<'a> {
             path: plan.paths.get(cut.path)?,
             law: plan.time_laws.get(cut.speed)?,
             infeed: plan.angle_laws.get(cut.infeed)?,
+            ratio: match cut.ratio {
+                Some(ratio) => Some(plan.ratios.get(ratio)?),
+                None => None,
+            },
         })
     }
 
@@ -48,16 +56,32 @@ impl<'a> Curves<'a> {
         self.law.sample(time_s)
     }
 
-    /// X on the path, without infeed, while C is as given.
-    pub(crate) fn path(&self, c: Sample) -> Sample {
-        // Whole turns are taken out first: the path then closes to the last bit.
-        let within = c.value - TURN_RAD * libm::floor(c.value / TURN_RAD);
-        over_time(self.path.sample(self.cut.path_start_rad + within), c)
+    /// Angle of the path while C is as given. Whole turns are taken out first: the path then closes to the last bit.
+    fn path_angle(&self, c: Sample) -> f64 {
+        self.cut.path_start_rad + (c.value - TURN_RAD * libm::floor(c.value / TURN_RAD))
     }
 
-    /// Infeed while C is as given.
+    /// X on the path, without infeed, while C is as given.
+    pub(crate) fn path(&self, c: Sample) -> Sample {
+        chain(self.path.sample(self.path_angle(c)), c)
+    }
+
+    /// What the infeed adds to X while C is as given.
     pub(crate) fn infeed(&self, c: Sample) -> Sample {
-        over_time(self.infeed.sample(c.value), c)
+        self.offset(self.infeed.sample(c.value), c)
+    }
+
+    /// What an infeed that stands still at `level_mm` adds to X while C is as given.
+    fn standing(&self, level_mm: f64, c: Sample) -> Sample {
+        self.offset(Sample { value: level_mm, ..Sample::default() }, c)
+    }
+
+    /// The way of X for an infeed over the angle.
+    fn offset(&self, infeed: Sample, c: Sample) -> Sample {
+        match self.ratio {
+            Some(ratio) => chain(product(ratio.sample(self.path_angle(c)), infeed), c),
+            None => chain(infeed, c),
+        }
     }
 
     /// X without any hold at a time since the start (mm over s).
@@ -69,18 +93,6 @@ impl<'a> Curves<'a> {
     /// Material taken off since the start, where the infeed is the only thing that takes it (mm).
     pub(crate) fn infed_mm(&self, angle_rad: f64) -> f64 {
         self.infeed.sample(0.0).value - self.infeed.sample(angle_rad).value
-    }
-}
-
-/// Chain rule: a curve over an angle that moves in time.
-fn over_time(curve: Sample, c: Sample) -> Sample {
-    Sample {
-        value: curve.value,
-        first: curve.first * c.first,
-        second: curve.second * c.first * c.first + curve.first * c.second,
-        third: curve.third * c.first * c.first * c.first
-            + 3.0 * curve.second * c.first * c.second
-            + curve.first * c.third,
     }
 }
 
@@ -97,6 +109,8 @@ enum Offset {
     Off {
         /// Where the infeed was left.
         left: Left,
+        /// How far off (mm); 0 where only the infeed stops.
+        to_mm: f64,
         /// Offset relative to the infeed there (mm over s of path time), from `begin` on.
         law: JerkLaw,
         begin: i64,
@@ -104,6 +118,7 @@ enum Offset {
     /// Waits for its phase and returns to the part.
     Back {
         left: Left,
+        to_mm: f64,
         /// The way back, in reverse: relative offset over the time before `until`.
         law: JerkLaw,
         from: i64,
@@ -116,7 +131,9 @@ enum Offset {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Left {
     at: i64,
-    infeed: Sample,
+    /// The infeed there (mm), and what it was doing to X beyond standing still (mm, s of path time).
+    infeed_mm: f64,
+    moving: Sample,
 }
 
 /// A cut in execution.
@@ -131,6 +148,7 @@ pub(crate) struct Cut {
     turn: i64,
     end: i64,
     retract_mm: f64,
+    hold_mm: f64,
     retract_limits: MotionLimits,
     stop_ticks: u64,
     cycle_s: f64,
@@ -161,6 +179,7 @@ impl Cut {
             turn: ticks(cut.turn_s),
             end: whole(start.end_ticks),
             retract_mm: cut.retract_mm,
+            hold_mm: cut.hold_mm,
             retract_limits: start.retract_limits,
             stop_ticks: start.stop_ticks,
             cycle_s: start.cycle_s,
@@ -204,9 +223,7 @@ impl Cut {
             Offset::Off { left, .. } | Offset::Back { left, .. } => {
                 let (folded, turns) = self.fold(tau, left);
                 let c = curves.angle(self.seconds(folded));
-                let off = self.off_part(tau);
-                let value = left.infeed.value + off.value;
-                (c, self.inserted + turns, Sample { value, ..off })
+                (c, self.inserted + turns, add(curves.standing(left.infeed_mm, c), self.off_part(tau)))
             }
         }
     }
@@ -289,37 +306,51 @@ impl Cut {
         }
     }
 
-    /// Takes the wheel off the part, continuing the state of a tick.
-    pub(crate) fn leave(&mut self, tick: u64, curves: &Curves<'_>) {
+    /// A hold: takes the wheel off the part, or stops the infeed only, continuing the state of a tick.
+    pub(crate) fn hold(&mut self, tick: u64, curves: &Curves<'_>) {
+        self.leave(tick, curves, self.hold_mm);
+    }
+
+    /// A cancel: takes the wheel off the part, continuing the state of a tick.
+    pub(crate) fn retract(&mut self, tick: u64, curves: &Curves<'_>) {
+        self.leave(tick, curves, self.retract_mm.max(self.hold_mm));
+    }
+
+    fn leave(&mut self, tick: u64, curves: &Curves<'_>, to_mm: f64) {
         let tau = self.clock.at(tick).tau;
         let left = match self.offset {
-            Offset::Off { .. } => return,
-            Offset::Back { left, .. } => left,
+            Offset::Off { to_mm: already_mm, .. } if already_mm >= to_mm => return,
+            Offset::Off { left, .. } | Offset::Back { left, .. } => left,
             Offset::Infeed => {
                 let c = curves.angle(self.seconds(tau.min(self.end)));
-                Left { at: tau, infeed: curves.infeed(c) }
+                let infeed_mm = curves.infeed.sample(c.value).value;
+                let (goes, stands) = (curves.infeed(c), curves.standing(infeed_mm, c));
+                let moving = Sample {
+                    value: 0.0,
+                    first: goes.first - stands.first,
+                    second: goes.second - stands.second,
+                    third: goes.third - stands.third,
+                };
+                Left { at: tau, infeed_mm, moving }
             }
         };
-        let off = match self.offset {
-            Offset::Infeed => Sample { value: 0.0, ..left.infeed },
-            _ => self.off_part(tau),
-        };
-        let law = solve(self.retract_mm - off.value, off.first, off.second, 0.0, &self.retract_limits);
-        self.offset = Offset::Off { left, law: law.shifted(off.value), begin: tau };
+        let off = if self.offset == Offset::Infeed { left.moving } else { self.off_part(tau) };
+        let law = solve(to_mm - off.value, off.first, off.second, 0.0, &self.retract_limits);
+        self.offset = Offset::Off { left, to_mm, law: law.shifted(off.value), begin: tau };
     }
 
     /// Sends the wheel back to the phase at which it left, as soon as C comes by.
     pub(crate) fn come_back(&mut self, tick: u64) {
-        let Offset::Off { left, .. } = self.offset else { return };
+        let Offset::Off { left, to_mm, .. } = self.offset else { return };
         if !self.is_off(tick) {
             return;
         }
         let tau = self.clock.at(tick).tau;
-        let law = solve(self.retract_mm, -left.infeed.first, left.infeed.second, 0.0, &self.retract_limits);
+        let law = solve(to_mm, -left.moving.first, left.moving.second, 0.0, &self.retract_limits);
         let length = from_ticks(law.duration() / self.cycle_s) + 1;
         let turns = ((tau + length - left.at).max(0) + self.turn - 1) / self.turn;
         let until = left.at + turns * self.turn;
-        self.offset = Offset::Back { left, law, from: until - length, until, turns };
+        self.offset = Offset::Back { left, to_mm, law, from: until - length, until, turns };
     }
 
     /// Goes on with the infeed once the wheel is back.

@@ -295,12 +295,12 @@ impl Interpolator {
         } else if self.cancel {
             // At rest on the path there is nothing to leave: the retract that follows takes the wheel off.
             if !(cut.is_on_path() && cut.is_still(before)) {
-                cut.leave(before, &curves);
+                cut.retract(before, &curves);
             }
             if cut.is_on_path() || cut.is_off(before) { 0 } else { wanted.max(LEAVE_RATE) }
         } else if self.hold {
             if cut.is_returning() || (cut.is_on_path() && cut.can_leave(before)) {
-                cut.leave(before, &curves);
+                cut.hold(before, &curves);
             }
             if cut.is_on_path() || cut.is_off(before) { wanted } else { wanted.max(LEAVE_RATE) }
         } else {

@@ -256,7 +256,7 @@ fn spare_limits(index: usize, curves: &Curves<'_>, machine: &MachineDescription)
         range = (range.0.min(x.value), range.1.max(x.value));
     }
     if let Some((low, high)) = axis.soft_limits {
-        let farthest = range.1 + curves.cut.retract_mm;
+        let farthest = range.1 + curves.cut.retract_mm.max(curves.cut.hold_mm);
         // Half a count: a limit is met by its own rounding.
         let half = 0.5 / axis.scale.counts_per_unit();
         if range.0 < low - half {

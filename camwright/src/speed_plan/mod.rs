@@ -29,7 +29,7 @@ pub use turn_speed::{TurnError, TurnPoint, TurnSpeed};
 
 use crate::cut_motion::CutMotion;
 use crate::infeed::{InfeedLaw, InfeedSchedule};
-use crate::job::SpeedLaw;
+use crate::job::{InfeedDirection, SpeedLaw};
 use crate::machine::description::MotionLimits;
 use crate::numeric::hermite::{HermiteSpline, Knot};
 use crate::numeric::periodic_spline::PeriodicSpline;
@@ -68,6 +68,10 @@ pub struct SpeedRequest<'a> {
     pub path_start_rad: f64,
     /// Infeed of the pass.
     pub infeed: &'a InfeedSchedule,
+    /// Along what the infeed is measured.
+    pub infeed_direction: InfeedDirection,
+    /// Way of X per depth along the normal, over the path angle, where the infeed is measured so.
+    pub ratio: Option<&'a PeriodicSpline>,
     /// Turns without infeed after it.
     pub spark_out_turns: u32,
     /// Speed wanted.
@@ -223,7 +227,7 @@ impl SpeedPlan {
             }
         };
         let motion = request.motion(&candidate);
-        let stretches = windows(&motion, candidate.plateau_s, candidate.turn_s, request.blend(&candidate));
+        let stretches = windows(&motion, candidate.plateau_s, candidate.turn_s, candidate.infeed.last_blend_rad());
         let step = (request.step(candidate.turn_s) / CHECK_FACTOR).max(SHORTEST_CHECK_STEP_S);
         let found = uses_by_differences(&motion, &stretches, step, &request.c, &request.x);
         if let Some(exceeded) = request.seen_from_lobe(found).into_iter().find(|found| found.ratio() > 1.0) {
@@ -328,6 +332,7 @@ impl<'a> SpeedRequest<'a> {
             path: self.path,
             path_start_rad: self.path_start_rad,
             infeed: candidate.infeed.law(),
+            ratio: self.ratio,
             law: &candidate.law,
         }
     }
@@ -361,17 +366,15 @@ impl<'a> SpeedRequest<'a> {
         }
     }
 
-    /// Angles since the start between which the infeed ends.
-    fn blend(&self, candidate: &Candidate) -> (f64, f64) {
-        let end = f64::from(self.infeed.turns()) * TURN_RAD;
-        let half = 0.5 * candidate.infeed.blend_rad();
-        (end - half, end + half)
+    /// The infeed at a largest speed: its steps lie on the base circle, path angle 0.
+    fn infeed_for(&self, speed_rad_s: f64) -> InfeedLaw {
+        self.infeed.law_for(speed_rad_s, self.x, wrap_turn(-self.path_start_rad))
     }
 }
 
 /// The law of one constant speed with the shortest ramps that fit.
 fn constant_speed(request: &SpeedRequest<'_>, speed: f64) -> Result<Candidate, Misfit> {
-    let infeed = request.infeed.law_for(speed, request.x);
+    let infeed = request.infeed_for(speed);
     let total = f64::from(request.turns()) * TURN_RAD;
     let mut misfit = None;
     for share in RAMP_SHARES {
@@ -388,7 +391,7 @@ fn constant_speed(request: &SpeedRequest<'_>, speed: f64) -> Result<Candidate, M
         let motion = request.motion(&candidate);
         let uses = request.seen_from_lobe(uses_by_chain_rule(
             &motion,
-            &windows(&motion, plateau_s, candidate.turn_s, request.blend(&candidate)),
+            &windows(&motion, plateau_s, candidate.turn_s, candidate.infeed.last_blend_rad()),
             request.step(candidate.turn_s),
             &request.c,
             &request.x,

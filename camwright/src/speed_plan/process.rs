@@ -1,6 +1,6 @@
 //! What the process allows: the largest speed of C at every path angle.
 
-use crate::job::SpeedLaw;
+use crate::job::{InfeedDirection, SpeedLaw};
 use crate::numeric::hermite::Sample;
 
 /// How fast the contact runs along the contour per unit of C's speed (mm/rad), from the path of the wheel's cutting point:
@@ -15,11 +15,11 @@ pub fn footprint_speed_ratio_mm(x: Sample, wheel_radius_mm: f64) -> f64 {
 }
 
 /// Specific removal rate Q′ per unit of C's speed (mm²/rad): depth along the contour's normal, which is the infeed of a turn
-/// times cos β, times the footprint speed. Exact for stock of constant normal depth; the law ω = k/(ρ dφ/dC) of constant
+/// along X times cos β, times the footprint speed. Exact for stock of constant normal depth; the law ω = k/(ρ dφ/dC) of constant
 /// radial stock lacks the cosine of the contour angle.
 #[must_use]
 pub fn removal_rate_ratio_mm2(x: Sample, wheel_radius_mm: f64, infeed_per_turn_mm: f64) -> f64 {
-    let contact = Contact::at(x, wheel_radius_mm, infeed_per_turn_mm);
+    let contact = Contact::at(x, wheel_radius_mm, infeed_per_turn_mm, InfeedDirection::X);
     contact.depth_mm * contact.ratio_mm
 }
 
@@ -32,6 +32,8 @@ pub struct Cutting {
     pub wheel_speed_m_s: f64,
     /// Infeed of a turn (mm).
     pub infeed_per_turn_mm: f64,
+    /// Along what that is measured.
+    pub infeed_direction: InfeedDirection,
 }
 
 /// The contact at one place of the path.
@@ -45,13 +47,17 @@ struct Contact {
 }
 
 impl Contact {
-    fn at(x: Sample, radius: f64, infeed_per_turn_mm: f64) -> Self {
+    fn at(x: Sample, radius: f64, infeed_per_turn_mm: f64, direction: InfeedDirection) -> Self {
         let centre = x.value + radius;
         let cos_beta = centre / libm::hypot(centre, x.first);
         let ratio_mm = footprint_speed_ratio_mm(x, radius);
         // The ratio is |W|/(cos β (1 + κR)) and |W| = centre: solved for 1 + κR = R (1/R + κ).
         let one_plus = centre / (cos_beta * ratio_mm);
-        Self { ratio_mm, depth_mm: infeed_per_turn_mm * cos_beta, equivalent_diameter_mm: 2.0 * radius / one_plus }
+        let depth_mm = match direction {
+            InfeedDirection::X => infeed_per_turn_mm * cos_beta,
+            InfeedDirection::Normal => infeed_per_turn_mm,
+        };
+        Self { ratio_mm, depth_mm, equivalent_diameter_mm: 2.0 * radius / one_plus }
     }
 }
 
@@ -62,7 +68,7 @@ impl Contact {
 /// temperature go with diameter^½·depth^−3/2 (constant specific energy and share of heat).
 #[must_use]
 pub fn largest_speed_rad_s(law: &SpeedLaw, x: Sample, cutting: &Cutting) -> f64 {
-    let contact = Contact::at(x, cutting.wheel_radius_mm, cutting.infeed_per_turn_mm);
+    let contact = Contact::at(x, cutting.wheel_radius_mm, cutting.infeed_per_turn_mm, cutting.infeed_direction);
     match *law {
         SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => work_speed_rad_s,
         SpeedLaw::TimeOptimal { most_rad_s } => most_rad_s,
@@ -90,7 +96,12 @@ mod tests {
     use super::*;
     use crate::job::ReferenceCut;
 
-    const CUTTING: Cutting = Cutting { wheel_radius_mm: 60.0, wheel_speed_m_s: 80.0, infeed_per_turn_mm: 0.04 };
+    const CUTTING: Cutting = Cutting {
+        wheel_radius_mm: 60.0,
+        wheel_speed_m_s: 80.0,
+        infeed_per_turn_mm: 0.04,
+        infeed_direction: InfeedDirection::X,
+    };
 
     /// A round part of radius 20 mm: footprint 20 mm per rad, depth the infeed, equivalent diameter 2/(1/60 + 1/20) = 30 mm.
     #[test]
@@ -114,6 +125,17 @@ mod tests {
         let reference = ReferenceCut { depth_mm: 0.02, ..reference };
         close(SpeedLaw::ConstantTemperature { reference, most_rad_s }, 2.0 * libm::pow(2.0, -1.5));
         close(SpeedLaw::TimeOptimal { most_rad_s }, 100.0);
+    }
+
+    /// On a flank the infeed along X cuts less deep, by cos β; that along the normal does not.
+    #[test]
+    fn the_depth_of_an_infeed_along_the_normal_is_the_same_all_round() {
+        let flank = Sample { value: 20.0, first: 60.0, ..Sample::default() };
+        let law = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 8.0, most_rad_s: 1e9 };
+        let along_x = largest_speed_rad_s(&law, flank, &CUTTING);
+        let along_normal = Cutting { infeed_direction: InfeedDirection::Normal, ..CUTTING };
+        let cos_beta = 80.0 / libm::hypot(80.0, 60.0);
+        assert!((largest_speed_rad_s(&law, flank, &along_normal) / (along_x * cos_beta) - 1.0).abs() < 1e-12);
     }
 
     #[test]

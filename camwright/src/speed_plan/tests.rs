@@ -1,4 +1,5 @@
 use super::*;
+use crate::job::InfeedDirection;
 use crate::machine::description::{Axis, Scale};
 use alloc::string::ToString;
 
@@ -20,6 +21,8 @@ fn request<'a>(path: &'a PeriodicSpline, infeed: &'a InfeedSchedule, speed: f64)
         path,
         path_start_rad: 1.0,
         infeed,
+        infeed_direction: InfeedDirection::X,
+        ratio: None,
         spark_out_turns: 2,
         speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: speed },
         rotation_sense: 1,
@@ -119,7 +122,12 @@ fn at_a_constant_removal_rate_a_cut_is_faster_than_at_any_constant_speed() {
     let law = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 20.0, most_rad_s: 31.4 };
     let asked = SpeedRequest { speed: law, ..request(&path, &infeed, 1.0) };
     let plan = SpeedPlan::new(&asked).unwrap_or_else(|error| panic!("{error}"));
-    let cutting = Cutting { wheel_radius_mm: 60.0, wheel_speed_m_s: 80.0, infeed_per_turn_mm: 0.18 };
+    let cutting = Cutting {
+        wheel_radius_mm: 60.0,
+        wheel_speed_m_s: 80.0,
+        infeed_per_turn_mm: 0.18,
+        infeed_direction: InfeedDirection::X,
+    };
     let slowest = (0..3600)
         .map(|i| largest_speed_rad_s(&law, path.sample(f64::from(i) * TURN_RAD / 3600.0), &cutting))
         .fold(f64::INFINITY, f64::min);

@@ -30,7 +30,7 @@ impl SpeedRequest<'_> {
     fn over_path(&self, angle_rad: f64, with_infeed: bool) -> Sample {
         let mut x = self.path.sample(angle_rad);
         if with_infeed {
-            x.first -= self.infeed.slope_mm_rad();
+            x.first -= self.infeed.lasting_slope_mm_rad();
         }
         x
     }
@@ -40,6 +40,7 @@ impl SpeedRequest<'_> {
             wheel_radius_mm: self.wheel_radius_mm,
             wheel_speed_m_s: self.wheel_speed_m_s,
             infeed_per_turn_mm: self.infeed.slope_mm_rad() * TURN_RAD,
+            infeed_direction: self.infeed_direction,
         }
     }
 
@@ -54,7 +55,7 @@ pub(super) fn variable_speed(request: &SpeedRequest<'_>) -> Result<(Candidate, T
     let bound = |angle: f64| request.process_rad_s(angle);
     let mut turn = TurnSpeed::fastest(&TurnRequest {
         path: request.path,
-        infeed_slope_mm_rad: -request.infeed.slope_mm_rad(),
+        infeed_slope_mm_rad: -request.infeed.lasting_slope_mm_rad(),
         bound: &bound,
         c: request.c.with_share(PATH_SHARE),
         // The end of the infeed takes its share of what X may use.
@@ -81,7 +82,7 @@ fn around(request: &SpeedRequest<'_>, turn: &TurnSpeed) -> Result<Candidate, Mis
     let total = f64::from(request.turns()) * TURN_RAD;
     let knots = turn.knots(request.path_start_rad, 0.0, total);
     let (_, fastest) = turn.range_rad_s();
-    let infeed = request.infeed.law_for(fastest, request.x);
+    let infeed = request.infeed_for(fastest);
     let along = |angle: f64, backwards: bool| {
         let at = request.path_start_rad + if backwards { total - angle } else { angle };
         let mut x = request.over_path(at, !backwards);
@@ -112,7 +113,7 @@ fn around(request: &SpeedRequest<'_>, turn: &TurnSpeed) -> Result<Candidate, Mis
     let law = HermiteSpline::new(law).map_err(|_| Misfit::NoRunUp)?;
     let mut candidate = Candidate { law, infeed, plateau_s, turn_s: turn.turn_s(), uses: Vec::new() };
     let motion = request.motion(&candidate);
-    let stretches = windows(&motion, plateau_s, candidate.turn_s, request.blend(&candidate));
+    let stretches = windows(&motion, plateau_s, candidate.turn_s, candidate.infeed.last_blend_rad());
     let uses = super::uses_by_chain_rule(&motion, &stretches, request.step(candidate.turn_s), &request.c, &request.x);
     candidate.uses = request.seen_from_lobe(uses);
     Ok(candidate)

@@ -4,7 +4,7 @@ use camwright::infeed::InfeedSchedule;
 use camwright::interpolator::{
     Event, Interpolator, Motion, Order, OrderKind, Outcome, Prepared, Request, Status, StepOutput, TickInputs,
 };
-use camwright::job::SpeedLaw;
+use camwright::job::{InfeedDirection, SpeedLaw};
 use camwright::machine::description::{
     AXIS_COUNT, Axis, AxisDescription, DriveSettings, MachineDescription, MotionLimits, Scale, Station,
     WheelDescription,
@@ -134,6 +134,8 @@ fn cut_under(machine: &MachineDescription, e: f64, speed: SpeedLaw) -> (Plan, Cu
         path: &path,
         path_start_rad: START_RAD,
         infeed: &infeed,
+        infeed_direction: InfeedDirection::X,
+        ratio: None,
         spark_out_turns: 2,
         speed,
         c: machine.axis(Axis::C).limits,
@@ -146,6 +148,7 @@ fn cut_under(machine: &MachineDescription, e: f64, speed: SpeedLaw) -> (Plan, Cu
         path: 0,
         speed: 0,
         infeed: 0,
+        ratio: None,
         start_counts: 0,
         path_start_rad: START_RAD,
         turns: speed.turns(),
@@ -153,6 +156,7 @@ fn cut_under(machine: &MachineDescription, e: f64, speed: SpeedLaw) -> (Plan, Cu
         plateau_s: speed.plateau_s(),
         turn_s: speed.turn_s(),
         retract_mm: 2.0,
+        hold_mm: 2.0,
     };
     let stop_ticks = speed.stop_ticks();
     let plan = Plan {

@@ -79,15 +79,85 @@ fn a_hold_in_the_cut_retracts_and_keeps_c_turning() {
     bench.assert_on_path(&plan, &cut_of(&plan), "hold in the cut");
 }
 
+/// A hold that stops the infeed: the wheel stays on the part, at the depth it had reached, while C goes on turning.
+#[test]
+fn a_hold_that_stops_the_infeed_leaves_the_wheel_where_it_is() {
+    let machine = machine();
+    let (mut plan, start) = cut_only(&machine, 4.2, 6.0);
+    let mut cut = cut_of(&plan);
+    cut.hold_mm = 0.0;
+    plan.segments[0].kind = SegmentKind::Cut(cut.clone());
+    let mut bench = Bench::at(machine.clone(), start);
+    bench.start_plan(plan.clone());
+    for _ in 0..1500 {
+        bench.step(&[]);
+    }
+    let stock = bench.last().status.stock_mm;
+    bench.step(&[Request::Hold]);
+    let mut held = 0;
+    for _ in 0..3000 {
+        bench.step(&[]);
+        let row = *bench.last();
+        let angle = row.setpoint.counts[0] as f64 / TURN as f64 * std::f64::consts::TAU;
+        let path = plan.paths[0].sample(crate::bench::START_RAD + angle).value;
+        let off = row.setpoint.counts[1] as f64 / 1e5 - path - stock;
+        // One millisecond of infeed, half a count of X, and half a count of C on the slope.
+        assert!(off.abs() < 2e-4, "tick {}: {off} mm off the depth that was reached", row.tick);
+        held += u32::from(row.status.state == State::Held);
+    }
+    assert!(held > 2900, "held {held} ticks");
+    assert!((bench.last().setpoint.velocity[0] - 6.0).abs() < 1e-9, "C turns");
+    bench.step(&[Request::Unhold]);
+    assert_eq!(bench.finish(10_000), Outcome::Completed);
+    let turns = bench.counts()[0] / TURN;
+    assert!(turns > 4 && bench.counts()[0] % TURN == 0, "whole turns were inserted: {turns}");
+    bench.assert_limits("hold of the infeed");
+    bench.assert_on_path(&plan, &cut, "hold of the infeed");
+}
+
+/// A cancel takes the wheel off the part, whatever a hold has done before.
+#[test]
+fn a_cancel_retracts_out_of_a_hold_that_left_the_wheel_on_the_part() {
+    let machine = machine();
+    let (mut plan, start) = cut_only(&machine, 4.2, 6.0);
+    let mut cut = cut_of(&plan);
+    cut.hold_mm = 0.0;
+    plan.segments[0].kind = SegmentKind::Cut(cut);
+    for wait in [1, 3, 400] {
+        let mut bench = Bench::at(machine.clone(), start);
+        bench.start_plan(plan.clone());
+        for _ in 0..1500 {
+            bench.step(&[]);
+        }
+        bench.step(&[Request::Hold]);
+        for _ in 0..wait {
+            bench.step(&[]);
+        }
+        bench.step(&[Request::Cancel]);
+        assert_eq!(bench.finish(10_000), Outcome::Cancelled);
+        let angle = bench.counts()[0] as f64 / TURN as f64 * std::f64::consts::TAU;
+        let off = bench.counts()[1] as f64 / 1e5 - plan.paths[0].sample(crate::bench::START_RAD + angle).value;
+        assert!(off > 2.0, "{off} mm off the part after {wait} ticks of hold");
+        bench.assert_limits("cancel out of a hold");
+        bench.assert_at_rest("cancel out of a hold");
+    }
+}
+
 /// Hold, release and hold again while the wheel is on its way, faster than it can follow.
 #[test]
 fn holds_and_releases_in_any_order_keep_the_limits_and_the_path() {
     let machine = machine();
     let removal = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 30.0, most_rad_s: 12.0 };
-    let cuts = [cut_only(&machine, 4.2, 6.0), cut_only_under(&machine, 8.0, removal)];
+    let mut cuts = vec![cut_only(&machine, 4.2, 6.0), cut_only_under(&machine, 8.0, removal)];
+    for case in 0..2 {
+        let mut stops = cuts[case].clone();
+        let cut = CutSegment { hold_mm: 0.0, ..cut_of(&stops.0) };
+        stops.0.segments[0].kind = SegmentKind::Cut(cut);
+        cuts.push(stops);
+    }
     let seed = 99;
     let mut random = Random(seed);
-    for case in 0..40 {
+    for case in 0..60 {
         let (plan, start) = cuts[case % cuts.len()].clone();
         let what = format!("seed {seed} case {case}");
         let mut bench = Bench::at(machine.clone(), start);

@@ -8,7 +8,7 @@ use super::machine_file::{self, Machine};
 use super::pass_file::{InfeedFile, RoughingFile, SpeedFile, passes, roughing_findings};
 use super::yaml::Document;
 use camwright::follower::Follower;
-use camwright::job::{HomePosition, JobSpec, LobeSpec, ProfileSpec};
+use camwright::job::{HoldInCut, HomePosition, JobSpec, LobeSpec, ProfileSpec};
 use camwright::units::rad_from_deg;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
@@ -44,8 +44,19 @@ struct JobFile {
     #[serde(default = "default_retract")]
     retract_clearance_mm: f64,
     #[serde(default)]
+    hold_in_cut: HoldFile,
+    #[serde(default)]
     rotary_indexing: bool,
     home: HomeFile,
+}
+
+/// What a hold does in the cut.
+#[derive(Debug, Default, Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum HoldFile {
+    #[default]
+    Retract,
+    StopInfeed,
 }
 
 fn default_retract() -> f64 {
@@ -199,6 +210,10 @@ fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks
         stock_mm: file.stock_mm,
         passes: passes(&file.roughing, &file.infeed, file.work_speed_rpm, &file.speed),
         retract_clearance_mm: file.retract_clearance_mm,
+        hold_in_cut: match file.hold_in_cut {
+            HoldFile::Retract => HoldInCut::Retract,
+            HoldFile::StopInfeed => HoldInCut::StopInfeed,
+        },
         rotary_indexing: file.rotary_indexing,
         home: HomePosition { x_mm: file.home.x_mm, z_mm: file.home.z_mm },
     }

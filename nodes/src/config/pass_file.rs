@@ -1,6 +1,6 @@
 //! The passes of a job file: infeed and speed, roughing first.
 
-use camwright::job::{PassSpec, ReferenceCut, SpeedLaw};
+use camwright::job::{InfeedCourse, InfeedDirection, PassSpec, ReferenceCut, SpeedLaw};
 use camwright::units::rad_s_from_rpm;
 use serde::Deserialize;
 
@@ -17,6 +17,28 @@ pub(super) struct InfeedFile {
     pub(super) total_mm: f64,
     pub(super) per_block_um: f64,
     pub(super) spark_out_turns: u32,
+    #[serde(default)]
+    course: CourseFile,
+    #[serde(default)]
+    along: AlongFile,
+}
+
+/// Over what the wheel comes closer.
+#[derive(Debug, Default, Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum CourseFile {
+    #[default]
+    PerAngle,
+    PerTurn,
+}
+
+/// Along what the infeed is measured.
+#[derive(Debug, Default, Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum AlongFile {
+    #[default]
+    XAxis,
+    Normal,
 }
 
 /// How the headstock's speed over the lobe is chosen.
@@ -118,6 +140,14 @@ fn pass(name: &str, infeed: &InfeedFile, work_speed_rpm: f64, speed: &SpeedFile)
         name: name.into(),
         total_infeed_mm: infeed.total_mm,
         infeed_per_block_mm: infeed.per_block_um / UM_PER_MM,
+        infeed_course: match infeed.course {
+            CourseFile::PerAngle => InfeedCourse::PerAngle,
+            CourseFile::PerTurn => InfeedCourse::PerTurn,
+        },
+        infeed_direction: match infeed.along {
+            AlongFile::XAxis => InfeedDirection::X,
+            AlongFile::Normal => InfeedDirection::Normal,
+        },
         spark_out_turns: infeed.spark_out_turns,
         speed: speed.law(work_speed_rpm),
     }

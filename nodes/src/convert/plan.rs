@@ -60,6 +60,7 @@ pub fn pages_from_plan(plan: &Plan, provenance: &Provenance) -> Vec<PlanPage> {
         .paths
         .iter()
         .map(|path| (PlanSpline::PERIODIC_PATH, path.coefficients().iter().map(|c| m_from_mm(*c)).collect()))
+        .chain(plan.ratios.iter().map(|ratio| (PlanSpline::PERIODIC_RATIO, ratio.coefficients().to_vec())))
         .chain(plan.time_laws.iter().map(|law| (PlanSpline::TIME_LAW, quadruples(law, |rad| rad))))
         .chain(plan.angle_laws.iter().map(|law| (PlanSpline::ANGLE_LAW, quadruples(law, m_from_mm))))
         .collect();
@@ -147,7 +148,8 @@ fn segment_to(plan: &Plan, index: u32, segment: &Segment) -> PlanSegment {
         stock_at_start: m_from_mm(segment.stock_mm),
         ..PlanSegment::default()
     };
-    let laws_at = plan.paths.len();
+    let ratios_at = plan.paths.len();
+    let laws_at = ratios_at + plan.ratios.len();
     match &segment.kind {
         SegmentKind::Move(targets) => PlanSegment {
             kind: PlanSegment::MOVE,
@@ -173,6 +175,7 @@ fn segment_to(plan: &Plan, index: u32, segment: &Segment) -> PlanSegment {
             path: count(cut.path),
             speed: count(laws_at + cut.speed),
             infeed: count(laws_at + plan.time_laws.len() + cut.infeed),
+            ratio: cut.ratio.and_then(|ratio| i32::try_from(ratios_at + ratio).ok()).unwrap_or(-1),
             start_counts: cut.start_counts,
             path_start: cut.path_start_rad,
             turns: f64::from(cut.turns),
@@ -181,6 +184,7 @@ fn segment_to(plan: &Plan, index: u32, segment: &Segment) -> PlanSegment {
             plateau_end: cut.plateau_s.1,
             turn_time: cut.turn_s,
             retract: m_from_mm(cut.retract_mm),
+            hold: m_from_mm(cut.hold_mm),
             ..base
         },
         SegmentKind::Dwell => PlanSegment { kind: PlanSegment::DWELL, ..base },
@@ -286,6 +290,10 @@ fn add_spline(plan: &mut Plan, kind: u8, values: Vec<f64>) -> Result<SplinePlace
             let coefficients = values.into_iter().map(mm_from_m).collect();
             plan.paths.push(PeriodicSpline::from_coefficients(coefficients).map_err(|error| error.to_string())?);
             Ok((kind, plan.paths.len() - 1))
+        }
+        PlanSpline::PERIODIC_RATIO => {
+            plan.ratios.push(PeriodicSpline::from_coefficients(values).map_err(|error| error.to_string())?);
+            Ok((kind, plan.ratios.len() - 1))
         }
         PlanSpline::TIME_LAW => {
             plan.time_laws.push(knots(&values, |rad| rad)?);
@@ -403,6 +411,10 @@ fn kind_from(
             path: spline(message.path, PlanSpline::PERIODIC_PATH)?,
             speed: spline(message.speed, PlanSpline::TIME_LAW)?,
             infeed: spline(message.infeed, PlanSpline::ANGLE_LAW)?,
+            ratio: match u32::try_from(message.ratio) {
+                Ok(ratio) => Some(spline(ratio, PlanSpline::PERIODIC_RATIO)?),
+                Err(_) => None,
+            },
             start_counts: message.start_counts,
             path_start_rad: finite("path_start", message.path_start)?,
             turns: whole("turns", message.turns)?,
@@ -410,6 +422,7 @@ fn kind_from(
             plateau_s: (finite("plateau_start", message.plateau_start)?, finite("plateau_end", message.plateau_end)?),
             turn_s: finite("turn_time", message.turn_time)?,
             retract_mm: mm_from_m(finite("retract", message.retract)?),
+            hold_mm: mm_from_m(finite("hold", message.hold)?),
         })),
         PlanSegment::DWELL => Ok(SegmentKind::Dwell),
         PlanSegment::WAIT => Ok(SegmentKind::Wait),

@@ -59,6 +59,7 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::WiderThanWheel { lobe, .. } => format!("{}.width_mm", lobe_key(job, lobe)),
         JobError::NoSparkOut { .. } => "infeed.spark_out_turns".into(),
         JobError::PassCount { .. } => "infeed".into(),
+        JobError::MixedDirections { pass, .. } => pass_key(job, pass, "infeed.along"),
         JobError::TooFewBlocks { .. } => "profiles.0.lift".into(),
         JobError::OutOfRange { place, key, .. } => {
             let key = match *key {

@@ -93,6 +93,22 @@ mod tests {
         assert!(ordinary > ideal, "{ordinary} um, ideal {ideal} um");
     }
 
+    /// Infeed once per turn, along the normal, or both: the lobes end as they shall be.
+    #[test]
+    fn every_kind_of_infeed_grinds_the_design_within_a_micrometre() {
+        for kind in
+            [["infeed.course=per_turn", "infeed.along=x_axis"], ["infeed.course=per_turn", "infeed.along=normal"]]
+        {
+            let short = ["infeed.total_mm=0.072", "stock_mm=0.06", kind[0], kind[1]].map(str::to_owned);
+            let prepared = prepare("four_lobe_camshaft", &short, None).unwrap();
+            let (_, lobes) = rehearse_job(&prepared, Some(DriveSettings::IDEAL), |_, _| {}).unwrap();
+            for lobe in lobes {
+                let um = um_from_mm(mm_from_m(lobe.form_error_max.abs()));
+                assert!(um < 1.0, "{kind:?}: lobe {} is off by {um} um", lobe.name);
+            }
+        }
+    }
+
     /// A cam for a finger follower, its lift in degrees: the whole way from the job file to the ground part.
     #[test]
     fn the_cam_of_an_oscillating_roller_is_ground_within_a_micrometre() {

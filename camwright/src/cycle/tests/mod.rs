@@ -1,7 +1,7 @@
 use super::*;
 use crate::follower::Follower;
 use crate::interpolator::{Interpolator, Motion, Prepared};
-use crate::job::{HomePosition, LobeSpec, PassSpec, ProfileSpec, SpeedLaw};
+use crate::job::{HoldInCut, HomePosition, InfeedCourse, InfeedDirection, LobeSpec, PassSpec, ProfileSpec, SpeedLaw};
 use crate::lift::{LiftLaw, MotionProgram, MotionSegment};
 use crate::machine::Machine;
 use crate::machine::description::{AxisDescription, DriveSettings, MotionLimits, Scale, Station, WheelDescription};
@@ -113,10 +113,13 @@ fn job() -> JobSpec {
             name: String::from("grind"),
             total_infeed_mm: 0.36,
             infeed_per_block_mm: 0.000_05,
+            infeed_course: InfeedCourse::PerAngle,
+            infeed_direction: InfeedDirection::X,
             spark_out_turns: 2,
             speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: rad_s_from_rpm(60.0) },
         }],
         retract_clearance_mm: 2.0,
+        hold_in_cut: HoldInCut::Retract,
         rotary_indexing: false,
         home: HomePosition { x_mm: 150.0, z_mm: 0.0 },
     }
@@ -146,6 +149,7 @@ fn refusal(change: impl FnOnce(&mut JobSpec)) -> PlanError {
 }
 
 mod bits;
+mod infeeds;
 mod passes;
 mod refusals;
 

@@ -10,6 +10,8 @@ fn in_two_passes() -> JobSpec {
         name: String::from("grind"),
         total_infeed_mm: 0.018,
         infeed_per_block_mm: 0.000_005,
+        infeed_course: InfeedCourse::PerAngle,
+        infeed_direction: InfeedDirection::X,
         spark_out_turns: 2,
         speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: rad_s_from_rpm(60.0) },
     };
@@ -17,6 +19,8 @@ fn in_two_passes() -> JobSpec {
         name: String::from("rough"),
         total_infeed_mm: 0.36,
         infeed_per_block_mm: 0.000_05,
+        infeed_course: InfeedCourse::PerAngle,
+        infeed_direction: InfeedDirection::X,
         spark_out_turns: 1,
         speed: SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 40.0, most_rad_s: 31.0 },
     };
