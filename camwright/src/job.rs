@@ -8,6 +8,7 @@
 //! rotation sense σ, the azimuth of the wheel line seen from the part is σ·C, measured from the key-way, and in the
 //! frame of lobe j it is θ = σ·C − αj. Block k of a table of N blocks begins at θ = k·2π/N.
 
+use crate::dressing::DressingSpec;
 use crate::follower::Follower;
 use crate::lift::LiftLaw;
 use crate::machine::description::MachineDescription;
@@ -226,6 +227,8 @@ pub struct JobSpec {
     pub rotary_indexing: bool,
     /// Where the axes stand before and after the part.
     pub home: HomePosition,
+    /// When the wheel is dressed; `None`: never in this job.
+    pub dressing: Option<DressingSpec>,
 }
 
 /// What a job cannot ask for, whatever its paths look like.

@@ -7,6 +7,7 @@ extern crate alloc;
 pub mod contour;
 pub mod cut_motion;
 pub mod cycle;
+pub mod dressing;
 pub mod follower;
 pub mod form;
 pub mod infeed;

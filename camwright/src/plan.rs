@@ -30,6 +30,8 @@ pub enum Phase {
     Return = 8,
     /// The conventional way: C turned to the lobe's base centre before machining.
     RotaryIndex = 9,
+    /// Wheel trued at the dresser.
+    Dress = 10,
 }
 
 /// Target of one axis in a [`SegmentKind::Move`].
@@ -118,6 +120,16 @@ pub enum Command {
     WheelStart,
     /// Let the wheel come to rest.
     WheelStop,
+    /// The wheel mounted must have this radius, or the plan is for another one.
+    ExpectWheel {
+        /// Its radius (nm).
+        radius_nm: i64,
+    },
+    /// Dress the wheel, at the dresser, to this radius; x_axis stays the distance of its cutting point.
+    Dress {
+        /// Radius after it (nm).
+        radius_nm: i64,
+    },
 }
 
 /// One step of a plan.
@@ -146,7 +158,8 @@ pub struct Plan {
     pub job: String,
     /// Names of the lobes, in the order of machining.
     pub lobes: Vec<String>,
-    /// Periodic paths: `x_axis` position (mm) over σ times the wheel-line angle (rad).
+    /// Periodic paths: `x_axis` position (mm) over σ times the wheel-line angle (rad); one for each profile and radius of
+    /// the wheel. A path is never used again after the wheel has been dressed.
     pub paths: Vec<PeriodicSpline>,
     /// Periodic ratios over σ times the wheel-line angle: way of X per depth along the contour's normal.
     pub ratios: Vec<PeriodicSpline>,

@@ -4,6 +4,7 @@
 //! Nothing of how the plan was made is used, only what it says.
 
 use crate::cut_motion::CutMotion;
+use crate::dressing::{mm_from_nm, nm_from_mm};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::numeric::differences::largest_derivatives;
 use crate::plan::{AxisTarget, Command, CutSegment, Plan, Segment, SegmentKind};
@@ -106,6 +107,30 @@ pub enum PlanFault {
         /// The switch (mm).
         switch: f64,
     },
+    /// The wheel is to be dressed where the dresser is not, or there is none.
+    #[error("the wheel is dressed with x_axis at {x_mm} mm and z_axis at {z_mm} mm, where no dresser is")]
+    NotAtDresser {
+        /// Where the cutting point is (mm).
+        x_mm: f64,
+        /// Where the table is (mm).
+        z_mm: f64,
+    },
+    /// The wheel is to be dressed to a radius that it cannot have.
+    #[error("the wheel is dressed to {radius_mm} mm; it must have at least {least_mm} mm and less than {before_mm} mm")]
+    WheelRadius {
+        /// Radius wanted (mm).
+        radius_mm: f64,
+        /// Smallest usable (mm).
+        least_mm: f64,
+        /// Radius before (mm).
+        before_mm: f64,
+    },
+    /// A path is used that was made for the wheel as it was before a dress.
+    #[error("it uses path {path} again, which was used before the wheel was dressed")]
+    OldPath {
+        /// Index of the path.
+        path: usize,
+    },
     /// A move cannot be made.
     #[error(transparent)]
     Move(#[from] PointToPointError),
@@ -129,7 +154,14 @@ pub fn check_plan(
     machine: &MachineDescription,
     start_counts: [i64; AXIS_COUNT],
 ) -> Result<PlanReport, PlanCheckError> {
-    let mut walk = Walk { plan, machine, at: start_counts, uses: Vec::new() };
+    let mut walk = Walk {
+        plan,
+        machine,
+        at: start_counts,
+        uses: Vec::new(),
+        wheel_nm: nm_from_mm(machine.wheel.new_radius_mm) + 1,
+        paths: alloc::vec![PathUse::Unused; plan.paths.len()],
+    };
     for (index, segment) in plan.segments.iter().enumerate() {
         let worst = walk.step(segment).map_err(|fault| PlanCheckError {
             segment: index,
@@ -146,6 +178,17 @@ struct Walk<'a> {
     machine: &'a MachineDescription,
     at: [i64; AXIS_COUNT],
     uses: Vec<(usize, LimitUse)>,
+    /// Radius that the wheel is smaller than (nm), or known to have.
+    wheel_nm: i64,
+    paths: Vec<PathUse>,
+}
+
+/// A path belongs to one radius of the wheel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum PathUse {
+    Unused,
+    Used,
+    Old,
 }
 
 impl Walk<'_> {
@@ -168,6 +211,11 @@ impl Walk<'_> {
                 self.at[axis.index()] = 0;
                 Ok(None)
             }
+            SegmentKind::Command(Command::ExpectWheel { radius_nm }) => {
+                self.wheel_nm = *radius_nm;
+                Ok(None)
+            }
+            SegmentKind::Command(Command::Dress { radius_nm }) => self.dress(*radius_nm).map(|()| None),
             SegmentKind::Command(Command::WheelStart | Command::WheelStop) | SegmentKind::Dwell | SegmentKind::Wait => {
                 Ok(None)
             }
@@ -188,6 +236,27 @@ impl Walk<'_> {
             return Err(PlanFault::OutOfReach { from, to, switch: station.position_mm });
         }
         self.at[axis.index()] = switch + offset_counts;
+        Ok(())
+    }
+
+    /// The wheel gets smaller, at the dresser, and every path used so far is not its path any more.
+    fn dress(&mut self, radius_nm: i64) -> Result<(), PlanFault> {
+        let position = |axis: Axis| self.machine.axis(axis).scale.position(self.at[axis.index()]);
+        let (x_mm, z_mm) = (position(Axis::X), position(Axis::Z));
+        let at_dresser = self.machine.dresser.is_some_and(|dresser| {
+            let beside_mm = 0.5 * dresser.traverse_mm(self.machine.wheel.width_mm) + 1e-3;
+            (x_mm - dresser.x_mm).abs() <= 1e-3 && (z_mm - dresser.z_mm).abs() <= beside_mm
+        });
+        if !at_dresser {
+            return Err(PlanFault::NotAtDresser { x_mm, z_mm });
+        }
+        let least_mm = self.machine.wheel.min_radius_mm;
+        let (radius_mm, before_mm) = (mm_from_nm(radius_nm), mm_from_nm(self.wheel_nm));
+        if radius_mm < least_mm || radius_nm >= self.wheel_nm {
+            return Err(PlanFault::WheelRadius { radius_mm, least_mm, before_mm });
+        }
+        self.wheel_nm = radius_nm;
+        self.paths.iter_mut().filter(|path| **path == PathUse::Used).for_each(|path| *path = PathUse::Old);
         Ok(())
     }
 
@@ -228,6 +297,10 @@ impl Walk<'_> {
 
     fn cut(&mut self, cut: &CutSegment) -> Result<LimitUse, PlanFault> {
         let motion = self.plan.motion_of(cut).ok_or(PlanFault::UnknownSpline)?;
+        match &mut self.paths[cut.path] {
+            PathUse::Old => return Err(PlanFault::OldPath { path: cut.path }),
+            path => *path = PathUse::Used,
+        }
         let (c, x) = (self.machine.axis(Axis::C), self.machine.axis(Axis::X));
         let turn_counts = c.scale.counts(TURN_RAD);
         let (c_at, x_at) = (self.at[Axis::C.index()], self.at[Axis::X.index()]);

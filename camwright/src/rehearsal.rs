@@ -100,5 +100,7 @@ fn machine_command(kind: OrderKind) -> MachineCommand {
         OrderKind::SetHome { axis, counts } => MachineCommand::SetHome { axis, counts },
         OrderKind::WheelStart => MachineCommand::WheelStart,
         OrderKind::WheelStop => MachineCommand::WheelStop,
+        OrderKind::ExpectWheel { radius_nm } => MachineCommand::ExpectWheel { radius_nm },
+        OrderKind::Dress { radius_nm } => MachineCommand::Dress { radius_nm },
     }
 }

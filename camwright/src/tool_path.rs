@@ -149,6 +149,13 @@ impl ToolPath {
         self.wheel_radius_mm
     }
 
+    /// The same positions of the wheel's cutting point under a wheel of another radius (mm): what is driven when a path is
+    /// kept over a dress. It does not lead along the contour.
+    #[must_use]
+    pub(crate) fn with_other_wheel(&self, wheel_radius_mm: f64) -> Self {
+        Self { wheel_radius_mm, ..self.clone() }
+    }
+
     /// How exact it is.
     #[must_use]
     pub fn accuracy(&self) -> PathAccuracy {

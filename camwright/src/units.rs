@@ -30,6 +30,12 @@ pub fn rad_s_from_rpm(rpm: f64) -> f64 {
     rpm * (TURN_RAD / 60.0)
 }
 
+/// Radians per second to revolutions per minute.
+#[must_use]
+pub fn rpm_from_rad_s(rad_s: f64) -> f64 {
+    rad_s * (60.0 / TURN_RAD)
+}
+
 /// Wraps an angle into `[0, 2 pi)`.
 #[must_use]
 pub fn wrap_turn(rad: f64) -> f64 {

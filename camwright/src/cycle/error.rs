@@ -1,9 +1,10 @@
 //! Why a job cannot be planned.
 
 use crate::contour::ContourError;
+use crate::dressing::DressError;
 use crate::infeed::InfeedError;
 use crate::job::JobError;
-use crate::machine::description::Axis;
+use crate::machine::description::{Axis, WheelTooFast};
 use crate::plan_check::PlanCheckError;
 use crate::point_to_point::PointToPointError;
 use crate::speed_plan::SpeedPlanError;
@@ -32,6 +33,17 @@ pub enum PlanError {
         profile: String,
         /// Why.
         source: ToolPathError,
+    },
+    /// The wheel cannot be dressed as wanted.
+    #[error(transparent)]
+    Dress(#[from] DressError),
+    /// The wheel would turn too fast.
+    #[error("lobe {lobe}: {source}")]
+    WheelTooFast {
+        /// Name of the lobe.
+        lobe: String,
+        /// How fast.
+        source: WheelTooFast,
     },
     /// The infeed fits no whole turns.
     #[error("pass {pass}: {source}")]

@@ -2,6 +2,7 @@
 
 use super::error::PlanError;
 use crate::contour::Contour;
+use crate::dressing::{LobeStock, WheelCourse, WheelNow, stock_area_mm2};
 use crate::infeed::InfeedSchedule;
 use crate::job::{InfeedDirection, JobSpec, LobeSpec};
 use crate::machine::description::{Axis, MachineDescription};
@@ -40,8 +41,12 @@ impl LobeDesign {
 pub struct PlannedLobe {
     /// How it shall be.
     pub design: LobeDesign,
-    /// Path of the wheel over the wheel-line angle in the lobe's frame.
+    /// Path of the wheel over the wheel-line angle in the lobe's frame, for the wheel as it is then.
     pub tool_path: ToolPath,
+    /// Its index among the paths of the plan.
+    pub path: usize,
+    /// Wear of the wheel since its last dress at the end of the lobe, predicted (mm): what it leaves on the lobe.
+    pub wear_mm: f64,
     /// Wheel-line angle in the lobe's frame at which cutting begins (rad, in 0..2π).
     pub start_rad: f64,
     /// Block of the table from which it is read: the one that begins at or before the start angle.
@@ -50,9 +55,11 @@ pub struct PlannedLobe {
     pub passes: Vec<SpeedPlan>,
 }
 
-/// A profile as the wheel sees it.
+/// A profile as a wheel sees it.
 #[derive(Debug, Clone)]
 pub(super) struct Shape {
+    /// Index of the profile.
+    pub(super) profile: usize,
     pub(super) contour: Contour,
     pub(super) tool_path: ToolPath,
     /// The path over σ times the wheel-line angle, as plans carry it.
@@ -98,7 +105,7 @@ fn designed(lobe: &LobeSpec, contour: Contour) -> LobeDesign {
     }
 }
 
-fn contours(job: &JobSpec) -> Result<Vec<Contour>, PlanError> {
+pub(super) fn contours(job: &JobSpec) -> Result<Vec<Contour>, PlanError> {
     job.profiles
         .iter()
         .map(|profile| {
@@ -108,26 +115,62 @@ fn contours(job: &JobSpec) -> Result<Vec<Contour>, PlanError> {
         .collect()
 }
 
-/// Contour and path of every profile, in the order of the job.
+/// Contour and path of every profile for the wheel of the first lobe, in the order of the job; then of what later lobes
+/// need for theirs.
 pub(super) fn shapes(
     job: &JobSpec,
     machine: &MachineDescription,
-    wheel_radius_mm: f64,
+    contours: &[Contour],
+    wheel: &WheelCourse,
 ) -> Result<Vec<Shape>, PlanError> {
-    let contours = contours(job)?;
     let along_normal = job.passes.iter().any(|pass| pass.infeed_direction == InfeedDirection::Normal);
-    job.profiles
-        .iter()
-        .zip(contours)
-        .map(|(profile, contour)| {
-            let tool_path = ToolPath::for_wheel(&contour, wheel_radius_mm)
-                .map_err(|source| PlanError::Path { profile: profile.name.clone(), source })?;
-            let path =
-                if machine.rotation_sense < 0 { mirrored(tool_path.spline()) } else { tool_path.spline().clone() };
-            let ratio = along_normal.then(|| normal_ratio(&path, wheel_radius_mm));
-            Ok(Shape { contour, tool_path, path, ratio })
-        })
-        .collect()
+    let shape = |profile: usize, radius_mm: f64| {
+        let contour = contours[profile].clone();
+        let tool_path = ToolPath::for_wheel(&contour, radius_mm)
+            .map_err(|source| PlanError::Path { profile: job.profiles[profile].name.clone(), source })?;
+        let path = if machine.rotation_sense < 0 { mirrored(tool_path.spline()) } else { tool_path.spline().clone() };
+        let ratio = along_normal.then(|| normal_ratio(&path, radius_mm));
+        Ok::<_, PlanError>(Shape { profile, contour, tool_path, path, ratio })
+    };
+    let mut shapes = Vec::new();
+    for (index, (lobe, &radius_mm)) in job.lobes.iter().zip(&wheel.radii_mm).enumerate() {
+        if index == 0 {
+            for profile in 0..contours.len() {
+                shapes.push(shape(profile, radius_mm)?);
+            }
+        } else if shape_of(&shapes, lobe.profile, radius_mm).is_none() {
+            shapes.push(shape(lobe.profile, radius_mm)?);
+        }
+    }
+    Ok(shapes)
+}
+
+/// Index of the shape of a profile for a wheel (mm).
+pub(super) fn shape_of(shapes: &[Shape], profile: usize, wheel_radius_mm: f64) -> Option<usize> {
+    let same = |radius_mm: f64| radius_mm.to_bits() == wheel_radius_mm.to_bits();
+    shapes.iter().position(|shape| shape.profile == profile && same(shape.tool_path.wheel_radius_mm()))
+}
+
+/// The wheel over the job: every dress, and the radius each lobe is ground with.
+pub(super) fn wheel_course(
+    job: &JobSpec,
+    machine: &MachineDescription,
+    contours: &[Contour],
+    wheel: WheelNow,
+) -> Result<WheelCourse, PlanError> {
+    let areas: Vec<f64> = contours.iter().map(|contour| stock_area_mm2(contour, job.stock_mm)).collect();
+    let lobes = job.lobes.iter().map(|lobe| LobeStock {
+        name: &lobe.name,
+        stock_mm: job.stock_mm,
+        area_mm2: areas[lobe.profile],
+    });
+    let lobes: Vec<LobeStock<'_>> = lobes.collect();
+    let course = WheelCourse::new(job.dressing.as_ref(), machine, wheel, &lobes)?;
+    for (lobe, &radius_mm) in job.lobes.iter().zip(&course.radii_mm) {
+        (machine.wheel.check_speed(radius_mm))
+            .map_err(|source| PlanError::WheelTooFast { lobe: lobe.name.clone(), source })?;
+    }
+    Ok(course)
 }
 
 /// Knots of the ratio over a turn. It says where the infeed goes, not where the finished contour is.
@@ -205,13 +248,17 @@ pub(super) fn plan_lobes(
     shapes: &[Shape],
     schedules: &[InfeedSchedule],
     begins: &[Begin],
+    wheel: &WheelCourse,
 ) -> Result<Vec<PlannedLobe>, PlanError> {
     let sense = f64::from(machine.rotation_sense.signum());
     job.lobes
         .iter()
         .zip(begins)
-        .map(|(lobe, begin)| {
-            let shape = &shapes[lobe.profile];
+        .enumerate()
+        .map(|(index, (lobe, begin))| {
+            let path = shape_of(shapes, lobe.profile, wheel.radii_mm[index])
+                .expect("every lobe's profile got a path for the lobe's wheel");
+            let shape = &shapes[path];
             let start_rad = wrap_turn(sense * begin.path_rad);
             check_blank(job, lobe, shape, total_infeed_mm(schedules), start_rad)?;
             let passes = job.passes.iter().zip(schedules).map(|(pass, schedule)| {
@@ -240,6 +287,8 @@ pub(super) fn plan_lobes(
             Ok(PlannedLobe {
                 design: designed(lobe, shape.contour.clone()),
                 tool_path: shape.tool_path.clone(),
+                path,
+                wear_mm: wheel.wear_mm[index],
                 start_rad,
                 start_block: block_at(start_rad, job.blocks_per_turn),
                 passes,

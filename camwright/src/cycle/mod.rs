@@ -3,6 +3,7 @@
 //! ```text
 //! home C on the origin detector · wheel up to speed
 //! for each lobe:
+//!    (wheel to the dresser, where the job says so         Dress)
 //!     table to the lobe's limit switch                    Index
 //!    (C to the lobe's cam angle 0, conventional way only  RotaryIndex)
 //!     X corrected by the lift at the phase C stands at    Position   (Fig. 7)
@@ -15,6 +16,7 @@
 //! Turns are whole, so C stands after each lobe at the phase it had before: without rotary indexing lobe j is read from
 //! the angle σ·C − αj on, wherever in its table that is. Both ways are always built, and the time of both is told.
 
+mod dress;
 mod error;
 mod lobe;
 mod sequence;
@@ -22,6 +24,7 @@ mod sequence;
 pub use error::PlanError;
 pub use lobe::{LobeDesign, PlannedLobe, designs};
 
+use crate::dressing::{Dress, PlannedDress, WheelNow};
 use crate::infeed::InfeedSchedule;
 use crate::job::JobSpec;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
@@ -48,6 +51,8 @@ pub struct PlannedJob {
     pub plan: Plan,
     /// Per lobe: geometry, start and speed, in the order of machining.
     pub lobes: Vec<PlannedLobe>,
+    /// The dresses of the wheel, in their order.
+    pub dresses: Vec<PlannedDress>,
     /// What the forward check found.
     pub report: PlanReport,
 }
@@ -61,7 +66,7 @@ impl PlannedJob {
     }
 }
 
-/// Plans a job for a machine and a wheel.
+/// Plans a job for a machine and a wheel: its radius (mm), or what is known of it besides.
 ///
 /// `start` is where the axes stand; without it X and Z are taken to be at the home position and C unhomed. It changes
 /// the predicted duration, and nothing else but the first moves.
@@ -71,29 +76,36 @@ impl PlannedJob {
 pub fn plan_job(
     job: &JobSpec,
     machine: &MachineDescription,
-    wheel_radius_mm: f64,
+    wheel: impl Into<WheelNow>,
     start: Option<PlanStart>,
 ) -> Result<PlannedJob, PlanError> {
     job.check(machine)?;
     let schedules = schedules(job, machine)?;
-    let shapes = lobe::shapes(job, machine, wheel_radius_mm)?;
+    let contours = lobe::contours(job)?;
+    let wheel_now = wheel.into();
+    let wheel = lobe::wheel_course(job, machine, &contours, wheel_now)?;
+    let shapes = lobe::shapes(job, machine, &contours, &wheel)?;
     let begins = lobe::begins(job, machine, &schedules, job.rotary_indexing);
-    let lobes = lobe::plan_lobes(job, machine, &shapes, &schedules, &begins)?;
+    let lobes = lobe::plan_lobes(job, machine, &shapes, &schedules, &begins, &wheel)?;
     lobe::check_travel(job, machine, &schedules, &lobes)?;
 
     let start = start.unwrap_or_else(|| {
         let counts = |axis: Axis, at: f64| machine.axis(axis).scale.counts(at);
         PlanStart { counts: [0, counts(Axis::X, job.home.x_mm), counts(Axis::Z, job.home.z_mm)], c_homed: false }
     });
-    let mut plan = build(job, machine, &schedules, &shapes, &lobes, start, job.rotary_indexing)?;
+    let made = Made { schedules: &schedules, shapes: &shapes, lobes: &lobes, dresses: &wheel.dresses };
+    // Where wheels are dressed, a plan may be older than the wheel.
+    let expected = machine.dresser.map(|_| wheel_now.radius_mm);
+    let mut plan = build(job, machine, made, start, expected, job.rotary_indexing)?;
     plan.duration_with_indexing_s = if job.rotary_indexing {
         plan.duration_s
     } else {
         // Same cuts from other phases: a ramp may differ by hundredths of a second there, which is left out.
-        build(job, machine, &schedules, &shapes, &lobes, start, true)?.duration_s
+        build(job, machine, made, start, expected, true)?.duration_s
     };
     let report = check_plan(&plan, machine, start.counts)?;
-    Ok(PlannedJob { plan, lobes, report })
+    let dresses = dress::with_kept_paths(job, &contours, &shapes, wheel_now.radius_mm, &wheel);
+    Ok(PlannedJob { plan, lobes, dresses, report })
 }
 
 /// The infeed of every pass; each begins where the one before ended.
@@ -112,19 +124,33 @@ fn schedules(job: &JobSpec, machine: &MachineDescription) -> Result<Vec<InfeedSc
     Ok(schedules)
 }
 
+/// What a sequence is made of.
+#[derive(Clone, Copy)]
+struct Made<'a> {
+    schedules: &'a [InfeedSchedule],
+    shapes: &'a [Shape],
+    lobes: &'a [PlannedLobe],
+    dresses: &'a [Dress],
+}
+
 fn build(
     job: &JobSpec,
     machine: &MachineDescription,
-    schedules: &[InfeedSchedule],
-    shapes: &[Shape],
-    lobes: &[PlannedLobe],
+    made: Made<'_>,
     start: PlanStart,
+    expected_wheel_mm: Option<f64>,
     rotary_indexing: bool,
 ) -> Result<Plan, PlanError> {
-    let begins = lobe::begins(job, machine, schedules, rotary_indexing);
-    let mut sequence = Sequence::new(job, machine, shapes, start);
+    let begins = lobe::begins(job, machine, made.schedules, rotary_indexing);
+    let mut sequence = Sequence::new(job, machine, made.shapes, start);
+    if let Some(radius_mm) = expected_wheel_mm {
+        sequence.expect_wheel(radius_mm);
+    }
     sequence.prepare()?;
-    for (index, (lobe, begin)) in lobes.iter().zip(begins).enumerate() {
+    for (index, (lobe, begin)) in made.lobes.iter().zip(begins).enumerate() {
+        for dress in made.dresses.iter().filter(|dress| dress.before_lobe == index) {
+            sequence.dress(dress, &lobe.design.name)?;
+        }
         sequence.grind(index, lobe, begin, rotary_indexing)?;
     }
     sequence.finish()

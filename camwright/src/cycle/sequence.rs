@@ -25,8 +25,8 @@ const HOMING_TURNS: f64 = 1.25;
 
 /// A plan in the making.
 pub(super) struct Sequence<'a> {
-    job: &'a JobSpec,
-    machine: &'a MachineDescription,
+    pub(super) job: &'a JobSpec,
+    pub(super) machine: &'a MachineDescription,
     start: PlanStart,
     at: [i64; AXIS_COUNT],
     ticks: u64,
@@ -35,14 +35,14 @@ pub(super) struct Sequence<'a> {
 
 /// Who a step is for.
 #[derive(Clone, Copy)]
-struct Of<'a> {
+pub(super) struct Of<'a> {
     phase: Phase,
     lobe: Option<(usize, &'a str)>,
     stock_mm: f64,
 }
 
 impl Of<'_> {
-    const fn part(phase: Phase) -> Self {
+    pub(super) const fn part(phase: Phase) -> Self {
         Self { phase, lobe: None, stock_mm: 0.0 }
     }
 }
@@ -100,7 +100,7 @@ impl<'a> Sequence<'a> {
         let rapid = Some(self.job.rapid_speed_mm_s);
         let mut retracted = 0;
         for (number, pass) in lobe.passes.iter().enumerate() {
-            let cut = self.cut_segment(self.job.lobes[index].profile, pass, begin);
+            let cut = self.cut_segment(lobe.path, pass, begin);
             // The same arithmetic as in the cut, so that the wheel stands where the cut begins to the count.
             let motion = CutMotion {
                 path: &self.plan.paths[cut.path],
@@ -172,14 +172,14 @@ impl<'a> Sequence<'a> {
         Ok(())
     }
 
-    fn cut_segment(&mut self, profile: usize, pass: &SpeedPlan, begin: Begin) -> CutSegment {
+    fn cut_segment(&mut self, path: usize, pass: &SpeedPlan, begin: Begin) -> CutSegment {
         let turn_counts = self.machine.axis(Axis::C).scale.counts(TURN_RAD);
         CutSegment {
-            path: profile,
+            path,
             speed: shared(&mut self.plan.time_laws, pass.law()),
             infeed: shared(&mut self.plan.angle_laws, pass.infeed().law()),
             // All profiles have one or none has.
-            ratio: (profile < self.plan.ratios.len()).then_some(profile),
+            ratio: (path < self.plan.ratios.len()).then_some(path),
             start_counts: begin.c_counts.rem_euclid(turn_counts),
             path_start_rad: begin.path_rad,
             turns: pass.turns(),
@@ -194,7 +194,7 @@ impl<'a> Sequence<'a> {
         }
     }
 
-    fn counts(&self, axis: Axis, position: f64) -> i64 {
+    pub(super) fn counts(&self, axis: Axis, position: f64) -> i64 {
         self.machine.axis(axis).scale.counts(position)
     }
 
@@ -206,7 +206,7 @@ impl<'a> Sequence<'a> {
         speed * known_s + speed * (speed / limits.acceleration + limits.acceleration / limits.jerk)
     }
 
-    fn push(&mut self, of: Of<'_>, kind: SegmentKind, ticks: u64, stop_ticks: u64, label: &str) {
+    pub(super) fn push(&mut self, of: Of<'_>, kind: SegmentKind, ticks: u64, stop_ticks: u64, label: &str) {
         let label = match of.lobe {
             Some((_, name)) => alloc::format!("{name}: {label}"),
             None => String::from(label),
@@ -223,13 +223,13 @@ impl<'a> Sequence<'a> {
         });
     }
 
-    fn command(&mut self, of: Of<'_>, command: Command, label: &str) {
+    pub(super) fn command(&mut self, of: Of<'_>, command: Command, label: &str) {
         // To the machine and back.
         let ticks = 2 * u64::from(self.machine.feedback_delay_ticks).max(1);
         self.push(of, SegmentKind::Command(command), ticks, 0, label);
     }
 
-    fn move_axis(
+    pub(super) fn move_axis(
         &mut self,
         of: Of<'_>,
         axis: Axis,

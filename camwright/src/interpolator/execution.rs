@@ -123,6 +123,8 @@ impl Interpolator {
                     Command::SetHome(axis) => OrderKind::SetHome { axis: *axis, counts: self.references[axis.index()] },
                     Command::WheelStart => OrderKind::WheelStart,
                     Command::WheelStop => OrderKind::WheelStop,
+                    Command::ExpectWheel { radius_nm } => OrderKind::ExpectWheel { radius_nm: *radius_nm },
+                    Command::Dress { radius_nm } => OrderKind::Dress { radius_nm: *radius_nm },
                 };
                 out.orders.push(Order { tick: until, kind });
                 self.mode = Mode::Command { until };

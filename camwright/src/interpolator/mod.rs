@@ -86,6 +86,16 @@ pub enum OrderKind {
     WheelStart,
     /// Let the wheel come to rest.
     WheelStop,
+    /// The wheel mounted must have this radius (nm).
+    ExpectWheel {
+        /// The radius.
+        radius_nm: i64,
+    },
+    /// Dress the wheel to this radius (nm).
+    Dress {
+        /// The radius.
+        radius_nm: i64,
+    },
 }
 
 /// An order to the machine, and the tick at which it takes effect. No setpoint of that tick or later may be sent before

@@ -59,6 +59,12 @@ pub enum AlarmKind {
     WheelContact,
     /// The wheel is smaller than its smallest usable radius. Value and bound: radius (mm).
     WheelWorn,
+    /// The wheel would turn faster than it may and was not started. Value and bound: speed (rpm).
+    WheelTooFast,
+    /// The plan was made for another wheel. Value: radius mounted, bound: radius wanted (mm).
+    OtherWheel,
+    /// A dress was not made. Value: radius wanted, bound: radius of the worn wheel (mm).
+    NotDressed,
     /// A motion asks for a position of an axis whose zero is not known.
     NotHomed(Axis),
     /// A cut begins where the axis is not. Value: where it is, bound: where it should be (mm or rad).
@@ -81,7 +87,7 @@ pub struct AlarmEntry {
 }
 
 /// Number of kinds, those of an axis counted once per axis; no more alarms than this are ever active.
-pub const ALARM_KINDS: usize = 39;
+pub const ALARM_KINDS: usize = 42;
 
 impl AlarmKind {
     /// Every kind, in the order of the numbers.
@@ -118,6 +124,9 @@ impl AlarmKind {
         AlarmKind::WheelStoppedInCut,
         AlarmKind::WheelContact,
         AlarmKind::WheelWorn,
+        AlarmKind::WheelTooFast,
+        AlarmKind::OtherWheel,
+        AlarmKind::NotDressed,
         AlarmKind::NotHomed(Axis::C),
         AlarmKind::NotHomed(Axis::X),
         AlarmKind::NotHomed(Axis::Z),
@@ -218,6 +227,18 @@ impl AlarmKind {
                 "reset, retract the wheel, look at the part; start the wheel before the advance",
             ),
             AlarmKind::WheelWorn => (102, "wheel worn", Warning, "mount a new wheel"),
+            AlarmKind::WheelTooFast => {
+                (103, "wheel too fast", Stop, "reset; mount a larger wheel or lower the machine's wheel surface speed")
+            }
+            AlarmKind::OtherWheel => {
+                (104, "other wheel", Stop, "reset and plan the job again: the wheel is not the one it was planned for")
+            }
+            AlarmKind::NotDressed => (
+                105,
+                "not dressed",
+                Stop,
+                "reset; the wheel must run, stand at the dresser and be larger than wanted by no more than a dress may take",
+            ),
             AlarmKind::NotHomed(_) => (110 + digit, "not homed", Stop, "reset and home the axis"),
             AlarmKind::NotAtStart(_) => {
                 (120 + digit, "not at start", Stop, "reset and start the job from its beginning")
@@ -295,6 +316,15 @@ impl fmt::Display for Alarm {
                 write!(f, "{}: the cut begins at {wanted}, the axis is at {is}", axis.joint())
             }
             AlarmKind::BadSegment => write!(f, "segment {} cannot be executed", self.value),
+            AlarmKind::WheelTooFast => {
+                write!(f, "the wheel would turn at {:.1} rpm, allowed are {:.1} rpm", self.value, self.bound)
+            }
+            AlarmKind::OtherWheel => {
+                write!(f, "wheel radius {:.4} mm, the plan is for {:.4} mm", self.value, self.bound)
+            }
+            AlarmKind::NotDressed => {
+                write!(f, "the wheel of radius {:.4} mm was not dressed to {:.4} mm", self.bound, self.value)
+            }
             AlarmKind::WheelWorn => {
                 write!(f, "wheel radius {:.3} mm, smallest usable {:.3} mm", self.value, self.bound)
             }

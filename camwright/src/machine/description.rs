@@ -1,9 +1,12 @@
 //! What a machine is: axes with their counts and limits, stations, switches, wheel, drives.
 
+use crate::machine::fixture::{Dresser, Extent};
 use crate::units::TURN_RAD;
 use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
+
+pub use crate::machine::wheel_description::{WheelDescription, WheelTooFast};
 
 /// Index of an axis in everything that has one value per axis. The order is that of the setpoint message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
@@ -181,21 +184,6 @@ pub struct Station {
     pub position_mm: f64,
 }
 
-/// The grinding wheel as it is mounted.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WheelDescription {
-    /// Radius when new (mm).
-    pub new_radius_mm: f64,
-    /// Smallest usable radius (mm).
-    pub min_radius_mm: f64,
-    /// Width (mm).
-    pub width_mm: f64,
-    /// Speed at the rim when running (m/s).
-    pub surface_speed_m_s: f64,
-    /// Time to reach its speed or to come to rest (s).
-    pub spin_up_s: f64,
-}
-
 /// A whole machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MachineDescription {
@@ -222,6 +210,12 @@ pub struct MachineDescription {
     pub origin_half_window_rad: f64,
     /// The wheel.
     pub wheel: WheelDescription,
+    /// What it is dressed with; `None` is a machine without.
+    pub dresser: Option<Dresser>,
+    /// Room of the headstock with its chuck, where the wheel must not go; `None` where nobody says.
+    pub headstock: Option<Extent>,
+    /// Room of the tailstock with its centre.
+    pub tailstock: Option<Extent>,
     /// +1: positive C turns the part clockwise seen from +Z; −1: counter-clockwise.
     pub rotation_sense: i8,
 }
@@ -279,6 +273,25 @@ impl MachineDescription {
         ordered("wheel radius", wheel.min_radius_mm, wheel.new_radius_mm)?;
         if !(wheel.spin_up_s >= 0.0 && wheel.spin_up_s.is_finite()) {
             return Err(DescriptionError::Negative { what: "wheel spin-up time (s)", value: wheel.spin_up_s });
+        }
+        if let Some(allowed) = wheel.max_surface_speed_m_s
+            && (wheel.surface_speed_m_s > allowed || allowed.is_nan())
+        {
+            let (what, value) = ("wheel surface speed (m/s)", wheel.surface_speed_m_s);
+            return Err(DescriptionError::AboveLimit { what, value, allowed });
+        }
+        for (what, value) in [
+            ("largest speed of the wheel spindle (rad/s)", wheel.max_speed_rad_s),
+            ("grinding ratio of the wheel", wheel.grinding_ratio),
+        ] {
+            value.map_or(Ok(()), |value| positive(what, value))?;
+        }
+        self.dresser.map_or(Ok(()), |dresser| dresser.validate())?;
+        for (what, extent) in [("headstock", self.headstock), ("tailstock", self.tailstock)] {
+            if let Some(Extent { from_mm: low, to_mm: high, radius_mm: value }) = extent {
+                ordered(what, low, high)?;
+                positive(what, value)?;
+            }
         }
         positive("origin half window (rad)", self.origin_half_window_rad)?;
         positive("dog length (mm)", self.dog_length_mm)?;
@@ -386,6 +399,16 @@ pub enum DescriptionError {
         what: &'static str,
         /// Its value.
         value: f64,
+    },
+    /// A figure is above what another one allows.
+    #[error("{what} is {value}; at most {allowed} is allowed")]
+    AboveLimit {
+        /// Which.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// The other.
+        allowed: f64,
     },
     /// Two figures must increase.
     #[error("{what}: {low} must be less than {high}")]

@@ -15,6 +15,7 @@ pub mod contact;
 mod cyclic;
 pub mod description;
 pub mod fault;
+pub mod fixture;
 pub mod plausibility;
 pub mod reference;
 pub mod report;
@@ -23,6 +24,7 @@ pub mod servo;
 pub mod simulate;
 pub mod state;
 pub mod wheel;
+mod wheel_description;
 pub mod workpiece;
 
-pub use cyclic::{Machine, MachineCommand, ResetRefused};
+pub use cyclic::{Machine, MachineCommand, ResetRefused, WHEEL_TOLERANCE_MM};

@@ -1,12 +1,19 @@
 //! What outlives a run: the machine's lasting state. The node keeps it in a file; here it is a plain value.
 
+use crate::dressing::WheelNow;
 use crate::machine::description::MachineDescription;
 
 /// What the machine remembers from one run to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LastingState {
-    /// Present radius of the wheel (mm).
+    /// Radius of the wheel at its last dress (mm): what `x_axis` is counted with.
     pub wheel_radius_mm: f64,
+    /// What it has lost since then (mm).
+    pub wheel_wear_mm: f64,
+    /// Lobes ground since then; one that is ground again after another counts again.
+    pub lobes_since_dress: u32,
+    /// Parts finished since then.
+    pub parts_since_dress: u32,
     /// Times this wheel has been dressed.
     pub dress_count: u32,
     /// Parts finished.
@@ -17,6 +24,49 @@ impl LastingState {
     /// A machine that has never run, with a new wheel.
     #[must_use]
     pub fn new(description: &MachineDescription) -> Self {
-        Self { wheel_radius_mm: description.wheel.new_radius_mm, dress_count: 0, part_count: 0 }
+        Self {
+            wheel_radius_mm: description.wheel.new_radius_mm,
+            wheel_wear_mm: 0.0,
+            lobes_since_dress: 0,
+            parts_since_dress: 0,
+            dress_count: 0,
+            part_count: 0,
+        }
+    }
+
+    /// The wheel.
+    #[must_use]
+    pub const fn wheel(&self) -> WheelNow {
+        WheelNow {
+            radius_mm: self.wheel_radius_mm,
+            wear_mm: self.wheel_wear_mm,
+            lobes_since_dress: self.lobes_since_dress,
+            parts_since_dress: self.parts_since_dress,
+        }
+    }
+
+    /// This state with another wheel.
+    #[must_use]
+    pub const fn with_wheel(self, wheel: WheelNow) -> Self {
+        Self {
+            wheel_radius_mm: wheel.radius_mm,
+            wheel_wear_mm: wheel.wear_mm,
+            lobes_since_dress: wheel.lobes_since_dress,
+            parts_since_dress: wheel.parts_since_dress,
+            ..self
+        }
+    }
+
+    /// This state after a dress to a radius (mm).
+    #[must_use]
+    pub(super) const fn dressed(self, radius_mm: f64) -> Self {
+        Self {
+            wheel_radius_mm: radius_mm,
+            wheel_wear_mm: 0.0,
+            lobes_since_dress: 0,
+            parts_since_dress: 0,
+            dress_count: self.dress_count.saturating_add(1),
+            part_count: self.part_count,
+        }
     }
 }

@@ -101,7 +101,13 @@ pub(crate) fn machine() -> MachineDescription {
             width_mm: 20.0,
             surface_speed_m_s: 60.0,
             spin_up_s: 1.0,
+            max_surface_speed_m_s: None,
+            max_speed_rad_s: None,
+            grinding_ratio: None,
         },
+        dresser: None,
+        headstock: None,
+        tailstock: None,
         rotation_sense: 1,
     }
 }

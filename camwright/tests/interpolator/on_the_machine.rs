@@ -28,6 +28,8 @@ fn run(motion: Motion, requests: &[(u64, Request)]) -> (Outcome, Vec<Order>, Mac
                 OrderKind::SetHome { axis, counts } => MachineCommand::SetHome { axis, counts },
                 OrderKind::WheelStart => MachineCommand::WheelStart,
                 OrderKind::WheelStop => MachineCommand::WheelStop,
+                OrderKind::ExpectWheel { radius_nm } => MachineCommand::ExpectWheel { radius_nm },
+                OrderKind::Dress { radius_nm } => MachineCommand::Dress { radius_nm },
             })
             .collect();
         orders.extend(out.orders.iter().copied());

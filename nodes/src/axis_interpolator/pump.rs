@@ -228,6 +228,12 @@ fn message(sequence: u32, command: Command, clock: TickClock) -> MachineCommand 
             }
             OrderKind::WheelStart => base(order.tick, MachineCommand::WHEEL_START),
             OrderKind::WheelStop => base(order.tick, MachineCommand::WHEEL_STOP),
+            OrderKind::ExpectWheel { radius_nm } => {
+                MachineCommand { counts: radius_nm, ..base(order.tick, MachineCommand::EXPECT_WHEEL) }
+            }
+            OrderKind::Dress { radius_nm } => {
+                MachineCommand { counts: radius_nm, ..base(order.tick, MachineCommand::DRESS) }
+            }
         },
     }
 }

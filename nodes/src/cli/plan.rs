@@ -84,6 +84,9 @@ fn as_text(summary: &planning::Summary) -> String {
             );
         }
     }
+    for dress in &summary.dresses {
+        text += &format!("{dress}\n");
+    }
     for lift in &summary.lifts {
         for reading in &lift.readings {
             text += &format!("lift {:<8} {reading}\n", lift.profile);

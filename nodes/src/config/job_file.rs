@@ -6,6 +6,7 @@ use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
 use super::locate::{Located, locate};
 use super::machine_file::{self, Machine};
 use super::pass_file::{InfeedFile, RoughingFile, SpeedFile, passes, roughing_findings};
+use super::wheel_file::DressingFile;
 use super::yaml::Document;
 use camwright::follower::Follower;
 use camwright::job::{HoldInCut, HomePosition, JobSpec, LobeSpec, ProfileSpec};
@@ -48,6 +49,7 @@ struct JobFile {
     #[serde(default)]
     rotary_indexing: bool,
     home: HomeFile,
+    dressing: Option<DressingFile>,
 }
 
 /// What a hold does in the cut.
@@ -216,6 +218,7 @@ fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks
         },
         rotary_indexing: file.rotary_indexing,
         home: HomePosition { x_mm: file.home.x_mm, z_mm: file.home.z_mm },
+        dressing: file.dressing.as_ref().map(DressingFile::spec),
     }
 }
 

@@ -1,6 +1,7 @@
 //! Machine files: what is written, and the description it means.
 
 use super::ConfigError;
+use super::wheel_file::{DresserFile, ExtentFile};
 use super::yaml::Document;
 use camwright::machine::description::{
     Axis, AxisDescription, DriveSettings, MachineDescription, MotionLimits, Scale, Station, WheelDescription,
@@ -31,6 +32,9 @@ struct MachineFile {
     switch_hysteresis_mm: f64,
     origin_window_deg: f64,
     wheel: WheelFile,
+    dresser: Option<DresserFile>,
+    headstock: Option<ExtentFile>,
+    tailstock: Option<ExtentFile>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -90,7 +94,10 @@ struct WheelFile {
     min_radius_mm: f64,
     width_mm: f64,
     surface_speed_m_s: f64,
+    max_surface_speed_m_s: Option<f64>,
+    max_speed_rpm: Option<f64>,
     spin_up_s: f64,
+    grinding_ratio: Option<f64>,
 }
 
 /// A machine as its file describes it.
@@ -148,7 +155,13 @@ fn describe(file: &MachineFile, hash: String) -> MachineDescription {
             width_mm: file.wheel.width_mm,
             surface_speed_m_s: file.wheel.surface_speed_m_s,
             spin_up_s: file.wheel.spin_up_s,
+            max_surface_speed_m_s: file.wheel.max_surface_speed_m_s,
+            max_speed_rad_s: file.wheel.max_speed_rpm.map(rad_s_from_rpm),
+            grinding_ratio: file.wheel.grinding_ratio,
         },
+        dresser: file.dresser.as_ref().map(DresserFile::dresser),
+        headstock: file.headstock.as_ref().map(ExtentFile::extent),
+        tailstock: file.tailstock.as_ref().map(ExtentFile::extent),
         rotation_sense: file.rotation_sense,
     }
 }
@@ -259,6 +272,29 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
     within("wheel.width_mm", file.wheel.width_mm, 0.1, 1e3)?;
     within("wheel.surface_speed_m_s", file.wheel.surface_speed_m_s, 1.0, 300.0)?;
     within("wheel.spin_up_s", file.wheel.spin_up_s, 0.0, 600.0)?;
+    for (key, value, low, high) in [
+        ("wheel.max_surface_speed_m_s", file.wheel.max_surface_speed_m_s, 1.0, 300.0),
+        ("wheel.max_speed_rpm", file.wheel.max_speed_rpm, 1.0, 1e6),
+        ("wheel.grinding_ratio", file.wheel.grinding_ratio, 1e-3, 1e9),
+    ] {
+        value.map_or(Ok(()), |value| within(key, value, low, high))?;
+    }
+    if let Some(most) = file.wheel.max_surface_speed_m_s.filter(|most| file.wheel.surface_speed_m_s > *most) {
+        let message = format!(
+            "wheel.surface_speed_m_s is {}; the wheel's strength allows wheel.max_surface_speed_m_s, {most}",
+            file.wheel.surface_speed_m_s
+        );
+        return Err(document.error("wheel.surface_speed_m_s", message));
+    }
+    if let Some(dresser) = &file.dresser {
+        let (x, z) = (&file.x_axis, &file.z_axis);
+        for (key, value, low, high) in dresser.ranges((z.soft_min_mm, z.soft_max_mm), (x.soft_min_mm, x.soft_max_mm)) {
+            within(key, value, low, high)?;
+        }
+    }
+    for (key, extent) in [("headstock", &file.headstock), ("tailstock", &file.tailstock)] {
+        extent.as_ref().map_or(Ok(()), |extent| extent.check(document, key))?;
+    }
     check_stations(document, file)
 }
 

@@ -9,6 +9,7 @@ pub mod lift_text;
 pub mod locate;
 pub mod machine_file;
 mod pass_file;
+mod wheel_file;
 pub mod yaml;
 
 use std::fmt;

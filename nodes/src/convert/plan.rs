@@ -195,10 +195,16 @@ fn segment_to(plan: &Plan, index: u32, segment: &Segment) -> PlanSegment {
                 Command::SetHome(_) => MachineCommand::SET_HOME,
                 Command::WheelStart => MachineCommand::WHEEL_START,
                 Command::WheelStop => MachineCommand::WHEEL_STOP,
+                Command::ExpectWheel { .. } => MachineCommand::EXPECT_WHEEL,
+                Command::Dress { .. } => MachineCommand::DRESS,
             },
             target: match command {
                 Command::SetHome(axis) => axis.joint().to_owned(),
-                Command::WheelStart | Command::WheelStop => String::new(),
+                _ => String::new(),
+            },
+            target_counts: match command {
+                Command::ExpectWheel { radius_nm } | Command::Dress { radius_nm } => vec![*radius_nm],
+                _ => Vec::new(),
             },
             ..base
         },
@@ -335,8 +341,8 @@ fn finite(name: &str, value: f64) -> Result<f64, String> {
 /// The phase with this number.
 #[must_use]
 pub fn phase_from(number: u8) -> Option<Phase> {
-    use Phase::{Approach, Cut, Home, Index, Position, Retract, Return, RotaryIndex, SparkOut};
-    [Home, Index, Position, Approach, Cut, SparkOut, Retract, Return, RotaryIndex]
+    use Phase::{Approach, Cut, Dress, Home, Index, Position, Retract, Return, RotaryIndex, SparkOut};
+    [Home, Index, Position, Approach, Cut, SparkOut, Retract, Return, RotaryIndex, Dress]
         .into_iter()
         .find(|phase| *phase as u8 == number)
 }
@@ -354,6 +360,7 @@ pub fn phase_name(phase: Phase) -> &'static str {
         Phase::Retract => "retract",
         Phase::Return => "return",
         Phase::RotaryIndex => "rotary index",
+        Phase::Dress => "dress",
     }
 }
 
@@ -432,9 +439,22 @@ fn kind_from(
                 .ok_or_else(|| format!("there is no joint {:?} to home", message.target)),
             MachineCommand::WHEEL_START => Ok(SegmentKind::Command(Command::WheelStart)),
             MachineCommand::WHEEL_STOP => Ok(SegmentKind::Command(Command::WheelStop)),
+            MachineCommand::EXPECT_WHEEL => {
+                Ok(SegmentKind::Command(Command::ExpectWheel { radius_nm: radius_nm(target(0)?)? }))
+            }
+            MachineCommand::DRESS => Ok(SegmentKind::Command(Command::Dress { radius_nm: radius_nm(target(0)?)? })),
             other => Err(format!("its command is {other}")),
         },
         other => Err(format!("its kind is {other}")),
+    }
+}
+
+/// A wheel of up to 10 m: what is larger was not meant.
+fn radius_nm(radius_nm: i64) -> Result<i64, String> {
+    if (1..=10_000_000_000).contains(&radius_nm) {
+        Ok(radius_nm)
+    } else {
+        Err(format!("its wheel has a radius of {radius_nm} nm"))
     }
 }
 

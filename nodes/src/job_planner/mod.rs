@@ -19,6 +19,7 @@ use crate::ros::{
 };
 use crate::running::{NodeError, autostart};
 use board::Board;
+use camwright::dressing::WheelNow;
 use camwright_msgs::camwright_msgs::action::{ExecutePlan, RunJob};
 use camwright_msgs::camwright_msgs::msg::{
     Alarm, MachineAlarms, MachineDescription as DescriptionMessage, PartLobe, PlanPage,
@@ -190,8 +191,13 @@ impl Shared {
     fn meet(&self, message: &DescriptionMessage) {
         match machine_file::parse(Path::new("machine/description"), &message.source, &[]) {
             Ok(file) if file.description.hash == message.hash => {
-                let wheel_radius_mm = mm_from_m(message.wheel_radius);
-                *lock(&self.machine) = Some(MachineNow { description: file.description, wheel_radius_mm });
+                let wheel = WheelNow {
+                    radius_mm: mm_from_m(message.wheel_radius),
+                    wear_mm: mm_from_m(message.wheel_wear),
+                    lobes_since_dress: message.lobes_since_dress,
+                    parts_since_dress: message.parts_since_dress,
+                };
+                *lock(&self.machine) = Some(MachineNow { description: file.description, wheel });
             }
             Ok(_) => self.node.logger().error("the machine's description does not have its hash"),
             Err(error) => self.node.logger().error(&error.to_string()),

@@ -104,6 +104,9 @@ impl Run {
         let started = self.prepared.summary();
         self.shared.board.planned(JobStatus::EXECUTING, &self.prepared, &started);
         logger.info(&format!("job {started}"));
+        for dress in planning::dresses(&self.prepared) {
+            logger.info(&dress.to_string());
+        }
         let mut result = RunJobResult { plan_hash: self.prepared.plan_hash().to_owned(), ..RunJobResult::default() };
         let outcome = self.proceed(&mut result);
         // Idle before the client hears of the end: it may send the next goal at once.

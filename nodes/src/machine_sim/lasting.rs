@@ -15,8 +15,24 @@ const SCHEMA: &str = "camwright/machine_state/1";
 struct StateFile {
     schema: String,
     wheel_radius_mm: f64,
+    #[serde(default, skip_serializing_if = "is_none")]
+    wheel_wear_mm: f64,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    lobes_since_dress: u32,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    parts_since_dress: u32,
     dress_count: u32,
     part_count: u64,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it so")]
+fn is_none(wear_mm: &f64) -> bool {
+    *wear_mm <= 0.0
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it so")]
+fn is_zero(count: &u32) -> bool {
+    *count == 0
 }
 
 /// Where a machine keeps its state unless a parameter says otherwise: `$XDG_STATE_HOME/camwright/<machine>.yaml`, or
@@ -52,8 +68,15 @@ pub fn load(path: &Path, description: &MachineDescription) -> Result<LastingStat
             file.wheel_radius_mm
         )));
     }
+    let most = file.wheel_radius_mm - low;
+    if !(0.0..=most.max(0.0)).contains(&file.wheel_wear_mm) {
+        return Err(refuse(format!("wheel_wear_mm is {}, the wheel can lose 0 to {most}", file.wheel_wear_mm)));
+    }
     Ok(LastingState {
         wheel_radius_mm: file.wheel_radius_mm,
+        wheel_wear_mm: file.wheel_wear_mm,
+        lobes_since_dress: file.lobes_since_dress,
+        parts_since_dress: file.parts_since_dress,
         dress_count: file.dress_count,
         part_count: file.part_count,
     })
@@ -68,6 +91,9 @@ pub fn store(path: &Path, state: &LastingState) -> Result<(), ConfigError> {
     let file = StateFile {
         schema: SCHEMA.to_owned(),
         wheel_radius_mm: state.wheel_radius_mm,
+        wheel_wear_mm: state.wheel_wear_mm,
+        lobes_since_dress: state.lobes_since_dress,
+        parts_since_dress: state.parts_since_dress,
         dress_count: state.dress_count,
         part_count: state.part_count,
     };

@@ -21,6 +21,7 @@ use crate::ros::{
 use crate::running::{NodeError, Threads, autostart};
 use camwright::machine::description::{Axis, MachineDescription, Scale};
 use camwright::machine::fault::{FAULTS, Fault};
+use camwright::machine::state::LastingState;
 use camwright::machine::{Machine, MachineCommand};
 use camwright_msgs::camwright_msgs::msg::{
     AxisDescription, MachineCommand as CommandMessage, MachineDescription as DescriptionMessage, MachineStream,
@@ -58,7 +59,6 @@ pub struct MachineSim {
 struct Endpoints {
     _subscriptions: Vec<Subscription>,
     _services: Vec<ServiceHandle>,
-    _description: Publisher<DescriptionMessage>,
     _diagnostics: Diagnostics,
 }
 
@@ -118,7 +118,7 @@ impl MachineSim {
         };
         let lasting_state = match &state_file {
             Some(path) => lasting::load(path, &file.description)?,
-            None => camwright::machine::state::LastingState::new(&file.description),
+            None => LastingState::new(&file.description),
         };
         let machine = Machine::new(file.description.clone(), lasting_state)
             .map_err(|error| NodeError::Parameter(format!("machine {}: {error}", located.path.display())))?;
@@ -128,7 +128,7 @@ impl MachineSim {
         };
 
         let description = node.publisher("machine/description", &Qos::latched(1))?;
-        description.publish(&description_message(&file, machine.lasting().wheel_radius_mm))?;
+        description.publish(&description_message(&file, machine.lasting()))?;
 
         let waker = Waker::default();
         let pump_waker = Waker::default();
@@ -151,7 +151,8 @@ impl MachineSim {
         let mut threads = Threads::default();
         let ticker_waker = waker.clone();
         threads.spawn("machine cycle", move || ticker.run(&ticker_waker))?;
-        let answer = answers(&node, &inlet, &resets, &loads, state_file);
+        let known = Known { file: file.clone(), state_file, description };
+        let answer = answers(&node, &inlet, &resets, &loads, known);
         threads.spawn("machine pump", move || pump.run(reports, &pump_waker, answer))?;
 
         let subscriptions = subscriptions(&node, &file.description, clock, &inlet, &bounds, &waker)?;
@@ -160,12 +161,7 @@ impl MachineSim {
         let spin = node.spin_in_thread()?;
         autostart::begin(&node, &lifecycle);
         let diagnostics = diagnostics(&node, &file.description, &bounds)?;
-        let endpoints = Endpoints {
-            _subscriptions: subscriptions,
-            _services: services,
-            _description: description,
-            _diagnostics: diagnostics,
-        };
+        let endpoints = Endpoints { _subscriptions: subscriptions, _services: services, _diagnostics: diagnostics };
         Ok(Self { node, lifecycle, threads, bounds, waker, _spin: spin, _endpoints: endpoints })
     }
 
@@ -285,6 +281,8 @@ fn order(message: &CommandMessage) -> Option<Order> {
         CommandMessage::SET_HOME => home_order(&message.target, message.counts),
         CommandMessage::WHEEL_START => Some(Order::Machine(MachineCommand::WheelStart)),
         CommandMessage::WHEEL_STOP => Some(Order::Machine(MachineCommand::WheelStop)),
+        CommandMessage::EXPECT_WHEEL => Some(Order::Machine(MachineCommand::ExpectWheel { radius_nm: message.counts })),
+        CommandMessage::DRESS => Some(Order::Machine(MachineCommand::Dress { radius_nm: message.counts })),
         CommandMessage::JOB_BEGIN => Some(Order::JobBegin),
         CommandMessage::JOB_END => Some(Order::JobEnd),
         _ => None,
@@ -344,13 +342,33 @@ fn fault_value(target: &str, value: f64) -> f64 {
     }
 }
 
+/// What is told when the wheel or the parts have changed.
+struct Known {
+    file: machine_file::Machine,
+    state_file: Option<PathBuf>,
+    description: Publisher<DescriptionMessage>,
+}
+
+impl Known {
+    /// Publishes the machine again if its wheel can change.
+    fn tell(&self, state: &LastingState, node: &Node) {
+        let machine = &self.file.description;
+        if machine.dresser.is_none() && machine.wheel.grinding_ratio.is_none() {
+            return;
+        }
+        if let Err(error) = self.description.publish(&description_message(&self.file, state)) {
+            node.log(Level::Error, &format!("the wheel's radius cannot be published: {error}"));
+        }
+    }
+}
+
 /// What the pump does with answers of the cyclic thread.
 fn answers(
     node: &Node,
     inlet: &Inlet,
     resets: &Waiting<Trigger>,
     loads: &Waiting<LoadLobe>,
-    state_file: Option<PathBuf>,
+    known: Known,
 ) -> impl FnMut(Outbound) + Send + 'static {
     let (node, inlet, resets, loads) = (node.clone(), inlet.clone(), Arc::clone(resets), Arc::clone(loads));
     move |message| match message {
@@ -386,16 +404,17 @@ fn answers(
             inlet.send(Inbound::Snapshot(Box::new(Snapshot { finished: true, ..Snapshot::default() })));
         }
         Outbound::Lasting(state) => {
-            if let Some(Err(error)) = state_file.as_ref().map(|path| lasting::store(path, &state)) {
+            if let Some(Err(error)) = known.state_file.as_ref().map(|path| lasting::store(path, &state)) {
                 node.log(Level::Error, &error.to_string());
             }
+            known.tell(&state, &node);
         }
         Outbound::Used(chunk) => drop(chunk),
         Outbound::Tick(..) | Outbound::Snapshot(_) => {}
     }
 }
 
-fn description_message(file: &machine_file::Machine, wheel_radius_mm: f64) -> DescriptionMessage {
+fn description_message(file: &machine_file::Machine, lasting: &LastingState) -> DescriptionMessage {
     let machine = &file.description;
     DescriptionMessage {
         name: machine.name.clone(),
@@ -413,7 +432,11 @@ fn description_message(file: &machine_file::Machine, wheel_radius_mm: f64) -> De
             })
             .collect(),
         wheel_joint: WHEEL_JOINT.to_owned(),
-        wheel_radius: m_from_mm(wheel_radius_mm),
+        wheel_radius: m_from_mm(lasting.wheel_radius_mm),
+        wheel_wear: m_from_mm(lasting.wheel_wear_mm),
+        lobes_since_dress: lasting.lobes_since_dress,
+        parts_since_dress: lasting.parts_since_dress,
+        dress_count: lasting.dress_count,
         wheel_width: m_from_mm(machine.wheel.width_mm),
         wheel_surface_speed: machine.wheel.surface_speed_m_s,
         rotation_sense: machine.rotation_sense,

@@ -149,6 +149,8 @@ pub(super) struct Ticker {
     faults: [Option<Fault>; 8],
     fault_now: [Fault; 8],
     state: StreamState,
+    /// What outlives the run, as it was told last.
+    told: LastingState,
     last_report: Option<TickReport>,
     active: bool,
     job_running: bool,
@@ -167,6 +169,7 @@ impl Ticker {
         let cycle = Duration::from_nanos(u64::from(description.cycle_time_ns));
         let buffer = SetpointBuffer::new(description, machine.setpoint());
         Self {
+            told: *machine.lasting(),
             machine,
             buffer,
             pace,
@@ -223,6 +226,16 @@ impl Ticker {
         if self.active {
             self.come_to_rest(waker);
         }
+        // What a job that was not finished took off the wheel.
+        if *self.machine.lasting() != self.told {
+            self.tell_lasting();
+        }
+    }
+
+    /// What outlives the run has changed.
+    fn tell_lasting(&mut self) {
+        self.told = *self.machine.lasting();
+        self.send(Outbound::Lasting(self.told));
     }
 
     /// Brings the axes to rest before the thread ends: what was sent runs out on its stop, nothing more is taken.
@@ -297,6 +310,9 @@ impl Ticker {
             self.state.news = true;
         }
         self.last_report = Some(report);
+        if self.machine.lasting().dress_count != self.told.dress_count {
+            self.tell_lasting();
+        }
         self.bounds.tick.store(next, Ordering::Relaxed);
         let alarms =
             self.machine.alarms().iter().filter(|alarm| alarm.kind.entry().severity > Severity::Warning).count();
@@ -322,7 +338,7 @@ impl Ticker {
                 Order::JobEnd => {
                     if std::mem::take(&mut self.job_running) {
                         self.machine.count_part();
-                        self.send(Outbound::Lasting(*self.machine.lasting()));
+                        self.tell_lasting();
                         self.send(Outbound::JobEnded);
                     }
                 }

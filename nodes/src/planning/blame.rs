@@ -4,6 +4,7 @@ use crate::config::ConfigError;
 use crate::config::job_file::Job;
 use camwright::contour::ContourError;
 use camwright::cycle::PlanError;
+use camwright::dressing::DressError;
 use camwright::job::JobError;
 use camwright::machine::description::Axis;
 use camwright::speed_plan::SpeedPlanError;
@@ -27,6 +28,13 @@ fn key(job: &Job, error: &PlanError) -> String {
             }
             _ => profile_key(job, profile),
         },
+        PlanError::Dress(error) => match error {
+            DressError::NoReason | DressError::NoDresser { .. } | DressError::WornOut { .. } => "dressing".into(),
+            DressError::OutOfRange { key, .. } => format!("dressing.{key}"),
+            DressError::NoWear { .. } | DressError::WearsTooMuch { .. } => "dressing.predicted_error_um".into(),
+            DressError::TooDeep { .. } => "dressing.depth_um".into(),
+        },
+        PlanError::WheelTooFast { lobe, .. } => lobe_key(job, lobe),
         PlanError::Infeed { pass, .. } => pass_key(job, pass, "infeed.total_mm"),
         PlanError::TouchesBlank { .. } => "infeed.total_mm".into(),
         PlanError::Speed { pass, source: SpeedPlanError::Turn(_) | SpeedPlanError::NoRunUp { .. }, .. } => {

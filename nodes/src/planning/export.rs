@@ -11,6 +11,7 @@
 //! Numbers are written with the digits that give the same number back.
 
 use super::cut_table::{constant_speed_turn_s, pass_rows};
+use super::dresses::{DressSummary, dresses};
 use super::lifts::{self, LiftSummary};
 use super::{PreparedJob, write_inspection};
 use crate::config::{ConfigError, Place};
@@ -49,6 +50,8 @@ pub struct Summary {
     pub rotary_indexing: bool,
     /// Largest use of an axis limit anywhere in the plan, as its forward check found it; 1 is the limit.
     pub max_limit_ratio: f64,
+    /// The dresses of the wheel, in their order.
+    pub dresses: Vec<DressSummary>,
     /// One for each profile whose lift is a table.
     pub lifts: Vec<LiftSummary>,
     /// One for each lobe, in the order of machining.
@@ -165,6 +168,7 @@ pub fn summary(prepared: &PreparedJob) -> Summary {
         saved_s: prepared.planned.saved_by_not_indexing_s(),
         rotary_indexing: prepared.job.spec.rotary_indexing,
         max_limit_ratio: prepared.planned.report.max_ratio(),
+        dresses: dresses(prepared),
         lifts: lifts::summaries(&prepared.job),
         lobes: (prepared.planned.lobes.iter().zip(lobe_times_s(prepared)).enumerate())
             .map(|(index, (lobe, duration_s))| lobe_summary(prepared, index, lobe, duration_s))

@@ -7,6 +7,7 @@ use crate::config::lift_file;
 use crate::config::locate::{Located, locate};
 use camwright::cycle::PlannedLobe;
 use camwright::cycle::plan_job;
+use camwright::dressing::WheelNow;
 use camwright::job::{JobError, LobeSpec};
 use camwright::units::deg_from_rad;
 use std::fmt;
@@ -125,9 +126,9 @@ fn all_errors(job: &Job, machine: Option<&MachineNow>, first: ConfigError) -> Ve
         }
     };
     let description = machine.map_or(&job.machine.description, |now| &now.description);
-    let wheel_radius_mm = match machine {
-        Some(now) => now.wheel_radius_mm,
-        None => job.wheel_radius_mm.unwrap_or(description.wheel.new_radius_mm),
+    let wheel = match machine {
+        Some(now) => now.wheel,
+        None => WheelNow::dressed(job.wheel_radius_mm.unwrap_or(description.wheel.new_radius_mm)),
     };
     let mut accepted = Vec::new();
     for lobe in &job.spec.lobes {
@@ -145,7 +146,7 @@ fn all_errors(job: &Job, machine: Option<&MachineNow>, first: ConfigError) -> Ve
         let mut alone = job.spec.clone();
         alone.profiles = job.spec.profiles.get(lobe.profile).cloned().into_iter().collect();
         alone.lobes = vec![LobeSpec { profile: 0, ..lobe }];
-        if let Err(error) = plan_job(&alone, description, wheel_radius_mm, None) {
+        if let Err(error) = plan_job(&alone, description, wheel, None) {
             add(blame(job, &error));
         }
     }

@@ -7,6 +7,7 @@
 
 mod blame;
 mod cut_table;
+mod dresses;
 mod export;
 mod findings;
 mod inspect;
@@ -15,6 +16,7 @@ mod lobes;
 mod rehearse;
 
 pub use blame::blame;
+pub use dresses::{DressSummary, KeptPathSummary, dresses};
 pub use export::{LimitSummary, LobeSummary, Summary, lobe_times_s, summary, write};
 pub use findings::{Finding, Report, Severity, check};
 pub use inspect::{inspections, write_inspection};
@@ -26,21 +28,21 @@ use crate::config::ConfigError;
 use crate::config::job_file::{self, Job};
 use crate::convert::plan::{Provenance, pages_from_plan};
 use camwright::cycle::{PlannedJob, plan_job};
+use camwright::dressing::WheelNow;
 use camwright::inspection::Inspection;
 use camwright::machine::description::MachineDescription;
 use camwright_msgs::camwright_msgs::msg::PlanPage;
 
-/// Largest difference between the wheel a job was written for and the wheel that is mounted (mm): at 1 µm the form error
-/// it makes is a few tenths of it, below what the cell promises.
-pub const WHEEL_TOLERANCE_MM: f64 = 1e-3;
+/// Largest difference between the wheel a job was written for and the wheel that is mounted.
+pub use camwright::machine::WHEEL_TOLERANCE_MM;
 
 /// The machine as it is now, as its description says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MachineNow {
     /// What it is.
     pub description: MachineDescription,
-    /// Radius of the wheel that is mounted (mm).
-    pub wheel_radius_mm: f64,
+    /// The wheel that is mounted.
+    pub wheel: WheelNow,
 }
 
 /// A job, planned and ready to send.
@@ -54,8 +56,10 @@ pub struct PreparedJob {
     pub inspections: Vec<Option<Inspection>>,
     /// The machine it was planned for.
     pub machine: MachineDescription,
-    /// Wheel radius it was planned for (mm).
+    /// Radius of the wheel that it was planned for, before its first dress (mm).
     pub wheel_radius_mm: f64,
+    /// That wheel.
+    pub wheel: WheelNow,
     /// What the plan was made from.
     pub provenance: Provenance,
     /// The plan as messages, the header first.
@@ -103,22 +107,23 @@ pub fn prepare(name: &str, overrides: &[String], machine: Option<&MachineNow>) -
 /// # Errors
 /// Everything that cannot be made.
 pub fn plan(job: Job, machine: Option<&MachineNow>) -> Result<PreparedJob, ConfigError> {
-    let (description, wheel_radius_mm) = match machine {
+    let (description, wheel) = match machine {
         Some(now) => {
             fits_machine(&job, now)?;
-            (now.description.clone(), now.wheel_radius_mm)
+            (now.description.clone(), now.wheel)
         }
         None => {
             let description = job.machine.description.clone();
             let radius = job.wheel_radius_mm.unwrap_or(description.wheel.new_radius_mm);
-            (description, radius)
+            (description, WheelNow::dressed(radius))
         }
     };
-    let planned = plan_job(&job.spec, &description, wheel_radius_mm, None).map_err(|error| blame(&job, &error))?;
+    let planned = plan_job(&job.spec, &description, wheel, None).map_err(|error| blame(&job, &error))?;
     let inspections = inspections(&job, &planned)?;
     let provenance = Provenance { job_hash: job.hash.clone(), machine_hash: description.hash.clone() };
     let pages = pages_from_plan(&planned.plan, &provenance);
-    Ok(PreparedJob { job, planned, inspections, machine: description, wheel_radius_mm, provenance, pages })
+    let wheel_radius_mm = wheel.radius_mm;
+    Ok(PreparedJob { job, planned, inspections, machine: description, wheel_radius_mm, wheel, provenance, pages })
 }
 
 fn fits_machine(job: &Job, now: &MachineNow) -> Result<(), ConfigError> {
@@ -127,12 +132,12 @@ fn fits_machine(job: &Job, now: &MachineNow) -> Result<(), ConfigError> {
         return Err(job.document.error("machine", format!("the job is for machine {wanted}, the cell has {there}")));
     }
     match job.wheel_radius_mm {
-        Some(wanted) if (wanted - now.wheel_radius_mm).abs() > WHEEL_TOLERANCE_MM => Err(job.document.error(
+        Some(wanted) if (wanted - now.wheel.radius_mm).abs() > WHEEL_TOLERANCE_MM => Err(job.document.error(
             "wheel_radius_mm",
             format!(
                 "wheel_radius_mm is {wanted}, the wheel mounted on {there} has {:.4}; they may differ by at most \
                  {WHEEL_TOLERANCE_MM}",
-                now.wheel_radius_mm
+                now.wheel.radius_mm
             ),
         )),
         _ => Ok(()),

@@ -40,7 +40,7 @@ pub fn rehearse_job(
         Some(drives) => own.with_drives(drives),
         None => own,
     };
-    let lasting = LastingState { wheel_radius_mm: prepared.wheel_radius_mm, ..LastingState::new(&description) };
+    let lasting = LastingState::new(&description).with_wheel(prepared.wheel);
     let mut machine = Machine::new(description.clone(), lasting).map_err(|error| failed(error.to_string()))?;
     for lobe in &prepared.planned.lobes {
         let raw = blank(&lobe.design, prepared.job.spec.stock_mm);

@@ -4,8 +4,8 @@ use camwright::units::rad_from_deg;
 
 fn machine_now() -> MachineNow {
     let job = job_file::load("four_lobe_camshaft", &[]).unwrap();
-    let wheel_radius_mm = job.machine.description.wheel.new_radius_mm;
-    MachineNow { description: job.machine.description, wheel_radius_mm }
+    let wheel = job.machine.description.wheel.new_radius_mm.into();
+    MachineNow { description: job.machine.description, wheel }
 }
 
 /// The four-lobe camshaft as if its intake table were for another follower.

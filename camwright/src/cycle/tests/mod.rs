@@ -61,7 +61,13 @@ fn machine() -> MachineDescription {
             width_mm: 25.0,
             surface_speed_m_s: 80.0,
             spin_up_s: 2.0,
+            max_surface_speed_m_s: None,
+            max_speed_rad_s: None,
+            grinding_ratio: None,
         },
+        dresser: None,
+        headstock: None,
+        tailstock: None,
         rotation_sense: 1,
     }
 }
@@ -122,6 +128,7 @@ fn job() -> JobSpec {
         hold_in_cut: HoldInCut::Retract,
         rotary_indexing: false,
         home: HomePosition { x_mm: 150.0, z_mm: 0.0 },
+        dressing: None,
     }
 }
 
@@ -149,6 +156,7 @@ fn refusal(change: impl FnOnce(&mut JobSpec)) -> PlanError {
 }
 
 mod bits;
+mod dressing;
 mod infeeds;
 mod passes;
 mod refusals;

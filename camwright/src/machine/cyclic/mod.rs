@@ -1,5 +1,6 @@
 //! The machine as it runs, one tick after the other.
 
+mod dress;
 mod stream;
 mod sweep;
 mod telling;
@@ -37,7 +38,20 @@ pub enum MachineCommand {
     WheelStart,
     /// Let the wheel come to rest.
     WheelStop,
+    /// The wheel must have this radius, within [`WHEEL_TOLERANCE_MM`]; else an alarm.
+    ExpectWheel {
+        /// The radius (nm).
+        radius_nm: i64,
+    },
+    /// The wheel is dressed to this radius; refused with an alarm where it does not stand at the dresser, or would not
+    /// touch it.
+    Dress {
+        /// The radius (nm).
+        radius_nm: i64,
+    },
 }
+
+pub use dress::WHEEL_TOLERANCE_MM;
 
 /// Why a reset was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
@@ -83,6 +97,8 @@ pub struct Machine {
     part: Workpiece,
     contact: Contact,
     since_cut: u32,
+    /// Lobe that the wheel took something from last, since the last dress and the last part.
+    ground: Option<usize>,
     mode: Mode,
     drives_ordered: bool,
     powered: bool,
@@ -132,6 +148,7 @@ impl Machine {
             part: Workpiece::default(),
             contact: Contact::Rigid,
             since_cut: watch::CUTTING_TICKS,
+            ground: None,
             mode: Mode::Following,
             drives_ordered: true,
             powered: true,
@@ -161,6 +178,8 @@ impl Machine {
     /// Counts a finished part.
     pub fn count_part(&mut self) {
         self.lasting.part_count = self.lasting.part_count.saturating_add(1);
+        self.lasting.parts_since_dress = self.lasting.parts_since_dress.saturating_add(1);
+        self.ground = None;
     }
 
     /// The last tick executed; 0 before the first.
@@ -223,6 +242,7 @@ impl Machine {
     /// Takes the part out.
     pub fn clear_part(&mut self) {
         self.part.clear();
+        self.ground = None;
     }
 
     /// Places every axis at rest at a true position (counts), homed, and the wheel at speed: for an offline simulation
@@ -330,6 +350,7 @@ impl Machine {
         }
         if let Some(lobe) = lobe {
             self.part.lobe_mut(lobe).refresh();
+            self.wear_wheel(lobe, removal);
         }
         if self.powered {
             let cycle_time_s = self.description.cycle_time_s();
@@ -375,14 +396,10 @@ impl Machine {
     fn apply_command(&mut self, command: MachineCommand) {
         match command {
             MachineCommand::SetHome { axis, counts } => self.axes[axis.index()].set_home(counts),
-            MachineCommand::WheelStart => {
-                self.wheel.order(!self.estop);
-                if self.lasting.wheel_radius_mm < self.description.wheel.min_radius_mm {
-                    let smallest = self.description.wheel.min_radius_mm;
-                    self.raise(AlarmKind::WheelWorn, self.lasting.wheel_radius_mm, smallest);
-                }
-            }
+            MachineCommand::WheelStart => self.start_wheel(),
             MachineCommand::WheelStop => self.wheel.order(false),
+            MachineCommand::ExpectWheel { radius_nm } => self.expect_wheel(radius_nm),
+            MachineCommand::Dress { radius_nm } => self.dress(radius_nm),
         }
     }
 

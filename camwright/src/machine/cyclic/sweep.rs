@@ -61,7 +61,9 @@ impl Machine {
         if c.is_still() && x.is_still() {
             return Removal::default();
         }
-        let radius_mm = self.lasting.wheel_radius_mm;
+        // The axis knows the wheel as it was dressed; what it has lost since then is missing at its rim.
+        let dressed_mm = self.lasting.wheel_radius_mm;
+        let radius_mm = dressed_mm - self.lasting.wheel_wear_mm;
         let (per_mm, per_rad) =
             (self.axes[Axis::X.index()].counts_per_unit, self.axes[Axis::C.index()].counts_per_unit);
         let turn = libm::round(TURN_RAD * per_rad);
@@ -72,7 +74,7 @@ impl Machine {
         if (x.from.min(x.to) - swing) / per_mm >= lobe.reach_mm() {
             return Removal::default();
         }
-        let centre = x.from.max(x.to) / per_mm + radius_mm;
+        let centre = x.from.max(x.to) / per_mm + dressed_mm;
         let path = (c.to - c.from).abs() / per_rad * centre + (x.to - x.from).abs() / per_mm;
         let longest = libm::sqrt(8.0 * radius_mm * CUSP_MM);
         let positions = libm::ceil(path / longest).clamp(1.0, 10_000.0) as u32;
@@ -81,7 +83,7 @@ impl Machine {
             let s = f64::from(j) / f64::from(positions);
             let wheel = WheelPosition {
                 azimuth_rad: sense * libm::fmod(c.at(s, self.step_s), turn) / turn * TURN_RAD,
-                centre_mm: x.at(s, self.step_s) / per_mm + radius_mm,
+                centre_mm: x.at(s, self.step_s) / per_mm + dressed_mm,
                 radius_mm,
             };
             removal = removal.and(lobe.pass(wheel, self.contact, self.wheel.is_running()));

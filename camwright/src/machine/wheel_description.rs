@@ -1,0 +1,74 @@
+//! What a grinding wheel is: its size, its speed, how it wears.
+
+use crate::units::{TURN_RAD, rpm_from_rad_s};
+use thiserror::Error;
+
+/// The grinding wheel as it is mounted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WheelDescription {
+    /// Radius when new (mm).
+    pub new_radius_mm: f64,
+    /// Smallest usable radius (mm).
+    pub min_radius_mm: f64,
+    /// Width (mm).
+    pub width_mm: f64,
+    /// Speed at the rim when running (m/s).
+    pub surface_speed_m_s: f64,
+    /// Time to reach its speed or to come to rest (s).
+    pub spin_up_s: f64,
+    /// Speed at the rim at which it must not be run, for its own strength (m/s); `None` where nobody says.
+    pub max_surface_speed_m_s: Option<f64>,
+    /// Fastest its spindle may turn (rad/s). At one surface speed a smaller wheel turns faster.
+    pub max_speed_rad_s: Option<f64>,
+    /// G, volume of the part removed per volume that the wheel loses doing it; `None` is a wheel that does not wear.
+    pub grinding_ratio: Option<f64>,
+}
+
+impl WheelDescription {
+    /// Speed of the spindle with a wheel of this radius at its surface speed (rad/s).
+    #[must_use]
+    pub fn speed_rad_s(&self, radius_mm: f64) -> f64 {
+        1e3 * self.surface_speed_m_s / radius_mm
+    }
+
+    /// Whether a wheel of this radius may be run at its surface speed.
+    ///
+    /// # Errors
+    /// Its spindle would turn too fast.
+    pub fn check_speed(&self, radius_mm: f64) -> Result<(), WheelTooFast> {
+        let speed_rad_s = self.speed_rad_s(radius_mm);
+        match self.max_speed_rad_s {
+            Some(most) if speed_rad_s > most * (1.0 + 1e-9) => Err(WheelTooFast {
+                radius_mm,
+                surface_speed_m_s: self.surface_speed_m_s,
+                speed_rpm: rpm_from_rad_s(speed_rad_s),
+                most_rpm: rpm_from_rad_s(most),
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// What a wheel of this radius loses of it by removing `area_mm2` per width of cut (mm): volume removed over G is
+    /// 2π·R·w per width.
+    #[must_use]
+    pub fn wear_mm(&self, radius_mm: f64, area_mm2: f64) -> f64 {
+        self.grinding_ratio.map_or(0.0, |ratio| area_mm2 / (TURN_RAD * radius_mm * ratio))
+    }
+}
+
+/// A wheel that would turn too fast.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error(
+    "a wheel of radius {radius_mm:.4} mm turns at {speed_rpm:.1} rpm for its surface speed of {surface_speed_m_s} m/s; its \
+     spindle is allowed {most_rpm:.1} rpm"
+)]
+pub struct WheelTooFast {
+    /// Radius of the wheel (mm).
+    pub radius_mm: f64,
+    /// Speed at its rim (m/s).
+    pub surface_speed_m_s: f64,
+    /// Speed of its spindle.
+    pub speed_rpm: f64,
+    /// Most allowed.
+    pub most_rpm: f64,
+}

@@ -1,0 +1,99 @@
+//! What files say about the wheel's surroundings and its dressing.
+
+use super::ConfigError;
+use super::yaml::Document;
+use camwright::dressing::DressingSpec;
+use camwright::machine::fixture::{Dresser, Extent};
+use serde::Deserialize;
+
+/// Micrometres per millimetre.
+const UM_PER_MM: f64 = 1e3;
+
+/// The dresser of a machine.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DresserFile {
+    x_mm: f64,
+    z_mm: f64,
+    width_mm: f64,
+    infeed_speed_mm_s: f64,
+    traverse_speed_mm_s: f64,
+    dwell_s: f64,
+    max_depth_um: f64,
+}
+
+impl DresserFile {
+    pub(super) fn dresser(&self) -> Dresser {
+        Dresser {
+            x_mm: self.x_mm,
+            z_mm: self.z_mm,
+            width_mm: self.width_mm,
+            infeed_speed_mm_s: self.infeed_speed_mm_s,
+            traverse_speed_mm_s: self.traverse_speed_mm_s,
+            dwell_s: self.dwell_s,
+            max_depth_mm: self.max_depth_um / UM_PER_MM,
+        }
+    }
+
+    /// Its values with their ranges, by key.
+    pub(super) fn ranges(&self, z: (f64, f64), x: (f64, f64)) -> [(&'static str, f64, f64, f64); 7] {
+        [
+            ("dresser.x_mm", self.x_mm, x.0, x.1),
+            ("dresser.z_mm", self.z_mm, z.0, z.1),
+            ("dresser.width_mm", self.width_mm, 0.1, 100.0),
+            ("dresser.infeed_speed_mm_s", self.infeed_speed_mm_s, 1e-3, 1e3),
+            ("dresser.traverse_speed_mm_s", self.traverse_speed_mm_s, 1e-3, 1e3),
+            ("dresser.dwell_s", self.dwell_s, 0.0, 600.0),
+            ("dresser.max_depth_um", self.max_depth_um, 1e-3, 1e4),
+        ]
+    }
+}
+
+/// A body of revolution on the table.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ExtentFile {
+    from_mm: f64,
+    to_mm: f64,
+    radius_mm: f64,
+}
+
+impl ExtentFile {
+    pub(super) fn extent(&self) -> Extent {
+        Extent { from_mm: self.from_mm, to_mm: self.to_mm, radius_mm: self.radius_mm }
+    }
+
+    /// Whether it is a body, with the key of what is wrong.
+    pub(super) fn check(&self, document: &Document, key: &str) -> Result<(), ConfigError> {
+        if self.extent().is_body() {
+            return Ok(());
+        }
+        let Self { from_mm, to_mm, radius_mm } = self;
+        let message = format!(
+            "{key} reaches from {from_mm} to {to_mm} mm with a radius of {radius_mm} mm; it must begin before it ends and \
+             have a radius above 0"
+        );
+        Err(document.error(key, message))
+    }
+}
+
+/// When a job dresses the wheel.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DressingFile {
+    every_lobes: Option<u32>,
+    every_parts: Option<u32>,
+    predicted_error_um: Option<f64>,
+    depth_um: f64,
+}
+
+impl DressingFile {
+    pub(super) fn spec(&self) -> DressingSpec {
+        DressingSpec {
+            every_lobes: self.every_lobes,
+            every_parts: self.every_parts,
+            predicted_error_mm: self.predicted_error_um.map(|um| um / UM_PER_MM),
+            depth_mm: self.depth_um / UM_PER_MM,
+        }
+    }
+}
