@@ -11,6 +11,7 @@
 //! X⃛ = X'''Ċ³ + 3X''ĊC̈ + X'C⃛. A plan is checked by differencing positions on an eight times finer grid before it
 //! leaves here; one that fails is an error.
 
+mod bound_use;
 mod envelope;
 mod limit_use;
 mod process;
@@ -21,6 +22,7 @@ mod turn_request;
 mod turn_speed;
 mod variable;
 
+pub use bound_use::{ACTIVE_SHARE, Bound, TurnBounds};
 pub use limit_use::{LimitUse, Quantity, uses_by_differences};
 pub(crate) use limit_use::{figures, windows};
 pub use process::{Cutting, footprint_speed_ratio_mm, largest_speed_rad_s, removal_rate_ratio_mm2};

@@ -36,6 +36,15 @@ pub struct Cutting {
     pub infeed_direction: InfeedDirection,
 }
 
+impl Cutting {
+    /// Specific removal rate Q′ per unit of C's speed where the path is at `x` (mm²/rad).
+    #[must_use]
+    pub fn removal_rate_ratio_mm2(&self, x: Sample) -> f64 {
+        let contact = Contact::at(x, self.wheel_radius_mm, self.infeed_per_turn_mm, self.infeed_direction);
+        contact.depth_mm * contact.ratio_mm
+    }
+}
+
 /// The contact at one place of the path.
 struct Contact {
     /// Footprint speed per unit of C's speed (mm/rad).

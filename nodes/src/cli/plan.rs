@@ -1,9 +1,12 @@
 //! `camwright plan`: plans a job without ROS and writes what came out.
 
-use crate::planning;
+use crate::planning::{self, BoundSummary, PassSummary, RemovalClass};
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
+
+/// Most arcs of one bound in the text; `summary.json` has them all.
+const MOST_ARCS: usize = 6;
 
 /// Arguments of `camwright plan`.
 #[derive(Debug, Clone, clap::Args)]
@@ -72,7 +75,7 @@ fn as_text(summary: &planning::Summary) -> String {
             });
             let [slowest, fastest] = pass.work_speed_rpm;
             text += &format!(
-                "{name:<8} {station:<8} {:>10.3} {:<8} {:>6} {:>9.3} {:>9.3} {:>13} {:>8.3} {:>13.3}  {limit}\n",
+                "{name:<8} {station:<8} {:>10.3} {:<8} {:>6} {:>9.3} {:>9.3} {:>13} {:>8.3} {:>13}  {limit}\n",
                 lobe.start_deg,
                 pass.name,
                 pass.turns,
@@ -80,10 +83,13 @@ fn as_text(summary: &planning::Summary) -> String {
                 pass.max_removal_mm2_s,
                 format!("{slowest:.1}-{fastest:.1}"),
                 pass.turn_s,
-                pass.constant_speed_turn_s
+                pass.constant_speed_turn_s.map_or_else(|| "-".into(), |turn_s| format!("{turn_s:.3}")),
             );
         }
     }
+    text += &by_lobes(summary, "Q' mm2/s, share of a turn's time", removal_text);
+    text += &by_lobes(summary, "what sets the speed, share of a turn's time: where, in deg of c_axis", bounds_text);
+    text.push('\n');
     for dress in &summary.dresses {
         text += &format!("{dress}\n");
     }
@@ -101,4 +107,51 @@ fn as_text(summary: &planning::Summary) -> String {
         )
     };
     text + &format!("job      {:.3} s ({compared})\nplan     {}\n", summary.duration_s, summary.plan_hash)
+}
+
+/// One line for each pass of each lobe under a heading; lobes of which the same is to be said share one.
+fn by_lobes(summary: &planning::Summary, heading: &str, say: impl Fn(&PassSummary) -> String) -> String {
+    let mut lines: Vec<(Vec<&str>, &str, String)> = Vec::new();
+    for lobe in &summary.lobes {
+        for pass in &lobe.passes {
+            let said = say(pass);
+            match lines.iter_mut().find(|line| line.1 == pass.name && line.2 == said) {
+                Some(line) => line.0.push(&lobe.name),
+                None => lines.push((vec![&lobe.name], &pass.name, said)),
+            }
+        }
+    }
+    let names: Vec<String> = lines.iter().map(|line| line.0.join(" ")).collect();
+    let width = names.iter().map(String::len).max().unwrap_or(0).max(8);
+    let mut text = format!("\n{:<width$} {:<8} {heading}\n", "lobe", "pass");
+    for (names, (_, pass, said)) in names.iter().zip(&lines) {
+        text += &format!("{names:<width$} {pass:<8} {said}\n");
+    }
+    text
+}
+
+/// Classes in which some of the time is spent.
+fn removal_text(pass: &PassSummary) -> String {
+    let class = |class: &RemovalClass| match 100.0 * class.share {
+        percent if percent < 0.5 => None,
+        percent => Some(format!("{}-{}: {percent:.0} %", class.from_mm2_s, class.to_mm2_s)),
+    };
+    pass.removal_classes.iter().filter_map(class).collect::<Vec<_>>().join("  ")
+}
+
+/// Every bound with its arcs.
+fn bounds_text(pass: &PassSummary) -> String {
+    if pass.speed_law == "constant_work_speed" {
+        return format!("constant work speed of {:.1} rpm all the way round", pass.work_speed_rpm[1]);
+    }
+    let bound = |bound: &BoundSummary| {
+        let mut arcs: Vec<String> =
+            bound.arcs_deg.iter().take(MOST_ARCS).map(|[from, to]| format!("{from:.0}-{to:.0}")).collect();
+        if let Some(more @ 1..) = bound.arcs_deg.len().checked_sub(MOST_ARCS) {
+            arcs.push(format!("{more} more"));
+        }
+        let name = bound.bound.replace("c_axis", "C").replace("x_axis", "X").replace('_', " ");
+        format!("{name} {:.0} %: {}", 100.0 * bound.share, arcs.join(", "))
+    };
+    pass.bounds.iter().map(bound).collect::<Vec<_>>().join("; ")
 }

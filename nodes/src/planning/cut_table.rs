@@ -4,7 +4,6 @@ use super::PreparedJob;
 use camwright::cut_motion::CutMotion;
 use camwright::cycle::PlannedLobe;
 use camwright::machine::description::Axis;
-use camwright::speed_plan::removal_rate_ratio_mm2;
 use camwright::units::{TURN_RAD, deg_from_rad};
 
 /// A row of `speed_plan.csv`: one interpolation period of a cut.
@@ -73,22 +72,4 @@ fn removal_mm2_s(
     let before = if angle < TURN_RAD { before_mm } else { before_mm.min(offset(angle - TURN_RAD)) };
     let depth = (before - offset(angle)).max(0.0);
     depth * lobe.tool_path.footprint_speed_ratio_mm(theta) * speed
-}
-
-/// Points of a turn on which removal rates are compared.
-const TURN_POINTS: u32 = 3600;
-
-/// A turn at the one work speed at which the removal rate peaks as high as it does in the plan.
-pub(super) fn constant_speed_turn_s(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, pass: usize) -> f64 {
-    let path = &lobe.tool_path;
-    let ratio = |angle: f64| removal_rate_ratio_mm2(path.sample(angle), path.wheel_radius_mm(), 1.0);
-    let sense = f64::from(prepared.machine.rotation_sense);
-    let plan = &prepared.planned.plan;
-    let turn = plan.cuts_of(index).nth(pass).and_then(|cut| plan.turn_samples(cut, TURN_POINTS)).unwrap_or_default();
-    let (mut peak, mut largest) = (0.0_f64, 0.0_f64);
-    for sample in turn {
-        let here = ratio(sense * sample.angle_rad);
-        (peak, largest) = (peak.max(here * sample.c.first), largest.max(here));
-    }
-    TURN_RAD * largest / peak
 }

@@ -10,9 +10,11 @@
 //!
 //! Numbers are written with the digits that give the same number back.
 
-use super::cut_table::{constant_speed_turn_s, pass_rows};
+use super::cut_table::pass_rows;
 use super::dresses::{DressSummary, dresses};
 use super::lifts::{self, LiftSummary};
+use super::turn::Turn;
+use super::turn_summary::{BoundSummary, RemovalClass, bounds_used, law_name, removal_classes};
 use super::{PreparedJob, write_inspection};
 use crate::config::{ConfigError, Place};
 use camwright::cycle::PlannedLobe;
@@ -98,6 +100,8 @@ pub struct LobeSummary {
 pub struct PassSummary {
     /// Name.
     pub name: String,
+    /// Its speed law, as job files name it.
+    pub speed_law: &'static str,
     /// Time of the cut.
     pub cut_s: f64,
     /// Turns, spark-out included.
@@ -109,13 +113,17 @@ pub struct PassSummary {
     /// A time below which no turn under the speed law can be; none at a constant work speed.
     pub least_turn_s: Option<f64>,
     /// Time of a turn at the constant work speed that has the same largest removal rate.
-    pub constant_speed_turn_s: f64,
+    pub constant_speed_turn_s: Option<f64>,
     /// Slowest and fastest headstock speed of a turn.
     pub work_speed_rpm: [f64; 2],
     /// Longest stop on the path that keeps every limit.
     pub stop_s: f64,
     /// Largest specific removal rate.
     pub max_removal_mm2_s: f64,
+    /// Share of a turn's time at each class of the specific removal rate.
+    pub removal_classes: Vec<RemovalClass>,
+    /// What sets the speed, for how much of a turn's time, and where.
+    pub bounds: Vec<BoundSummary>,
     /// How far each limit of an axis is used.
     pub limits: Vec<LimitSummary>,
 }
@@ -214,17 +222,22 @@ fn pass_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, pass: 
         ratio: found.ratio(),
         cam_angle_deg: deg_from_rad(wrap_turn(sense * found.angle_rad)),
     };
+    let turn = Turn::new(prepared, index, pass);
+    let spec = &prepared.job.spec.passes[pass];
     PassSummary {
-        name: prepared.job.spec.passes[pass].name.clone(),
+        name: spec.name.clone(),
+        speed_law: law_name(&spec.speed),
         cut_s: speed.law().end(),
         turns: speed.turns(),
         infeed_turns: speed.infeed().schedule().turns(),
         turn_s: speed.turn_s(),
         least_turn_s: speed.least_turn_s(),
-        constant_speed_turn_s: constant_speed_turn_s(prepared, index, lobe, pass),
+        constant_speed_turn_s: turn.as_ref().map(Turn::constant_speed_turn_s),
         work_speed_rpm: [rpm(slowest), rpm(fastest)],
         stop_s,
         max_removal_mm2_s: pass_rows(prepared, index, lobe, pass).map(|row| row.removal_mm2_s).fold(0.0, f64::max),
+        removal_classes: turn.as_ref().map(removal_classes).unwrap_or_default(),
+        bounds: turn.as_ref().map(bounds_used).unwrap_or_default(),
         limits: speed.uses().iter().map(limit).collect(),
     }
 }

@@ -14,15 +14,18 @@ mod inspect;
 mod lifts;
 mod lobes;
 mod rehearse;
+mod turn;
+mod turn_summary;
 
 pub use blame::blame;
 pub use dresses::{DressSummary, KeptPathSummary, dresses};
-pub use export::{LimitSummary, LobeSummary, Summary, lobe_times_s, summary, write};
+pub use export::{LimitSummary, LobeSummary, PassSummary, Summary, lobe_times_s, summary, write};
 pub use findings::{Finding, Report, Severity, check};
 pub use inspect::{inspections, write_inspection};
 pub use lifts::{LiftSummary, ReadingSummary};
 pub use lobes::{BLANK_POINTS, LobeFormError, blank, lobe_result};
 pub use rehearse::{RehearsalFailed, rehearse_job};
+pub use turn_summary::{BoundSummary, RemovalClass};
 
 use crate::config::ConfigError;
 use crate::config::job_file::{self, Job};
