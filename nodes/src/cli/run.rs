@@ -4,7 +4,7 @@ use crate::axis_interpolator::AxisInterpolator;
 use crate::config::job_file;
 use crate::job_planner::JobPlanner;
 use crate::machine_sim::MachineSim;
-use crate::planning;
+use crate::planning::{self, PreparedJob, TimeCompared};
 use crate::ros::{
     ClientGoal, GoalStatus, Lifecycle, Node, NodeOptions, ParameterValue, Qos, RosArgs, RosLayer, Shutdown,
     Subscription, Transition,
@@ -100,8 +100,13 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     client.node.shutdown();
     let (status, result) = outcome?;
     let took = started.elapsed();
-    let ideal = if result.success { on_ideal_drives(&job, args) } else { None };
-    let report = Report { job: &job, status, result: &result, ideal, bag: (!args.attach).then_some(&bag), took };
+    let prepared = if result.success { planned_again(&job, args) } else { None };
+    let ideal = prepared.as_ref().and_then(on_ideal_drives);
+    // The same plan, or what it predicts is not what was predicted.
+    let same = prepared.as_ref().filter(|prepared| prepared.plan_hash() == result.plan_hash);
+    let times = same.map(|prepared| planning::compare_times(prepared, &result.lobes, result.duration));
+    let bag = (!args.attach).then_some(&bag);
+    let report = Report { job: &job, status, result: &result, times: times.unwrap_or_default(), ideal, bag, took };
     if args.json {
         report.print_json();
     } else {
@@ -324,12 +329,21 @@ fn um(m: f64) -> f64 {
     camwright::units::um_from_mm(crate::convert::mm_from_m(m))
 }
 
-/// What the same job grinds on ideal drives, by a rehearsal with the machine's overrides but no ROS.
-fn on_ideal_drives(job: &str, args: &RunArgs) -> Option<Vec<LobeResult>> {
+/// The same job without ROS, for the machine with its overrides.
+fn planned_again(job: &str, args: &RunArgs) -> Option<PreparedJob> {
     let mut job = job_file::load(job, &args.set).ok()?;
     job.machine = job.machine.with_overrides(&args.set_machine).ok()?;
-    let prepared = planning::plan(job, None).ok()?;
-    planning::rehearse_job(&prepared, Some(DriveSettings::IDEAL), |_, _| {}).ok().map(|(_, lobes)| lobes)
+    planning::plan(job, None).ok()
+}
+
+/// What a job grinds on ideal drives, by a rehearsal.
+fn on_ideal_drives(prepared: &PreparedJob) -> Option<Vec<LobeResult>> {
+    planning::rehearse_job(prepared, Some(DriveSettings::IDEAL), |_, _| {}).ok().map(|(_, lobes)| lobes)
+}
+
+/// A predicted time with what came on top of it.
+fn predicted(time: &TimeCompared) -> String {
+    format!("{:.2} s {:+.2} s", time.predicted_s, time.late_s())
 }
 
 /// What is printed at the end.
@@ -337,12 +351,18 @@ struct Report<'a> {
     job: &'a str,
     status: GoalStatus,
     result: &'a RunJobResult,
+    /// Every lobe, the rest, the job; empty where what was predicted is not known here.
+    times: Vec<TimeCompared>,
     ideal: Option<Vec<LobeResult>>,
     bag: Option<&'a PathBuf>,
     took: Duration,
 }
 
 impl Report<'_> {
+    fn time(&self, what: &str) -> Option<&TimeCompared> {
+        self.times.iter().find(|time| time.what == what)
+    }
+
     fn worst(&self) -> Option<&LobeResult> {
         self.result.lobes.iter().max_by(|a, b| a.form_error_max.abs().total_cmp(&b.form_error_max.abs()))
     }
@@ -365,20 +385,24 @@ impl Report<'_> {
     fn print(&self) {
         let result = self.result;
         if !result.lobes.is_empty() {
-            println!("lobe  station  start      turns   time      form error max          rms");
+            println!("lobe  station  start      turns   time     predicted         form error max          rms");
         }
         for lobe in &result.lobes {
             println!(
-                "{:<5} {:<8} {:>5.1} deg  {:>5.1}  {:>6.2} s  {:>+7.3} um at {:>5.1} deg  {:>6.3} um",
+                "{:<5} {:<8} {:>5.1} deg  {:>5.1}  {:>6.2} s {:>18}  {:>+7.3} um at {:>5.1} deg  {:>6.3} um",
                 lobe.name,
                 lobe.station,
                 deg_from_rad(lobe.start_angle),
                 lobe.turns,
                 lobe.duration,
+                self.time(&lobe.name).map_or_else(String::new, predicted),
                 um(lobe.form_error_max),
                 deg_from_rad(lobe.form_error_max_angle),
                 um(lobe.form_error_rms),
             );
+        }
+        for time in self.times.iter().skip(result.lobes.len()) {
+            println!("{:<32} {:>6.2} s {:>18}", time.what, time.actual_s, predicted(time));
         }
         if let Some(ideal) = &self.ideal {
             let errors: Vec<String> = ideal
@@ -433,6 +457,7 @@ impl Report<'_> {
                     "start_deg": deg_from_rad(lobe.start_angle),
                     "turns": lobe.turns,
                     "duration_s": lobe.duration,
+                    "predicted_s": self.time(&lobe.name).map(|time| time.predicted_s),
                     "form_error_max_um": um(lobe.form_error_max),
                     "form_error_max_deg": deg_from_rad(lobe.form_error_max_angle),
                     "form_error_rms_um": um(lobe.form_error_rms),
@@ -449,6 +474,7 @@ impl Report<'_> {
             "first_tick": self.result.first_tick,
             "last_tick": self.result.last_tick,
             "duration_s": self.result.duration,
+            "predicted_s": self.time("job").map(|time| time.predicted_s),
             "duration_with_indexing_s": self.result.duration_with_indexing,
             "bag": self.bag,
             "took_s": self.took.as_secs_f64(),

@@ -146,6 +146,9 @@ impl Run {
         match status {
             GoalStatus::Succeeded => {
                 result.lobes = self.measure(&ended)?;
+                let times = planning::compare_times(&self.prepared, &result.lobes, result.duration);
+                let told: Vec<String> = times.iter().map(ToString::to_string).collect();
+                self.shared.node.logger().info(&told.join("; "));
                 result.message = self.told(result);
                 Ok(())
             }
@@ -155,13 +158,14 @@ impl Run {
     }
 
     fn told(&self, result: &RunJobResult) -> String {
-        let lobes = result.lobes.len();
+        let (lobes, predicted_s) = (result.lobes.len(), self.prepared.planned.plan.duration_s);
+        let late_s = result.duration - predicted_s;
+        let took = format!("{lobes} lobes in {:.2} s, predicted {predicted_s:.2} s ({late_s:+.2} s)", result.duration);
         if self.prepared.job.spec.rotary_indexing {
-            return format!("{lobes} lobes in {:.2} s, with rotary indexing before each", result.duration);
+            return format!("{took}, with rotary indexing before each");
         }
         format!(
-            "{lobes} lobes in {:.2} s; with rotary indexing before each {:.2} s: {:.2} s saved",
-            result.duration,
+            "{took}; with rotary indexing before each {:.2} s: {:.2} s saved",
             result.duration_with_indexing,
             result.duration_with_indexing - result.duration
         )

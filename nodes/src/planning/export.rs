@@ -177,7 +177,7 @@ pub fn summary(prepared: &PreparedJob) -> Summary {
         rotary_indexing: prepared.job.spec.rotary_indexing,
         max_limit_ratio: prepared.planned.report.max_ratio(),
         dresses: dresses(prepared),
-        lifts: lifts::summaries(&prepared.job),
+        lifts: lifts::summaries(&prepared.job, Some(prepared)),
         lobes: (prepared.planned.lobes.iter().zip(lobe_times_s(prepared)).enumerate())
             .map(|(index, (lobe, duration_s))| lobe_summary(prepared, index, lobe, duration_s))
             .collect(),

@@ -103,13 +103,13 @@ fn check_job(located: &Located, overrides: &[String], machine: Option<&MachineNo
         Ok(prepared) => {
             let mut findings = warnings;
             findings.extend(planned_warnings(&prepared));
-            let notes = super::lifts::notes(&prepared.job);
+            let notes = super::lifts::notes(&prepared.job, Some(&prepared));
             Report { file: located.path.clone(), findings, summary: Some(prepared.summary()), notes }
         }
         Err(first) => {
             let mut report = Report::refused(located, all_errors(&job, machine, first));
             // Why a table makes no contour often shows in the jerk of its reading.
-            report.notes = super::lifts::notes(&job);
+            report.notes = super::lifts::notes(&job, None);
             report.findings.extend(warnings);
             report
         }

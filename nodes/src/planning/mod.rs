@@ -14,6 +14,7 @@ mod inspect;
 mod lifts;
 mod lobes;
 mod rehearse;
+mod times;
 mod turn;
 mod turn_summary;
 
@@ -22,9 +23,10 @@ pub use dresses::{DressSummary, KeptPathSummary, dresses};
 pub use export::{LimitSummary, LobeSummary, PassSummary, Summary, lobe_times_s, summary, write};
 pub use findings::{Finding, Report, Severity, check};
 pub use inspect::{inspections, write_inspection};
-pub use lifts::{LiftSummary, ReadingSummary};
+pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
 pub use lobes::{BLANK_POINTS, LobeFormError, blank, lobe_result};
 pub use rehearse::{RehearsalFailed, rehearse_job};
+pub use times::{TimeCompared, compare_times};
 pub use turn_summary::{BoundSummary, RemovalClass};
 
 use crate::config::ConfigError;

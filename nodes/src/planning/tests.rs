@@ -109,6 +109,12 @@ fn the_summary_tells_how_every_table_was_read() {
     assert!(smooth.peak_jerk_mm_rad3 < half_digit.peak_jerk_mm_rad3);
     assert!(cubic.peak_jerk_mm_rad3 > 1000.0 * half_digit.peak_jerk_mm_rad3);
     assert!((1e-3..=2.000_001e-3).contains(&smooth.max_deviation_mm), "{smooth:?}");
+    // The wheel's path exists for the smooth readings only: rounded figures make a spline that is undercut everywhere.
+    let x_axis = |index: usize| lifts[0].readings[index].x_axis.as_ref().unwrap();
+    assert!(x_axis(0).no_path.is_none() && x_axis(1).no_path.is_none() && x_axis(2).no_path.is_some());
+    assert!([x_axis(0), x_axis(1)].iter().all(|x| x.jerk_mm_s3 < 0.5 * x.limit_mm_s3), "{:?}", lifts[0].readings);
+    assert!(x_axis(2).jerk_mm_s3 > 100.0 * x_axis(2).limit_mm_s3);
+    assert!((x_axis(0).work_speed_rpm - 60.0).abs() < 1e-9);
     assert!(smooth.rms_deviation_mm < smooth.max_deviation_mm);
 }
 
