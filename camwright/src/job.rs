@@ -12,6 +12,7 @@ use crate::dressing::DressingSpec;
 use crate::follower::Follower;
 use crate::lift::LiftLaw;
 use crate::machine::description::MachineDescription;
+use crate::machine::fixture::Extent;
 use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -229,6 +230,30 @@ pub struct JobSpec {
     pub home: HomePosition,
     /// When the wheel is dressed; `None`: never in this job.
     pub dressing: Option<DressingSpec>,
+    /// What the part has besides its lobes: shoulders, journals.
+    pub obstacles: Vec<ObstacleSpec>,
+    /// How far the wheel keeps from everything but the lobe it grinds (mm).
+    pub clearance_mm: f64,
+    /// Wheels that single lobes or passes ask for. The machine has one.
+    pub wheels: Vec<WheelWish>,
+}
+
+/// A body of revolution on the part that is not ground.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObstacleSpec {
+    /// Name, for people.
+    pub name: String,
+    /// Where it is and how large: in the positions of the stations.
+    pub extent: Extent,
+}
+
+/// A wheel that a lobe or a pass asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WheelWish {
+    /// `lobe E1` or `pass rough`.
+    pub of: String,
+    /// Its radius (mm).
+    pub radius_mm: f64,
 }
 
 /// What a job cannot ask for, whatever its paths look like.
@@ -342,6 +367,21 @@ pub enum JobError {
         /// Fewest allowed.
         least: u32,
     },
+    /// An obstacle that takes no room.
+    #[error(
+        "obstacle {name} reaches from {from_mm} to {to_mm} mm with a radius of {radius_mm} mm; it must begin before it ends \
+         and have a radius above 0"
+    )]
+    NoBody {
+        /// Its name.
+        name: String,
+        /// Its beginning.
+        from_mm: f64,
+        /// Its end.
+        to_mm: f64,
+        /// Its radius.
+        radius_mm: f64,
+    },
     /// A number is outside its range.
     #[error("{place}{key} is {value}; it must be {wanted}")]
     OutOfRange {
@@ -405,6 +445,17 @@ impl JobSpec {
         positive(String::new, "rapid_speed_mm_s", self.rapid_speed_mm_s)?;
         positive(String::new, "retract_clearance_mm", self.retract_clearance_mm)?;
         positive(String::new, "stock_mm", self.stock_mm)?;
+        if !(self.clearance_mm >= 0.0 && self.clearance_mm.is_finite()) {
+            let (key, value) = ("clearance_mm", self.clearance_mm);
+            return Err(JobError::OutOfRange { place: String::new(), key, value, wanted: "a number from 0 on" });
+        }
+        if let Some(obstacle) = self.obstacles.iter().find(|obstacle| !obstacle.extent.is_body()) {
+            let Extent { from_mm, to_mm, radius_mm } = obstacle.extent;
+            return Err(JobError::NoBody { name: obstacle.name.clone(), from_mm, to_mm, radius_mm });
+        }
+        for wish in &self.wheels {
+            positive(|| alloc::format!("{}: ", wish.of), "wheel_radius_mm", wish.radius_mm)?;
+        }
         finite(String::new, "home.x_mm", self.home.x_mm)?;
         finite(String::new, "home.z_mm", self.home.z_mm)
     }

@@ -27,12 +27,53 @@ pub enum PlanError {
         source: ContourError,
     },
     /// The wheel cannot make a profile.
-    #[error("profile {profile}: {source}")]
+    #[error("{lobes}profile {profile}: {source}{advice}")]
     Path {
+        /// `lobes E1, E2: `, those that have the profile; nothing if none has.
+        lobes: String,
+        /// What can be done about it, after a semicolon, or nothing.
+        advice: String,
         /// Name of the profile.
         profile: String,
         /// Why.
         source: ToolPathError,
+    },
+    /// A part that needs two wheels is two jobs.
+    #[error(
+        "the machine has one wheel, of radius {mounted_mm:.3} mm, and the job asks for {wishes}; {needs}: make two jobs of it, \
+         one for each wheel"
+    )]
+    TwoWheels {
+        /// Radius of the wheel mounted (mm).
+        mounted_mm: f64,
+        /// What asks for which wheel.
+        wishes: String,
+        /// The largest wheel that each lobe can be ground with.
+        needs: String,
+    },
+    /// The wheel would come too near to something.
+    #[error(
+        "{step}: the wheel would be at {x_mm:.3} mm from the spindle axis with z_axis at {} mm, where {what} reaches \
+         {reach_mm:.3} mm; with clearance_mm at {clearance_mm} x_axis must stay at {:.3} mm or more, {:.3} mm farther out",
+        range(*.z_mm), .reach_mm + .clearance_mm, .reach_mm + .clearance_mm - .x_mm
+    )]
+    Collision {
+        /// Label of the step.
+        step: String,
+        /// Index of the lobe that the step is for.
+        lobe: Option<usize>,
+        /// What stands there: `obstacle journal 1`, `lobe E1`, `the tailstock`.
+        what: String,
+        /// Index of the obstacle, if it is one of the job.
+        obstacle: Option<usize>,
+        /// Its radius, stock included (mm).
+        reach_mm: f64,
+        /// Nearest position of X (mm).
+        x_mm: f64,
+        /// Positions of the table (mm).
+        z_mm: (f64, f64),
+        /// Distance to keep (mm).
+        clearance_mm: f64,
     },
     /// The wheel cannot be dressed as wanted.
     #[error(transparent)]
@@ -130,4 +171,9 @@ pub enum PlanError {
     /// The finished plan failed its forward check: a defect of the planner, told rather than driven.
     #[error("the plan failed its forward check: {0}")]
     Check(#[from] PlanCheckError),
+}
+
+/// `80.000` or `80.000 to 125.000`.
+fn range((low, high): (f64, f64)) -> String {
+    if high - low < 1e-9 { alloc::format!("{low:.3}") } else { alloc::format!("{low:.3} to {high:.3}") }
 }

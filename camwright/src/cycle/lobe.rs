@@ -1,6 +1,7 @@
 //! Each lobe by itself: its shape, the phase it begins at, its speed plan, and whether there is room.
 
 use super::error::PlanError;
+use super::wheels::no_path;
 use crate::contour::Contour;
 use crate::dressing::{LobeStock, WheelCourse, WheelNow, stock_area_mm2};
 use crate::infeed::InfeedSchedule;
@@ -126,8 +127,8 @@ pub(super) fn shapes(
     let along_normal = job.passes.iter().any(|pass| pass.infeed_direction == InfeedDirection::Normal);
     let shape = |profile: usize, radius_mm: f64| {
         let contour = contours[profile].clone();
-        let tool_path = ToolPath::for_wheel(&contour, radius_mm)
-            .map_err(|source| PlanError::Path { profile: job.profiles[profile].name.clone(), source })?;
+        let tool_path =
+            ToolPath::for_wheel(&contour, radius_mm).map_err(|source| no_path(job, contours, profile, source))?;
         let path = if machine.rotation_sense < 0 { mirrored(tool_path.spline()) } else { tool_path.spline().clone() };
         let ratio = along_normal.then(|| normal_ratio(&path, radius_mm));
         Ok::<_, PlanError>(Shape { profile, contour, tool_path, path, ratio })
@@ -197,7 +198,7 @@ fn mirrored(spline: &PeriodicSpline) -> PeriodicSpline {
 }
 
 /// Smallest and largest value, on four points per knot.
-fn extremes(spline: &PeriodicSpline) -> (f64, f64) {
+pub(super) fn extremes(spline: &PeriodicSpline) -> (f64, f64) {
     #[allow(clippy::cast_possible_truncation, reason = "knots are far below 2^30")]
     let count = 4 * spline.coefficients().len() as u32;
     let values = (0..count).map(|i| spline.sample(f64::from(i) * TURN_RAD / f64::from(count)).value);

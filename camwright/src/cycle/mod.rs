@@ -16,10 +16,12 @@
 //! Turns are whole, so C stands after each lobe at the phase it had before: without rotary indexing lobe j is read from
 //! the angle σ·C − αj on, wherever in its table that is. Both ways are always built, and the time of both is told.
 
+mod clearance;
 mod dress;
 mod error;
 mod lobe;
 mod sequence;
+mod wheels;
 
 pub use error::PlanError;
 pub use lobe::{LobeDesign, PlannedLobe, designs};
@@ -83,6 +85,7 @@ pub fn plan_job(
     let schedules = schedules(job, machine)?;
     let contours = lobe::contours(job)?;
     let wheel_now = wheel.into();
+    wheels::check_one_wheel(job, &contours, wheel_now.radius_mm)?;
     let wheel = lobe::wheel_course(job, machine, &contours, wheel_now)?;
     let shapes = lobe::shapes(job, machine, &contours, &wheel)?;
     let begins = lobe::begins(job, machine, &schedules, job.rotary_indexing);
@@ -103,6 +106,7 @@ pub fn plan_job(
         // Same cuts from other phases: a ramp may differ by hundredths of a second there, which is left out.
         build(job, machine, made, start, expected, true)?.duration_s
     };
+    clearance::check_clearance(job, machine, &lobes, &plan, start.counts)?;
     let report = check_plan(&plan, machine, start.counts)?;
     let dresses = dress::with_kept_paths(job, &contours, &shapes, wheel_now.radius_mm, &wheel);
     Ok(PlannedJob { plan, lobes, dresses, report })

@@ -91,7 +91,7 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let job = args.job.clone().unwrap_or_else(|| "four_lobe_camshaft".to_owned());
     let bag = args.bag.clone().unwrap_or_else(|| default_bag(&job));
     let client = Client::new(ros_args)?;
-    let cell = if args.attach { None } else { Some(Cell::start(args, ros_args, &bag)?) };
+    let cell = if args.attach { None } else { Some(Cell::start(&job, args, ros_args, &bag)?) };
     client.meet(cell.is_some(), &shutdown)?;
     let outcome = client.run_job(&job, &args.set, &shutdown);
     if let Some(cell) = cell {
@@ -115,6 +115,11 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     Ok(report.exit_code())
 }
 
+/// The machine that a job names; what is wrong with the job the planner says.
+fn machine_of(job: &str, args: &RunArgs) -> String {
+    job_file::machine_of(job, &args.set).unwrap_or_else(|| "cam_grinder".to_owned())
+}
+
 fn default_bag(job: &str) -> PathBuf {
     let name =
         std::path::Path::new(job).file_stem().map_or_else(|| job.to_owned(), |stem| stem.to_string_lossy().into());
@@ -123,7 +128,7 @@ fn default_bag(job: &str) -> PathBuf {
 }
 
 impl Cell {
-    fn start(args: &RunArgs, ros_args: &RosArgs, bag: &std::path::Path) -> Result<Self, NodeError> {
+    fn start(job: &str, args: &RunArgs, ros_args: &RosArgs, bag: &std::path::Path) -> Result<Self, NodeError> {
         let pace = match args.pace {
             PaceArg::Realtime => "realtime",
             PaceArg::Fast => "fast",
@@ -132,6 +137,7 @@ impl Cell {
         let args_of_cell = ros_args
             .clone()
             .with_parameter(None, "autostart", ParameterValue::Bool(false))
+            .with_default_parameter(Some("machine_sim"), "machine", text(&machine_of(job, args)))
             .with_parameter(Some("machine_sim"), "pace", text(pace))
             .with_parameter(
                 Some("machine_sim"),

@@ -6,7 +6,7 @@ use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
 use super::locate::{Located, locate};
 use super::machine_file::{self, Machine};
 use super::pass_file::{InfeedFile, RoughingFile, SpeedFile, passes, roughing_findings};
-use super::wheel_file::DressingFile;
+use super::wheel_file::{DressingFile, ObstacleFile, wishes};
 use super::yaml::Document;
 use camwright::follower::Follower;
 use camwright::job::{HoldInCut, HomePosition, JobSpec, LobeSpec, ProfileSpec};
@@ -50,6 +50,10 @@ struct JobFile {
     rotary_indexing: bool,
     home: HomeFile,
     dressing: Option<DressingFile>,
+    #[serde(default)]
+    obstacles: Vec<ObstacleFile>,
+    #[serde(default = "default_clearance")]
+    clearance_mm: f64,
 }
 
 /// What a hold does in the cut.
@@ -63,6 +67,10 @@ enum HoldFile {
 
 fn default_retract() -> f64 {
     2.0
+}
+
+fn default_clearance() -> f64 {
+    1.0
 }
 
 #[derive(Debug, Deserialize)]
@@ -83,6 +91,7 @@ struct LobeFile {
     profile: String,
     phase_deg: f64,
     width_mm: f64,
+    wheel_radius_mm: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -219,6 +228,12 @@ fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks
         rotary_indexing: file.rotary_indexing,
         home: HomePosition { x_mm: file.home.x_mm, z_mm: file.home.z_mm },
         dressing: file.dressing.as_ref().map(DressingFile::spec),
+        obstacles: file.obstacles.iter().map(ObstacleFile::spec).collect(),
+        clearance_mm: file.clearance_mm,
+        wheels: wishes(
+            (file.lobes.iter().map(|lobe| ("lobe", lobe.name.as_str(), lobe.wheel_radius_mm)))
+                .chain(file.roughing.iter().map(|rough| ("pass", rough.name(), rough.wheel_radius_mm()))),
+        ),
     }
 }
 
@@ -336,6 +351,19 @@ fn read_lobes(document: &Document, file: &JobFile, findings: &mut Vec<ConfigErro
         });
     }
     lobes
+}
+
+/// The machine file that a job names, as its other readers find it; `None` for what is no job.
+#[must_use]
+pub fn machine_of(name: &str, overrides: &[String]) -> Option<String> {
+    let located = locate("jobs", name, "yaml", None).ok()?;
+    let document = Document::parse(&located.path, &located.text, overrides).ok()?;
+    let Some(super::yaml::Value::Text(machine)) = document.root.get("machine").map(|node| &node.value) else {
+        return None;
+    };
+    let found = locate("machines", machine, "yaml", Some(&located.path)).ok()?;
+    // What was found beside the job is named by its path; what is built in, by its name.
+    Some(if found.path.is_file() { found.path.display().to_string() } else { machine.clone() })
 }
 
 /// Name, title and path of the jobs that [`load`] finds by name.

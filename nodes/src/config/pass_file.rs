@@ -133,6 +133,18 @@ pub(super) struct RoughingFile {
     work_speed_rpm: f64,
     #[serde(default)]
     speed: SpeedFile,
+    wheel_radius_mm: Option<f64>,
+}
+
+impl RoughingFile {
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The wheel it asks for, if it does.
+    pub(super) fn wheel_radius_mm(&self) -> Option<f64> {
+        self.wheel_radius_mm
+    }
 }
 
 fn pass(name: &str, infeed: &InfeedFile, work_speed_rpm: f64, speed: &SpeedFile) -> PassSpec {

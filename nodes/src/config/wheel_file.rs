@@ -3,6 +3,7 @@
 use super::ConfigError;
 use super::yaml::Document;
 use camwright::dressing::DressingSpec;
+use camwright::job::{ObstacleSpec, WheelWish};
 use camwright::machine::fixture::{Dresser, Extent};
 use serde::Deserialize;
 
@@ -96,4 +97,29 @@ impl DressingFile {
             depth_mm: self.depth_um / UM_PER_MM,
         }
     }
+}
+
+/// What the part has besides its lobes.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ObstacleFile {
+    name: String,
+    from_mm: f64,
+    to_mm: f64,
+    radius_mm: f64,
+}
+
+impl ObstacleFile {
+    pub(super) fn spec(&self) -> ObstacleSpec {
+        let extent = Extent { from_mm: self.from_mm, to_mm: self.to_mm, radius_mm: self.radius_mm };
+        ObstacleSpec { name: self.name.clone(), extent }
+    }
+}
+
+/// What lobes and passes say about wheels, in the order of the file.
+pub(super) fn wishes<'a>(of: impl Iterator<Item = (&'static str, &'a str, Option<f64>)>) -> Vec<WheelWish> {
+    let wish = |(kind, name, radius): (_, _, Option<f64>)| {
+        Some(WheelWish { of: format!("{kind} {name}"), radius_mm: radius? })
+    };
+    of.filter_map(wish).collect()
 }

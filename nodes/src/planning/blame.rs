@@ -6,6 +6,7 @@ use camwright::contour::ContourError;
 use camwright::cycle::PlanError;
 use camwright::dressing::DressError;
 use camwright::job::JobError;
+use camwright::machine::WHEEL_TOLERANCE_MM;
 use camwright::machine::description::Axis;
 use camwright::speed_plan::SpeedPlanError;
 use camwright::tool_path::ToolPathError;
@@ -20,7 +21,7 @@ fn key(job: &Job, error: &PlanError) -> String {
     match error {
         PlanError::Job(error) => job_key(job, error),
         PlanError::Contour { profile, source } => format!("{}.{}", profile_key(job, profile), contour_key(source)),
-        PlanError::Path { profile, source } => match source {
+        PlanError::Path { profile, source, .. } => match source {
             ToolPathError::BadWheelRadius { .. } | ToolPathError::WheelTooLarge { .. }
                 if job.wheel_radius_mm.is_some() =>
             {
@@ -34,6 +35,10 @@ fn key(job: &Job, error: &PlanError) -> String {
             DressError::NoWear { .. } | DressError::WearsTooMuch { .. } => "dressing.predicted_error_um".into(),
             DressError::TooDeep { .. } => "dressing.depth_um".into(),
         },
+        PlanError::TwoWheels { mounted_mm, .. } => wish_key(job, *mounted_mm),
+        PlanError::Collision { obstacle: Some(obstacle), .. } => format!("obstacles.{obstacle}"),
+        PlanError::Collision { lobe: Some(lobe), .. } => format!("lobes.{lobe}.station"),
+        PlanError::Collision { .. } => "home.x_mm".into(),
         PlanError::WheelTooFast { lobe, .. } => lobe_key(job, lobe),
         PlanError::Infeed { pass, .. } => pass_key(job, pass, "infeed.total_mm"),
         PlanError::TouchesBlank { .. } => "infeed.total_mm".into(),
@@ -66,6 +71,9 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::UnknownProfile { lobe, .. } => format!("{}.profile", lobe_key(job, lobe)),
         JobError::WiderThanWheel { lobe, .. } => format!("{}.width_mm", lobe_key(job, lobe)),
         JobError::NoSparkOut { .. } => "infeed.spark_out_turns".into(),
+        JobError::NoBody { name, .. } => {
+            index_key("obstacles", job.spec.obstacles.iter().position(|obstacle| obstacle.name == *name))
+        }
         JobError::PassCount { .. } => "infeed".into(),
         JobError::MixedDirections { pass, .. } => pass_key(job, pass, "infeed.along"),
         JobError::TooFewBlocks { .. } => "profiles.0.lift".into(),
@@ -90,6 +98,16 @@ fn pass_key(job: &Job, pass: &str, key: &str) -> String {
     match passes.iter().position(|other| other.name == pass) {
         Some(index) if index + 1 < passes.len() => format!("roughing.{index}.{key}"),
         _ => key.into(),
+    }
+}
+
+/// The first key that asks for another wheel than the one that is mounted.
+fn wish_key(job: &Job, mounted_mm: f64) -> String {
+    let other = job.spec.wheels.iter().find(|wish| (wish.radius_mm - mounted_mm).abs() > WHEEL_TOLERANCE_MM);
+    match other.and_then(|wish| wish.of.split_once(' ')) {
+        Some(("lobe", name)) => format!("{}.wheel_radius_mm", lobe_key(job, name)),
+        Some((_, name)) => pass_key(job, name, "wheel_radius_mm"),
+        None => "wheel_radius_mm".into(),
     }
 }
 

@@ -6,7 +6,7 @@ use crate::config::job_file::{self, Job};
 use crate::config::lift_file;
 use crate::config::locate::{Located, locate};
 use camwright::cycle::PlannedLobe;
-use camwright::cycle::plan_job;
+use camwright::cycle::{PlanError, plan_job};
 use camwright::dressing::WheelNow;
 use camwright::job::{JobError, LobeSpec};
 use camwright::units::deg_from_rad;
@@ -121,7 +121,9 @@ fn check_job(located: &Located, overrides: &[String], machine: Option<&MachineNo
 fn all_errors(job: &Job, machine: Option<&MachineNow>, first: ConfigError) -> Vec<ConfigError> {
     let mut errors = vec![first];
     let mut add = |error: ConfigError| {
-        if !errors.contains(&error) {
+        // What one lobe alone says may stand in what all of them said before.
+        let said = |known: &ConfigError| known.place == error.place && known.message.contains(&error.message);
+        if !errors.iter().any(said) {
             errors.push(error);
         }
     };
@@ -146,8 +148,13 @@ fn all_errors(job: &Job, machine: Option<&MachineNow>, first: ConfigError) -> Ve
         let mut alone = job.spec.clone();
         alone.profiles = job.spec.profiles.get(lobe.profile).cloned().into_iter().collect();
         alone.lobes = vec![LobeSpec { profile: 0, ..lobe }];
-        if let Err(error) = plan_job(&alone, description, wheel, None) {
-            add(blame(job, &error));
+        alone.wheels = Vec::new();
+        match plan_job(&alone, description, wheel, None) {
+            Err(PlanError::Path { profile, source, .. }) => {
+                add(blame(job, &PlanError::Path { lobes: String::new(), advice: String::new(), profile, source }));
+            }
+            Err(error) => add(blame(job, &error)),
+            Ok(_) => {}
         }
     }
     errors

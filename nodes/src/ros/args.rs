@@ -259,6 +259,13 @@ impl RosArgs {
         self
     }
 
+    /// The same with a value for a parameter that is used unless somebody gave another.
+    #[must_use]
+    pub fn with_default_parameter(mut self, node: Option<&str>, name: &str, value: ParameterValue) -> Self {
+        self.overrides.insert(0, Override::One { node: node.map(str::to_string), name: name.to_string(), value });
+        self
+    }
+
     /// The same with a namespace for all nodes without a rule of their own.
     #[must_use]
     pub fn with_namespace(mut self, namespace: &str) -> Self {

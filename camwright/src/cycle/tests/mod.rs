@@ -129,6 +129,9 @@ fn job() -> JobSpec {
         rotary_indexing: false,
         home: HomePosition { x_mm: 150.0, z_mm: 0.0 },
         dressing: None,
+        obstacles: Vec::new(),
+        clearance_mm: 1.0,
+        wheels: Vec::new(),
     }
 }
 
@@ -156,6 +159,7 @@ fn refusal(change: impl FnOnce(&mut JobSpec)) -> PlanError {
 }
 
 mod bits;
+mod clearance;
 mod dressing;
 mod infeeds;
 mod passes;
