@@ -83,7 +83,7 @@ fn the_error_of_a_kept_path_is_told_for_every_dress() {
 
 #[test]
 fn a_wheel_that_a_dress_would_use_up_is_refused() {
-    let text = refusal("dressed_batch", &["wheel_radius_mm=42.6", "dressing={every_lobes: 1, depth_um: 40}"]);
+    let text = refusal("dressed_batch", &["wheel_radius_mm=42.5", "dressing={every_lobes: 1, depth_um: 40}"]);
     says(&text, &["a wheel of radius 42.4", "turns at 18", "its spindle is allowed 18000.0 rpm"]);
     let slower = Folder::new("slower");
     let machine = machine_with(&slower, "max_speed_rpm: 18000.0", "max_speed_rpm: 30000.0");
