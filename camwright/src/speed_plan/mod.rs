@@ -15,6 +15,7 @@ mod bound_use;
 mod envelope;
 mod limit_use;
 mod process;
+mod run_up;
 mod square_speed;
 mod stop;
 mod time_optimal;
