@@ -20,7 +20,8 @@ use camwright::follower::Follower;
 use camwright::lift::{LiftLaw, MotionProgram, MotionSegment};
 use camwright::machine::description::MotionLimits;
 use camwright::motion_law::MotionLaw;
-use camwright::speed_plan::{TurnRequest, TurnSpeed};
+use camwright::numeric::hermite::Sample;
+use camwright::speed_plan::{TurnRequest, TurnSpeed, removal_rate_ratio_mm2};
 use camwright::tool_path::ToolPath;
 use camwright::units::{TURN_RAD, rad_from_deg};
 use std::error::Error;
@@ -130,13 +131,12 @@ struct Case {
 
 impl Case {
     /// The speed that the removal rate allows (rad/s).
-    fn bound(&self, angle_rad: f64) -> f64 {
-        let normal_depth = self.lobe.infeed_mm * libm::cos(self.path.beta(angle_rad));
-        self.lobe.removal_rate_mm2_s / (normal_depth * self.path.footprint_speed_ratio_mm(angle_rad))
+    fn bound(&self, x: Sample) -> f64 {
+        self.lobe.removal_rate_mm2_s / removal_rate_ratio_mm2(x, self.lobe.wheel_radius_mm, self.lobe.infeed_mm)
     }
 
     fn plan(&self) -> Result<TurnSpeed, Box<dyn Error>> {
-        let bound = |angle_rad: f64| self.bound(angle_rad);
+        let bound = |_: f64, x: Sample| self.bound(x);
         let path = self.path.spline();
         let request = TurnRequest { path, infeed_slope_mm_rad: 0.0, bound: &bound, c: C, x: self.lobe.x };
         Ok(TurnSpeed::fastest(&request)?)
@@ -148,7 +148,7 @@ impl Case {
         for i in 0..GRID {
             let angle = f64::from(i) * (TURN_RAD / f64::from(GRID));
             let (x, c) = (self.path.sample(angle), turn.at(angle));
-            for number in [x.value, x.first, x.second, x.third, self.bound(angle), c.speed, c.acceleration] {
+            for number in [x.value, x.first, x.second, x.third, self.bound(x), c.speed, c.acceleration] {
                 grid.extend(number.to_le_bytes());
             }
         }

@@ -6,6 +6,7 @@ use camwright::contour::Contour;
 use camwright::follower::Follower;
 use camwright::machine::description::MotionLimits;
 use camwright::motion_law::MotionLaw;
+use camwright::numeric::hermite::Sample;
 use camwright::speed_plan::{TurnRequest, TurnSpeed, removal_rate_ratio_mm2};
 use camwright::tool_path::ToolPath;
 use camwright::units::TURN_RAD;
@@ -22,8 +23,8 @@ fn reference_lobe(wheel_radius_mm: f64) -> ToolPath {
 }
 
 /// Q′ at unit speed of C (mm²/rad).
-fn removal(path: &ToolPath, infeed_mm: f64, angle: f64) -> f64 {
-    removal_rate_ratio_mm2(path.sample(angle), path.wheel_radius_mm(), infeed_mm)
+fn removal(path: &ToolPath, infeed_mm: f64, x: Sample) -> f64 {
+    removal_rate_ratio_mm2(x, path.wheel_radius_mm(), infeed_mm)
 }
 
 struct Case {
@@ -48,7 +49,7 @@ const CASES: [Case; 4] = [
 fn the_turn_is_within_half_a_hundredth_of_the_best_known() {
     for case in CASES {
         let path = reference_lobe(case.wheel_radius_mm);
-        let bound = |angle: f64| case.removal_rate_mm2_s / removal(&path, case.infeed_mm, angle);
+        let bound = |_: f64, x: Sample| case.removal_rate_mm2_s / removal(&path, case.infeed_mm, x);
         let request = TurnRequest { path: path.spline(), infeed_slope_mm_rad: 0.0, bound: &bound, c: C, x: X };
         let turn = TurnSpeed::fastest(&request).expect("limits above 0");
         let (turn_s, least_s) = (turn.turn_s(), turn.least_s());
@@ -64,7 +65,7 @@ fn no_limit_is_exceeded_on_a_fine_grid() {
     const POINTS: u32 = 20_000;
     for case in CASES {
         let path = reference_lobe(case.wheel_radius_mm);
-        let bound = |angle: f64| case.removal_rate_mm2_s / removal(&path, case.infeed_mm, angle);
+        let bound = |_: f64, x: Sample| case.removal_rate_mm2_s / removal(&path, case.infeed_mm, x);
         let request = TurnRequest { path: path.spline(), infeed_slope_mm_rad: 0.0, bound: &bound, c: C, x: X };
         let turn = TurnSpeed::fastest(&request).expect("limits above 0");
         let mut worst = [0.0_f64; 7];
@@ -78,7 +79,7 @@ fn no_limit_is_exceeded_on_a_fine_grid() {
             let (before, after) = (turn.at(angle - 0.5 * d), turn.at(angle + 0.5 * d));
             let jerk = (after.acceleration - before.acceleration) / d * v;
             let x = path.sample(angle);
-            take(0, v / bound(angle));
+            take(0, v / bound(angle, x));
             take(1, v / C.velocity);
             take(2, a / C.acceleration);
             take(3, jerk / C.jerk);
@@ -96,7 +97,7 @@ fn no_limit_is_exceeded_on_a_fine_grid() {
 #[test]
 fn on_a_concentric_disc_the_bound_is_reached_everywhere() {
     let flat = camwright::numeric::periodic_spline::PeriodicSpline::interpolate(&[20.0; 36]).expect("36 values");
-    let request = TurnRequest { path: &flat, infeed_slope_mm_rad: 0.0, bound: &|_| 12.0, c: C, x: X };
+    let request = TurnRequest { path: &flat, infeed_slope_mm_rad: 0.0, bound: &|_, _| 12.0, c: C, x: X };
     let turn = TurnSpeed::fastest(&request).expect("limits above 0");
     assert!((turn.turn_s() / (TURN_RAD / 12.0) - 1.0).abs() < 1e-3, "{} s", turn.turn_s());
     assert!(turn.turn_s() >= turn.least_s());
@@ -112,7 +113,7 @@ fn the_plan_turns_with_the_part() {
         #[allow(clippy::cast_precision_loss, reason = "some hundred knots")]
         let values: Vec<f64> = (0..n).map(|i| path.sample(i as f64 * TURN_RAD / n as f64 - shift).value).collect();
         let turned = camwright::numeric::periodic_spline::PeriodicSpline::interpolate(&values).expect("finite");
-        let bound = |angle: f64| 10.0 / removal(&path, 0.05, angle - shift);
+        let bound = |_: f64, x: Sample| 10.0 / removal(&path, 0.05, x);
         let request = TurnRequest { path: &turned, infeed_slope_mm_rad: 0.0, bound: &bound, c: C, x: X };
         TurnSpeed::fastest(&request).expect("limits above 0").turn_s()
     };

@@ -81,39 +81,72 @@ impl PeriodicSpline {
     /// Value and derivatives with respect to the angle (rad).
     #[must_use]
     pub fn sample(&self, angle_rad: f64) -> Sample {
-        let n = self.coefficients.len();
-        #[allow(clippy::cast_precision_loss, reason = "coefficient counts are far below 2^53")]
-        let per_rad = n as f64 / TURN_RAD;
-        let x = angle_rad * per_rad;
+        let x = angle_rad * self.per_rad();
         let floor = libm::floor(x);
-        let u = x - floor;
         #[allow(clippy::cast_possible_truncation, reason = "angles are far inside i64 knots")]
-        let base = floor as i64;
-        let n_signed = i64::try_from(n).unwrap_or(i64::MAX);
-        let c = |offset: i64| {
-            let index = (base + offset).rem_euclid(n_signed);
-            self.coefficients[usize::try_from(index).unwrap_or(0)]
-        };
+        let knot = (floor as i64).rem_euclid(i64::try_from(self.coefficients.len()).unwrap_or(i64::MAX));
+        self.combine(usize::try_from(knot).unwrap_or(0), &Weights::at(x - floor))
+    }
+
+    /// As [`PeriodicSpline::sample`], at `parts` equal steps from every knot to the next, from angle 0 on round the turn.
+    #[must_use]
+    pub fn samples(&self, parts: u32) -> Vec<Sample> {
+        let weights: Vec<Weights> = (0..parts).map(|part| Weights::at(f64::from(part) / f64::from(parts))).collect();
+        (0..self.coefficients.len()).flat_map(|knot| weights.iter().map(move |w| self.combine(knot, w))).collect()
+    }
+
+    /// Knots per rad.
+    fn per_rad(&self) -> f64 {
+        #[allow(clippy::cast_precision_loss, reason = "coefficient counts are far below 2^53")]
+        let count = self.coefficients.len() as f64;
+        count / TURN_RAD
+    }
+
+    /// The six coefficients that are felt between a knot and the next.
+    fn around(&self, knot: usize) -> [f64; 6] {
+        let n = self.coefficients.len();
+        let inside = knot.checked_sub(2).and_then(|from| self.coefficients.get(from..from + 6));
+        match inside.and_then(|inside| inside.try_into().ok()) {
+            Some(inside) => inside,
+            None => core::array::from_fn(|i| self.coefficients[(knot + n - 2 + i) % n]),
+        }
+    }
+
+    #[inline]
+    fn combine(&self, knot: usize, w: &Weights) -> Sample {
+        let per_rad = self.per_rad();
         // Differences first: a constant spline is then exactly constant, and derivatives lose no digits.
-        let (a, b, m, p, q, r) = (c(-2), c(-1), c(0), c(1), c(2), c(3));
-        let value = {
-            let w = basis(u);
-            let mid = m;
-            mid + (w[0] * (a - mid) + w[1] * (b - mid) + w[3] * (p - mid) + w[4] * (q - mid) + w[5] * (r - mid))
-        };
+        let [a, b, m, p, q, r] = self.around(knot);
+        let v = &w.value;
+        let value = m + (v[0] * (a - m) + v[1] * (b - m) + v[3] * (p - m) + v[4] * (q - m) + v[5] * (r - m));
         let d1 = [b - a, m - b, p - m, q - p, r - q];
         let d2 = [d1[1] - d1[0], d1[2] - d1[1], d1[3] - d1[2], d1[4] - d1[3]];
         let d3 = [d2[1] - d2[0], d2[2] - d2[1], d2[3] - d2[2]];
-        let (b4, b3, b2) = (quartic_basis(u), cubic_basis(u), quadratic_basis(u));
-        let first: f64 = b4.iter().zip(d1).map(|(w, d)| w * d).sum();
-        let second: f64 = b3.iter().zip(d2).map(|(w, d)| w * d).sum();
-        let third: f64 = b2.iter().zip(d3).map(|(w, d)| w * d).sum();
+        let first: f64 = w.first.iter().zip(d1).map(|(w, d)| w * d).sum();
+        let second: f64 = w.second.iter().zip(d2).map(|(w, d)| w * d).sum();
+        let third: f64 = w.third.iter().zip(d3).map(|(w, d)| w * d).sum();
         Sample {
             value,
             first: first * per_rad,
             second: second * per_rad * per_rad,
             third: third * per_rad * per_rad * per_rad,
         }
+    }
+}
+
+/// What coefficients, their first, second and third differences count between two knots.
+struct Weights {
+    value: [f64; 6],
+    first: [f64; 5],
+    second: [f64; 4],
+    third: [f64; 3],
+}
+
+impl Weights {
+    /// At `u` in 0..1 from the left knot.
+    #[inline]
+    fn at(u: f64) -> Self {
+        Self { value: basis(u), first: quartic_basis(u), second: cubic_basis(u), third: quadratic_basis(u) }
     }
 }
 
@@ -202,6 +235,16 @@ mod tests {
         };
         let ratio = error(60) / error(120);
         assert!((50.0..80.0).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn samples_at_equal_steps_are_those_at_their_angles() {
+        let spline = PeriodicSpline::from_coefficients((0..50).map(|i| libm::sin(f64::from(i * i))).collect()).unwrap();
+        for (i, sample) in (0..).zip(spline.samples(4)) {
+            let wanted = spline.sample((f64::from(i) + 1e-9) * TURN_RAD / 200.0);
+            assert!((sample.value - wanted.value).abs() < 1e-7 && (sample.third - wanted.third).abs() < 1e-4, "{i}");
+        }
+        assert_eq!(spline.samples(4).len(), 200);
     }
 
     /// Derivatives agree with finite differences of the value.

@@ -2,9 +2,8 @@
 //! where it is slow a plan needs its knots.
 
 use super::square_speed::{Knots, to_f64};
-use super::turn_request::TurnRequest;
-use super::turn_speed::TurnError;
-use crate::units::{TURN_RAD, deg_from_rad, wrap_turn};
+use crate::machine::description::MotionLimits;
+use crate::units::{TURN_RAD, wrap_turn};
 use alloc::vec::Vec;
 
 /// Fewest and most knots of a plan.
@@ -14,25 +13,16 @@ const MOST_KNOTS: usize = 6000;
 /// z = Ċ² on a uniform grid: below its bound, rising and falling by the acceleration of C at most.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Envelope {
-    per_bound: Vec<f64>,
     square: Vec<f64>,
     least_s: f64,
 }
 
 impl Envelope {
-    pub(super) fn new(request: &TurnRequest<'_>, count: usize) -> Result<Self, TurnError> {
+    /// From 1/bound² at equal angles from 0 on, all positive and finite.
+    pub(super) fn new(per_bound: &[f64], c: &MotionLimits) -> Self {
+        let count = per_bound.len();
         let d = spacing(count);
-        let rise = 2.0 * request.c.acceleration * d;
-        let mut per_bound = Vec::with_capacity(count);
-        for i in 0..count {
-            let angle = to_f64(i) * d;
-            let per = request.per_square_bound(angle, request.over_angle(angle).first);
-            if per.is_nan() || per <= 0.0 || per.is_infinite() {
-                let (angle_deg, speed_rad_s) = (deg_from_rad(angle), (request.bound)(angle));
-                return Err(TurnError::NoSpeed { angle_deg, speed_rad_s });
-            }
-            per_bound.push(per);
-        }
+        let rise = 2.0 * c.acceleration * d;
         let mut square: Vec<f64> = per_bound.iter().map(|per| 1.0 / per).collect();
         for i in 1..2 * count {
             square[i % count] = square[i % count].min(square[(i - 1) % count] + rise);
@@ -50,7 +40,7 @@ impl Envelope {
                 2.0 * up / (libm::sqrt(a) + root) + 2.0 * down / (root + libm::sqrt(b))
             })
             .sum();
-        Ok(Self { per_bound, square, least_s })
+        Self { square, least_s }
     }
 
     /// A time that no plan goes below (s).
@@ -66,12 +56,6 @@ impl Envelope {
         let i = (x as usize).min(n - 1);
         let u = x - to_f64(i);
         self.square[i] * (1.0 - u) + self.square[(i + 1) % n] * u
-    }
-
-    /// Largest ratio of a plan's z to its bound on the grid.
-    pub(super) fn excess(&self, square: impl Fn(f64) -> f64) -> f64 {
-        let d = spacing(self.per_bound.len());
-        self.per_bound.iter().enumerate().map(|(i, per)| per * square(to_f64(i) * d)).fold(0.0, f64::max)
     }
 
     /// Knots that take equal times at this speed, and are never farther apart than `widest_rad`.

@@ -14,10 +14,12 @@
 mod bound_use;
 mod envelope;
 mod limit_use;
+mod peaks;
 mod process;
 mod run_up;
 mod square_speed;
 mod stop;
+mod table;
 mod time_optimal;
 mod turn_request;
 mod turn_speed;
@@ -27,8 +29,8 @@ pub use bound_use::{ACTIVE_SHARE, Bound, TurnBounds};
 pub use limit_use::{LimitUse, Quantity, uses_by_differences};
 pub(crate) use limit_use::{figures, windows};
 pub use process::{Cutting, footprint_speed_ratio_mm, largest_speed_rad_s, removal_rate_ratio_mm2};
-pub use turn_request::TurnRequest;
-pub use turn_speed::{TurnError, TurnPoint, TurnSpeed};
+pub use turn_request::{TurnError, TurnRequest};
+pub use turn_speed::{TurnPoint, TurnSpeed};
 
 use crate::cut_motion::CutMotion;
 use crate::infeed::{InfeedLaw, InfeedSchedule};

@@ -7,10 +7,12 @@
 //! problem is not convex: what is found is the best nearby.
 
 use super::envelope::Envelope;
+use super::peaks::Peaks;
 use super::square_speed::{Knots, SquareSpeed, Weights, to_f64};
 use super::turn_request::TurnRequest;
 use crate::machine::description::MotionLimits;
 use crate::numeric::banded::CyclicBand;
+use crate::numeric::hermite::Sample;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -36,6 +38,9 @@ const MOST_SLOWDOWNS: u32 = 400;
 /// A peak between points by which it is worth while to plan again; a smaller one slows the whole turn down by as much.
 const WORTH_IT: f64 = 1.0005;
 
+/// To begin with; jerk of X keeps a thousandth for what peaks between the points that are looked at.
+const LOOSE: Peaks = Peaks { bound: 1.0, c_acceleration: 1.0, x_acceleration: 1.0, c_jerk: 1.0, x_jerk: 1.001 };
+
 /// What one interval knows.
 struct Interval {
     length: f64,
@@ -53,20 +58,6 @@ struct Interval {
     tight: Peaks,
     /// Scale that brings the limits of jerk to the order of 1: √z as expected here.
     root: f64,
-}
-
-/// Largest ratios to their limits of what can peak between the points of an interval.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Peaks {
-    pub(super) bound: f64,
-    pub(super) x_acceleration: f64,
-    pub(super) c_jerk: f64,
-    pub(super) x_jerk: f64,
-}
-
-impl Peaks {
-    /// To begin with; jerk of X keeps a thousandth for what peaks between the points that are looked at.
-    const NONE: Peaks = Peaks { bound: 1.0, x_acceleration: 1.0, c_jerk: 1.0, x_jerk: 1.001 };
 }
 
 /// A limit at a point: what is left to it, and how that changes with the interval's three coefficients.
@@ -101,12 +92,14 @@ pub(super) struct Problem {
 
 impl Problem {
     pub(super) fn new(request: &TurnRequest<'_>, envelope: &Envelope, knots: Knots) -> Self {
+        let at_knots: Vec<Sample> = (0..knots.count()).map(|i| request.path.sample(knots.at(i))).collect();
         let intervals = (0..knots.count())
             .map(|i| {
                 let (begin, length) = (knots.at(i), knots.length(i));
                 let weights = SHARES.map(|u| knots.weights(i, u));
-                let path = SHARES.map(|u| request.over_angle(begin + u * length));
-                let per_bound = [0, 1].map(|k| request.per_square_bound(begin + SHARES[k] * length, path[k].first));
+                let path = [at_knots[i], request.path.sample(begin + SHARES[1] * length), at_knots[knots.beside(i).1]];
+                let per_bound = [0, 1].map(|k| request.per_square_bound(begin + SHARES[k] * length, path[k]));
+                let path = path.map(|path| request.with_infeed(path));
                 Interval {
                     length,
                     z: weights.map(|w| w[0]),
@@ -118,7 +111,7 @@ impl Problem {
                     }),
                     x_jerk: path.map(|x| [0.5 * x.first / request.x.jerk, 1.5 * x.second / request.x.jerk]),
                     per_bound,
-                    tight: Peaks::NONE,
+                    tight: LOOSE,
                     root: libm::sqrt(envelope.square_at(begin + 0.5 * length)),
                 }
             })

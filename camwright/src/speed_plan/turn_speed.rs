@@ -1,20 +1,16 @@
 //! The fastest turn of a lobe, over and over again.
 
 use super::envelope::Envelope;
-use super::square_speed::{SquareSample, SquareSpeed, to_f64};
-use super::time_optimal::{Peaks, Problem, solve};
-use super::turn_request::TurnRequest;
+use super::peaks::{Peaks, peaks};
+use super::square_speed::{SquareSample, SquareSpeed};
+use super::table::Table;
+use super::time_optimal::{Problem, solve};
+use super::turn_request::{TurnError, TurnRequest};
 use crate::cut_motion::chain;
 use crate::machine::description::Axis;
 use crate::numeric::hermite::{Knot, quintic};
 use crate::units::{TURN_RAD, rad_from_deg, wrap_turn};
 use alloc::vec::Vec;
-use thiserror::Error;
-
-/// Points on which the bound of the process is looked at, at least; and how many for each interval of the path, which has
-/// the more of them the narrower the notches are that a concave flank makes in the bound.
-const ENVELOPE_POINTS: usize = 3600;
-const PER_PATH_INTERVAL: usize = 1;
 
 /// Knots in the time in which C's acceleration changes from nothing to its limit.
 const KNOTS_PER_CHANGE: f64 = 4.0;
@@ -30,16 +26,11 @@ const SHORTEST_STEP_S: f64 = 2e-4;
 const MORE_ROUNDS: u32 = 3;
 const AGAIN: f64 = 0.1;
 
-/// Fewest points between two knots that are looked at for peaks; where the path has its own knots denser, two for each.
-const LEAST_BETWEEN: f64 = 8.0;
-
-/// From which share of its limit on the jerk of X is looked at between those points too, and into how many parts they are
-/// divided: third derivatives of a path are parabolas between its knots.
-const NEAR_JERK: f64 = 0.7;
-const PARTS: u32 = 8;
-
 /// How much finer than the knots limits are checked: beside a corner of the bound the rest is 3e-5.
 const CHECK_FACTOR: u32 = 16;
+
+/// At how many of those points the bound is looked at: at every fourth.
+const BOUND_FACTOR: u32 = 4;
 
 /// C's speed over one turn, periodic, near the fastest that keeps every limit.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,30 +39,6 @@ pub struct TurnSpeed {
     /// Time since the first knot, at every knot and once more after the turn (s).
     times: Vec<f64>,
     least_s: f64,
-}
-
-/// Why there is no turn.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum TurnError {
-    /// The process allows no speed somewhere.
-    #[error(
-        "the speed law allows {speed_rad_s:.3} rad/s at {angle_deg:.1} deg of the path; it must be a number above 0"
-    )]
-    NoSpeed {
-        /// Where.
-        angle_deg: f64,
-        /// What the law of the process gives there (rad/s).
-        speed_rad_s: f64,
-    },
-    /// The path is so rough that X cannot follow it at any speed worth the name.
-    #[error("no speed keeps the limits of x_axis on this path")]
-    NoStart,
-    /// A limit is not a positive number.
-    #[error("{} has a limit that is not a number above 0", .axis.joint())]
-    BadLimit {
-        /// Whose.
-        axis: Axis,
-    },
 }
 
 /// Speed and acceleration of C at a path angle (rad, s).
@@ -96,8 +63,8 @@ impl TurnSpeed {
                 return Err(TurnError::BadLimit { axis });
             }
         }
-        let points = ENVELOPE_POINTS.max(PER_PATH_INTERVAL * request.path.coefficients().len());
-        let envelope = Envelope::new(request, points)?;
+        let table = Table::new(request)?;
+        let envelope = Envelope::new(table.per_bounds(), &request.c);
         let change_s = request.c.acceleration / request.c.jerk;
         let step_s = (change_s / KNOTS_PER_CHANGE).max(SHORTEST_STEP_S);
         let knots = envelope.knots(step_s, rad_from_deg(WIDEST_DEG));
@@ -106,7 +73,7 @@ impl TurnSpeed {
         let round = libm::ceil(2.0 * change_s / step_s) as usize;
         let mut fastest = solve(&problem, problem.start(round), 1.0).ok_or(TurnError::NoStart)?;
         for _ in 0..MORE_ROUNDS {
-            if !problem.tighten(&peaks(request, &fastest)) {
+            if !problem.tighten(&peaks(request, &table, &fastest)) {
                 break;
             }
             fastest = solve(&problem, fastest.coefficients().to_vec(), AGAIN).ok_or(TurnError::NoStart)?;
@@ -114,12 +81,8 @@ impl TurnSpeed {
         let mut turn = Self::from_square(fastest, envelope.least_s());
         // What is left is little; the last time proves it.
         for _ in 0..4 {
-            let excess = turn.excess(request).max(envelope.excess(|angle| turn.square_at(angle).z));
-            let between = peaks(request, &turn.speed).into_iter().fold(excess, |excess, peak| {
-                let jerk = libm::cbrt(peak.c_jerk.max(peak.x_jerk));
-                excess.max(peak.bound).max(peak.x_acceleration).max(jerk * jerk)
-            });
-            let excess = excess.max(between);
+            let between = peaks(request, &table, &turn.speed).into_iter().reduce(Peaks::larger);
+            let excess = between.map_or(0.0, Peaks::excess).max(turn.excess(request));
             if excess <= 1.0 {
                 break;
             }
@@ -212,60 +175,27 @@ impl TurnSpeed {
     fn excess(&self, request: &TurnRequest<'_>) -> f64 {
         let knots = self.knots(0.0, 0.0, 2.0 * TURN_RAD);
         let n = self.times.len() - 1;
-        let mut excess = 0.0_f64;
+        let mut found = Peaks::default();
         for pair in knots.windows(2).take(n) {
             for k in 0..CHECK_FACTOR {
                 let at = pair[0].at + (pair[1].at - pair[0].at) * f64::from(k) / f64::from(CHECK_FACTOR);
                 let c = quintic(&pair[0], &pair[1], at);
-                let over_angle = request.over_angle(c.value);
-                let x = chain(over_angle, c);
-                excess = excess.max(c.first * c.first * request.per_square_bound(c.value, over_angle.first));
-                for (sample, limits) in [(c, &request.c), (x, &request.x)] {
-                    let jerk = libm::cbrt(sample.third.abs() / limits.jerk);
-                    excess = excess.max(sample.second.abs() / limits.acceleration).max(jerk * jerk);
-                }
+                let path = request.path.sample(c.value);
+                let x = chain(request.with_infeed(path), c);
+                let bound = if k.is_multiple_of(BOUND_FACTOR) {
+                    c.first * c.first * request.per_square_bound(c.value, path)
+                } else {
+                    0.0
+                };
+                found = found.larger(Peaks {
+                    bound,
+                    c_acceleration: c.second.abs() / request.c.acceleration,
+                    x_acceleration: x.second.abs() / request.x.acceleration,
+                    c_jerk: c.third.abs() / request.c.jerk,
+                    x_jerk: x.third.abs() / request.x.jerk,
+                });
             }
         }
-        excess
+        found.excess()
     }
-}
-
-/// What peaks in each interval of a plan, on a grid finer than its knots and than those of the path; where jerk comes near its
-/// limit, finer still.
-fn peaks(request: &TurnRequest<'_>, speed: &SquareSpeed) -> Vec<Peaks> {
-    let per_rad = 2.0 * to_f64(request.path.coefficients().len()) / TURN_RAD;
-    let knots = speed.knots();
-    let in_interval = |i: usize| {
-        let length = knots.length(i);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some dozen points")]
-        let count = libm::ceil(length * per_rad).max(LEAST_BETWEEN) as u32;
-        let mut found = Peaks { bound: 0.0, x_acceleration: 0.0, c_jerk: 0.0, x_jerk: 0.0 };
-        let mut look = |u: f64, with_bound: bool| {
-            let angle = knots.at(i) + u * length;
-            let (s, x) = (speed.within(i, u), request.over_angle(angle));
-            let root = libm::sqrt(s.z);
-            let x_acceleration = (x.second * s.z + 0.5 * x.first * s.first).abs() / request.x.acceleration;
-            let x_jerk = root * (x.third * s.z + 1.5 * x.second * s.first + 0.5 * x.first * s.second).abs();
-            found.x_acceleration = found.x_acceleration.max(x_acceleration);
-            found.c_jerk = found.c_jerk.max(0.5 * root * s.second.abs() / request.c.jerk);
-            found.x_jerk = found.x_jerk.max(x_jerk / request.x.jerk);
-            if with_bound {
-                found.bound = found.bound.max(s.z * request.per_square_bound(angle, x.first));
-            }
-            x_jerk / request.x.jerk
-        };
-        let mut before = 0.0;
-        for k in 0..=count {
-            let u = f64::from(k) / f64::from(count);
-            let here = look(u, k.is_multiple_of(2) || k == count);
-            if k > 0 && f64::max(before, here) > NEAR_JERK {
-                for part in 1..PARTS {
-                    look(u - f64::from(part) / f64::from(PARTS * count), false);
-                }
-            }
-            before = here;
-        }
-        found
-    };
-    (0..knots.count()).map(in_interval).collect()
 }

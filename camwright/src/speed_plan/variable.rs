@@ -34,15 +34,15 @@ impl SpeedRequest<'_> {
         }
     }
 
-    /// What the process allows at a path angle (rad/s).
-    fn process_rad_s(&self, angle_rad: f64) -> f64 {
-        largest_speed_rad_s(&self.speed, self.path.sample(angle_rad), &self.cutting())
+    /// What the process allows at a place of the path (rad/s).
+    fn process_rad_s(&self, path: Sample) -> f64 {
+        largest_speed_rad_s(&self.speed, path, &self.cutting())
     }
 }
 
 /// The fastest cut under the law of the request.
 pub(super) fn variable_speed(request: &SpeedRequest<'_>) -> Result<(Candidate, TurnSpeed), Misfit> {
-    let bound = |angle: f64| request.process_rad_s(angle);
+    let bound = |_: f64, path: Sample| request.process_rad_s(path);
     let mut turn = TurnSpeed::fastest(&TurnRequest {
         path: request.path,
         infeed_slope_mm_rad: -request.infeed.lasting_slope_mm_rad(),
@@ -84,7 +84,7 @@ fn around(request: &SpeedRequest<'_>, turn: &TurnSpeed, ramp_share: f64) -> Resu
         if backwards {
             (x.first, x.third) = (-x.first, -x.third);
         }
-        (x, request.process_rad_s(at))
+        (x, request.process_rad_s(request.path.sample(at)))
     };
     let reversed: Vec<Knot> = knots
         .iter()

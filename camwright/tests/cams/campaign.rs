@@ -7,6 +7,7 @@ use camwright::inspection::Inspection;
 use camwright::lift::{LiftLaw, MotionProgram, MotionSegment};
 use camwright::machine::description::MotionLimits;
 use camwright::motion_law::MotionLaw;
+use camwright::numeric::hermite::Sample;
 use camwright::speed_plan::{TurnRequest, TurnSpeed, removal_rate_ratio_mm2};
 use camwright::tool_path::ToolPath;
 use camwright::units::{TURN_RAD, rad_from_deg};
@@ -136,8 +137,8 @@ fn turns(path: &ToolPath, random: &mut Seeded) -> Result<(), String> {
     let c = limits(random, 31.4, 300.0, 3e4);
     let x = limits(random, 500.0, 1e4, 1e6);
     let (rate_mm2_s, infeed_mm) = (10_f64.powf(random.within(-0.5, 1.7)), 10_f64.powf(random.within(-2.5, -0.7)));
-    let ratio = |angle: f64| removal_rate_ratio_mm2(path.sample(angle), path.wheel_radius_mm(), infeed_mm);
-    let bound = |angle: f64| rate_mm2_s / ratio(angle);
+    let ratio = |x: Sample| removal_rate_ratio_mm2(x, path.wheel_radius_mm(), infeed_mm);
+    let bound = |_: f64, x: Sample| rate_mm2_s / ratio(x);
     let request = TurnRequest { path: path.spline(), infeed_slope_mm_rad: 0.0, bound: &bound, c, x };
     let turn = TurnSpeed::fastest(&request).map_err(|error| format!("no turn: {error}"))?;
     if !(turn.turn_s() >= turn.least_s() && turn.turn_s() < 1e6) {
@@ -150,7 +151,7 @@ fn turns(path: &ToolPath, random: &mut Seeded) -> Result<(), String> {
         let (here, sample) = (turn.at(angle), path.sample(angle));
         let (v, a) = (here.speed, here.acceleration);
         let uses = [
-            v * ratio(angle) / rate_mm2_s,
+            v * ratio(sample) / rate_mm2_s,
             v / c.velocity,
             a.abs() / c.acceleration,
             sample.first.abs() * v / x.velocity,
