@@ -32,8 +32,30 @@ const GAP: f64 = 5e-4;
 /// Iterations after which the search ends with what it has: a plan that keeps its limits in any case.
 const MOST_ITERATIONS: usize = 100;
 
-/// Slowdowns of the first plan, by 0.85 in z each: 10⁻¹⁴ of the speed of the envelope in all.
+/// Slowdowns of the plan that a search begins with: of a first one 10⁻²⁸ of the speed of the envelope in all.
 const MOST_SLOWDOWNS: u32 = 400;
+
+/// How a search begins.
+pub(super) struct Begin {
+    /// Factor of each slowdown, in z.
+    slowdown: f64,
+    /// Room that every limit is left then, as a share of it.
+    spare: f64,
+    /// Share of the turn's time that may be won.
+    far: f64,
+}
+
+impl Begin {
+    /// With next to nothing known.
+    pub(super) const COLD: Begin = Begin { slowdown: 0.85, spare: 0.1, far: 1.0 };
+
+    /// With a plan that was the fastest under limits a little wider.
+    pub(super) const WARM: Begin = Begin { slowdown: 0.995, spare: 0.002, far: 0.005 };
+}
+
+/// How much of a Newton step has to be taken before the next one aims nearer to the limits, and by which factor.
+const TAKEN: f64 = 0.6;
+const NEARER: f64 = 0.3;
 
 /// A peak between points by which it is worth while to plan again; a smaller one slows the whole turn down by as much.
 const WORTH_IT: f64 = 1.0005;
@@ -185,12 +207,11 @@ impl Problem {
         time
     }
 
-    /// Whether a plan keeps every limit with room to spare.
-    fn keeps(&self, coefficients: &[f64]) -> bool {
-        const SPARE: f64 = 0.1;
+    /// Whether a plan keeps every limit with this much room to spare.
+    fn keeps(&self, coefficients: &[f64], spare: f64) -> bool {
         self.intervals.iter().enumerate().all(|(i, interval)| {
             let c = self.around(coefficients, i);
-            interval.z.iter().all(|w| dot(w, &c) > 0.0) && self.rooms(interval, &c).iter().all(|room| room.left > SPARE)
+            interval.z.iter().all(|w| dot(w, &c) > 0.0) && self.rooms(interval, &c).iter().all(|room| room.left > spare)
         })
     }
 
@@ -230,12 +251,12 @@ impl Problem {
     }
 
     /// A plan slowed down until it keeps every limit.
-    fn slowed_down(&self, mut coefficients: Vec<f64>) -> Option<Vec<f64>> {
+    fn slowed_down(&self, mut coefficients: Vec<f64>, begin: &Begin) -> Option<Vec<f64>> {
         for _ in 0..MOST_SLOWDOWNS {
-            if self.keeps(&coefficients) {
+            if self.keeps(&coefficients, begin.spare) {
                 return Some(coefficients);
             }
-            coefficients.iter_mut().for_each(|coefficient| *coefficient *= 0.85);
+            coefficients.iter_mut().for_each(|coefficient| *coefficient *= begin.slowdown);
         }
         None
     }
@@ -250,24 +271,22 @@ fn over_neighbours(values: &[f64], reach: usize, fold: impl Fn(f64, f64) -> f64,
 
 /// The fastest turn found, `None` where not even standing nearly still keeps the limits; they hold at the points of the intervals.
 ///
-/// `from` is where to begin, slowed down as need be, and `far` how far that is from the answer: the share of its time that may
-/// be won.
-pub(super) fn solve(problem: &Problem, from: Vec<f64>, far: f64) -> Option<SquareSpeed> {
+/// `from` is where to begin, slowed down as need be.
+pub(super) fn solve(problem: &Problem, from: Vec<f64>, begin: &Begin) -> Option<SquareSpeed> {
     let limits = to_f64(problem.knots.count() * ROOMS);
-    let coefficients = problem.slowed_down(from)?;
-    let mut mu = far * problem.time(&coefficients) / limits;
+    let coefficients = problem.slowed_down(from, begin)?;
+    let mut mu = begin.far * problem.time(&coefficients) / limits;
     let rooms = problem.all_rooms(&coefficients);
     let prices = rooms.iter().map(|rooms| rooms.map(|room| mu / room.left)).collect();
     let mut it = Iterate { coefficients, rooms, prices };
     for _ in 0..MOST_ITERATIONS {
         let Some(stepped) = step(problem, &mut it, mu) else { break };
-        let least = stepped.primal.min(stepped.dual);
-        if least > 0.9 {
+        if stepped.primal.min(stepped.dual) > TAKEN {
             let near = GAP * problem.time(&it.coefficients);
             if stepped.gap < near && mu * limits < near {
                 break;
             }
-            mu *= 0.3;
+            mu *= NEARER;
         }
     }
     Some(SquareSpeed::new(problem.knots.clone(), it.coefficients))

@@ -4,7 +4,7 @@ use super::envelope::Envelope;
 use super::peaks::{Peaks, peaks};
 use super::square_speed::{SquareSample, SquareSpeed};
 use super::table::Table;
-use super::time_optimal::{Problem, solve};
+use super::time_optimal::{Begin, Problem, solve};
 use super::turn_request::{TurnError, TurnRequest};
 use crate::cut_motion::chain;
 use crate::machine::description::Axis;
@@ -21,10 +21,8 @@ const WIDEST_DEG: f64 = 1.5;
 /// Shortest time between knots (s): below it a turn would have tens of thousands.
 const SHORTEST_STEP_S: f64 = 2e-4;
 
-/// Rounds in which intervals are held tighter where something peaked between their points, and the share of the time that
-/// such a round may win back.
+/// Rounds in which intervals are held tighter where something peaked between their points.
 const MORE_ROUNDS: u32 = 3;
-const AGAIN: f64 = 0.1;
 
 /// How much finer than the knots limits are checked: beside a corner of the bound the rest is 3e-5.
 const CHECK_FACTOR: u32 = 16;
@@ -71,12 +69,14 @@ impl TurnSpeed {
         let mut problem = Problem::new(request, &envelope, knots);
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some ten intervals")]
         let round = libm::ceil(2.0 * change_s / step_s) as usize;
-        let mut fastest = solve(&problem, problem.start(round), 1.0).ok_or(TurnError::NoStart)?;
+        let mut fastest = solve(&problem, problem.start(round), &Begin::COLD).ok_or(TurnError::NoStart)?;
         for _ in 0..MORE_ROUNDS {
             if !problem.tighten(&peaks(request, &table, &fastest)) {
                 break;
             }
-            fastest = solve(&problem, fastest.coefficients().to_vec(), AGAIN).ok_or(TurnError::NoStart)?;
+            let again = solve(&problem, fastest.coefficients().to_vec(), &Begin::WARM);
+            let again = again.or_else(|| solve(&problem, problem.start(round), &Begin::COLD));
+            fastest = again.ok_or(TurnError::NoStart)?;
         }
         let mut turn = Self::from_square(fastest, envelope.least_s());
         // What is left is little; the last time proves it.
