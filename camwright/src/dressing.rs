@@ -51,7 +51,7 @@ pub struct DressingSpec {
 /// The wheel as it is mounted, with what it has done since its last dress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WheelNow {
-    /// Radius at the last dress (mm): what x_axis is counted with.
+    /// Radius at the last dress (mm): what `x_axis` is counted with.
     pub radius_mm: f64,
     /// Lost since then (mm).
     pub wear_mm: f64,

@@ -15,7 +15,10 @@ use crate::machine::description::MachineDescription;
 use crate::machine::fixture::Extent;
 use alloc::string::String;
 use alloc::vec::Vec;
-use thiserror::Error;
+
+mod error;
+
+pub use error::JobError;
 
 /// One profile: the shape that one or more lobes of the part have.
 #[derive(Debug, Clone, PartialEq)]
@@ -254,146 +257,6 @@ pub struct WheelWish {
     pub of: String,
     /// Its radius (mm).
     pub radius_mm: f64,
-}
-
-/// What a job cannot ask for, whatever its paths look like.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum JobError {
-    /// There is nothing to machine.
-    #[error("the job has no lobes; it needs at least 1")]
-    NoLobes,
-    /// Two lobes have one name.
-    #[error("lobes {first} and {second} are both named {name}; names must differ")]
-    SameName {
-        /// Position of the first in the job, from 1.
-        first: usize,
-        /// Position of the second, from 1.
-        second: usize,
-        /// Their name.
-        name: String,
-    },
-    /// The wheel reaches a neighbouring lobe.
-    #[error(
-        "lobe {lobe}: the wheel, {wheel_mm} mm wide, would also grind lobe {other}, {other_mm} mm wide and {apart_mm} mm \
-         away; at least {least_mm} mm are needed"
-    )]
-    NeighbourInReach {
-        /// The lobe being machined.
-        lobe: String,
-        /// Width of the wheel.
-        wheel_mm: f64,
-        /// The lobe it would touch.
-        other: String,
-        /// Its width.
-        other_mm: f64,
-        /// Distance between their stations.
-        apart_mm: f64,
-        /// Smallest distance allowed.
-        least_mm: f64,
-    },
-    /// Two lobes stand at one station.
-    #[error("lobes {first} and {second} both stand at station {station}; a station holds one lobe")]
-    SameStation {
-        /// The first lobe.
-        first: String,
-        /// The second lobe.
-        second: String,
-        /// Switch of the station.
-        station: String,
-    },
-    /// A station has no switch on this machine.
-    #[error("lobe {lobe}: station {station} has no limit switch on machine {machine}, which has {known}")]
-    UnknownStation {
-        /// The lobe.
-        lobe: String,
-        /// The switch asked for.
-        station: String,
-        /// The machine.
-        machine: String,
-        /// The switches it has.
-        known: String,
-    },
-    /// A profile index is too large.
-    #[error("lobe {lobe}: profile {profile} does not exist; the job has {count} (counted from 0)")]
-    UnknownProfile {
-        /// The lobe.
-        lobe: String,
-        /// Index asked for.
-        profile: usize,
-        /// Number of profiles.
-        count: usize,
-    },
-    /// The wheel does not cover the lobe.
-    #[error("lobe {lobe}: width {width_mm} mm is more than the wheel's {wheel_mm} mm")]
-    WiderThanWheel {
-        /// The lobe.
-        lobe: String,
-        /// Its width.
-        width_mm: f64,
-        /// The wheel's width.
-        wheel_mm: f64,
-    },
-    /// A pass has no turn without infeed.
-    #[error("pass {pass}: 0 spark-out turns; at least 1 is needed to remove the step that the infeed leaves")]
-    NoSparkOut {
-        /// The pass.
-        pass: String,
-    },
-    /// Passes whose infeed is measured along different things do not join.
-    #[error("pass {pass} measures its infeed along {other}, pass {first} along {one}; all passes need the same")]
-    MixedDirections {
-        /// The first pass.
-        first: String,
-        /// What it measures along.
-        one: &'static str,
-        /// The other pass.
-        pass: String,
-        /// What that measures along.
-        other: &'static str,
-    },
-    /// No pass, or more than make sense.
-    #[error("the job has {count} passes; it needs 1 to {most}")]
-    PassCount {
-        /// Number of passes.
-        count: usize,
-        /// Most allowed.
-        most: usize,
-    },
-    /// No blocks.
-    #[error("{blocks} blocks per turn; at least {least} are needed")]
-    TooFewBlocks {
-        /// Blocks asked for.
-        blocks: u32,
-        /// Fewest allowed.
-        least: u32,
-    },
-    /// An obstacle that takes no room.
-    #[error(
-        "obstacle {name} reaches from {from_mm} to {to_mm} mm with a radius of {radius_mm} mm; it must begin before it ends \
-         and have a radius above 0"
-    )]
-    NoBody {
-        /// Its name.
-        name: String,
-        /// Its beginning.
-        from_mm: f64,
-        /// Its end.
-        to_mm: f64,
-        /// Its radius.
-        radius_mm: f64,
-    },
-    /// A number is outside its range.
-    #[error("{place}{key} is {value}; it must be {wanted}")]
-    OutOfRange {
-        /// `lobe I1: `, `pass finish: ` or nothing.
-        place: String,
-        /// Name of the setting, with its unit.
-        key: &'static str,
-        /// Its value.
-        value: f64,
-        /// What is allowed.
-        wanted: &'static str,
-    },
 }
 
 /// Most passes over a lobe: roughing, finishing and some between; more is likelier a mistake.

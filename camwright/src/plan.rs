@@ -125,7 +125,7 @@ pub enum Command {
         /// Its radius (nm).
         radius_nm: i64,
     },
-    /// Dress the wheel, at the dresser, to this radius; x_axis stays the distance of its cutting point.
+    /// Dress the wheel, at the dresser, to this radius; `x_axis` stays the distance of its cutting point.
     Dress {
         /// Radius after it (nm).
         radius_nm: i64,

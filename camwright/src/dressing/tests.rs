@@ -30,7 +30,7 @@ fn course(spec: DressingSpec, wheel: WheelNow, areas: &[f64]) -> Result<WheelCou
 const BY_COUNT: DressingSpec =
     DressingSpec { every_lobes: Some(2), every_parts: None, predicted_error_mm: None, depth_mm: 0.02 };
 
-/// R_n+1 = R_n − depth − wear; a lobe adds area / (2π R G) times the share of its stock that the worn wheel reaches.
+/// `R_n+1 = R_n − depth − wear`; a lobe adds area / (2π R G) times the share of its stock that the worn wheel reaches.
 #[test]
 fn the_radius_follows_its_recursion() {
     let areas = [36.0, 40.0, 36.0, 40.0, 36.0];

@@ -2,6 +2,7 @@
 
 mod clock_outlet;
 pub mod lasting;
+mod part;
 mod pump;
 mod ticker;
 
@@ -31,12 +32,13 @@ use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultResponse, Load
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
+use part::{LobeRefused, RawLobe, Snapshot};
 use pump::{Context, Outlets, Pump};
 use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use ticker::{Bounds, Inbound, LobeRefused, Order, Outbound, RawLobe, Snapshot, Ticker, TimedCommand, home_order};
+use ticker::{Bounds, Inbound, Order, Outbound, Ticker, TimedCommand, home_order};
 
 /// Messages that may wait between the threads.
 const RING: usize = 1024;

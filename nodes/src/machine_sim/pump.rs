@@ -1,7 +1,8 @@
 //! From what the cyclic thread reports to messages: joint states, I/O, alarms, credit, the part.
 
 use super::clock_outlet::ClockOutlet;
-use super::ticker::{Outbound, Snapshot};
+use super::part::Snapshot;
+use super::ticker::Outbound;
 use crate::convert::time::TickClock;
 use crate::convert::{m_from_mm, si_from_core, si_from_counts};
 use crate::cyclic::{Receiver, Waker};

@@ -1,5 +1,6 @@
 //! The machine's cyclic thread: one tick after the other, at the pace of the clock or of the setpoints.
 
+use super::part::{LobeRefused, RawLobe, Snapshot, SnapshotLobe};
 use super::pump::StreamState;
 use crate::convert::setpoints::ChunkBuffer;
 use crate::cyclic::{Receiver, Sender, Waker};
@@ -9,7 +10,6 @@ use camwright::machine::description::Axis;
 use camwright::machine::fault::Fault;
 use camwright::machine::report::{MotionState, TickReport};
 use camwright::machine::state::LastingState;
-use camwright::machine::workpiece::LobeError;
 use camwright::machine::{Machine, MachineCommand, ResetRefused};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -48,33 +48,6 @@ pub(super) enum Order {
     JobEnd,
 }
 
-/// A lobe of a raw part, on its way to the machine.
-#[derive(Debug)]
-pub(super) struct RawLobe {
-    pub(super) clear: bool,
-    pub(super) name: String,
-    pub(super) station: String,
-    pub(super) width_mm: f64,
-    pub(super) radii_mm: Vec<f64>,
-}
-
-/// The part as it stands, copied into room that the pump made.
-#[derive(Debug, Default)]
-pub(super) struct Snapshot {
-    pub(super) tick: u64,
-    pub(super) finished: bool,
-    pub(super) lobes: Vec<SnapshotLobe>,
-}
-
-/// One lobe of a snapshot.
-#[derive(Debug, Default, Clone)]
-pub(super) struct SnapshotLobe {
-    pub(super) name: String,
-    pub(super) station: String,
-    pub(super) width_mm: f64,
-    pub(super) radii_mm: Vec<f64>,
-}
-
 /// To the cyclic thread.
 #[derive(Debug)]
 pub(super) enum Inbound {
@@ -109,13 +82,6 @@ pub(super) enum Outbound {
     /// The job that was begun has ended; the part may be looked at.
     JobEnded,
     Lasting(LastingState),
-}
-
-/// Why a lobe was not put in.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum LobeRefused {
-    Moving,
-    Part(LobeError),
 }
 
 /// What other threads tell the ticker without a message.

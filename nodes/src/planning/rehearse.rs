@@ -126,4 +126,22 @@ mod tests {
         let worst_um = um_from_mm(mm_from_m(lobes[0].form_error_max.abs()));
         assert!(worst_um < 1.0, "{worst_um} um");
     }
+
+    /// What a batch leaves on its lobes is what its wheel had worn by their end, over a dress and on a wheel that comes worn.
+    #[test]
+    fn a_dressed_batch_is_off_by_the_wear_that_is_predicted() {
+        let job = crate::config::job_file::load("dressed_batch", &[]).unwrap();
+        let machine = job.machine.description.clone();
+        let mut wheel = camwright::dressing::WheelNow::dressed(59.5);
+        (wheel.wear_mm, wheel.lobes_since_dress) = (0.0002, 1);
+        let now = crate::planning::MachineNow { description: machine, wheel };
+        let prepared = crate::planning::plan(job, Some(&now)).unwrap();
+        assert_eq!(prepared.planned.dresses.len(), 2, "{:?}", prepared.planned.dresses);
+        let (_, lobes) = rehearse_job(&prepared, Some(DriveSettings::IDEAL), |_, _| {}).unwrap();
+        for (result, lobe) in lobes.iter().zip(&prepared.planned.lobes) {
+            let (ground, told) = (um_from_mm(mm_from_m(result.form_error_max)), um_from_mm(lobe.wear_mm));
+            assert!(told > 0.1 && told <= 0.5, "{}: {told} um", result.name);
+            assert!((ground - told).abs() < 0.02, "{}: {ground} um, predicted {told} um", result.name);
+        }
+    }
 }
