@@ -7,34 +7,17 @@ limit is broken or a turn is more than 1 % slower than the best found. See READM
 """
 
 import argparse
-import hashlib
 import os
 import shutil
 import subprocess
 import sys
 import time
-from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
-ROOT = HERE.parent.parent
-WORK = ROOT / "target" / "benchmarks"
+from environment import WORK, build, enter
+
 FARTHEST = 0.01
 # As it is printed with four digits, 1.0000.
 LARGEST_RATIO = 1.00005
-
-
-def environment():
-    """The Python of the environment, which is made if it is not the one of requirements.txt."""
-    requirements = HERE / "requirements.txt"
-    wanted = hashlib.sha256(requirements.read_bytes()).hexdigest()
-    stamp, python = WORK / "stamp", WORK / "venv" / "bin" / "python"
-    if not (stamp.is_file() and stamp.read_text(encoding="utf-8") == wanted and python.is_file()):
-        print("making the environment in target/benchmarks/venv", flush=True)
-        stamp.unlink(missing_ok=True)
-        make = ROOT / "tests" / "support" / "make_env.py"
-        subprocess.run([sys.executable, make, "venv", WORK, requirements], check=True)
-        stamp.write_text(wanted, encoding="utf-8")
-    return python
 
 
 def judge(work):
@@ -170,25 +153,20 @@ def main():
     options.add_argument("--no-oracle", action="store_true", help="only limits, lower bound and TOPP-RA")
     options = options.parse_args()
 
-    python = environment()
-    if Path(sys.prefix).resolve() != python.parent.parent.resolve():
-        threads = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
-        subprocess_arguments = [str(python), str(Path(__file__).resolve()), *sys.argv[1:]]
-        os.execve(subprocess_arguments[0], subprocess_arguments, {**os.environ, **threads})
+    enter(__file__)
 
     import multiprocessing
 
     import turn_task
 
-    subprocess.run(["cargo", "build", "--quiet", "--release", "-p", "camwright", "--example", "turn_cases"], cwd=ROOT, check=True)
-    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+    example_path = build("turn_cases")
     directory = WORK / "cases"
     shutil.rmtree(directory, ignore_errors=True)
     print(f"4 reference cases, {options.random} random lobes of seeds from {options.seed}", flush=True)
     load = os.getloadavg()[0]
     print(f"{os.cpu_count()} cores, load {load:.1f} before anything was started", flush=True)
     with subprocess.Popen(
-        [target / "release" / "examples" / "turn_cases", directory, str(options.random), str(options.seed)],
+        [example_path, directory, str(options.random), str(options.seed)],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     ) as example:
         count = int(example.stdout.readline())

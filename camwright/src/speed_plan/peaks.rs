@@ -34,13 +34,19 @@ impl Peaks {
     }
 }
 
+/// Parts of an interval between which the bound is looked at besides: a notch that a concave flank makes in it may be narrower than
+/// the table is fine, and there the knots of a turn are close.
+const BOUND_PARTS: u32 = 4;
+
 /// What peaks in each interval of a turn: at its ends, at the points of the table within, and on parabolas through three of them.
 pub(super) fn peaks(request: &TurnRequest<'_>, table: &Table, speed: &SquareSpeed) -> Vec<Peaks> {
     let knots = speed.knots();
-    let at_knots: Vec<Derivatives> = (0..knots.count())
+    let at_knots: Vec<(Derivatives, f64)> = (0..knots.count())
         .map(|i| {
-            let x = request.over_angle(knots.at(i));
-            Derivatives { first: x.first, second: x.second, third: x.third }
+            let path = request.path.sample(knots.at(i));
+            let x = request.with_infeed(path);
+            let derivatives = Derivatives { first: x.first, second: x.second, third: x.third };
+            (derivatives, request.per_square_bound(knots.at(i), path))
         })
         .collect();
     let spacing = table.spacing();
@@ -66,8 +72,9 @@ pub(super) fn peaks(request: &TurnRequest<'_>, table: &Table, speed: &SquareSpee
             }
             x_jerk
         };
-        look(0.0, at_knots[i], None);
-        look(length, at_knots[knots.beside(i).1], None);
+        for (along, (x, per_bound)) in [(0.0, at_knots[i]), (length, at_knots[knots.beside(i).1])] {
+            look(along, x, Some(per_bound));
+        }
         let (mut last, mut seen, mut between) = ([0.0; 2], 0, 0.0_f64);
         while point < table.count() {
             #[allow(clippy::cast_precision_loss, reason = "some ten thousand points")]
@@ -84,6 +91,11 @@ pub(super) fn peaks(request: &TurnRequest<'_>, table: &Table, speed: &SquareSpee
                 last = [last[1], here];
             }
             point += 1;
+        }
+        for part in 1..BOUND_PARTS {
+            let along = length * f64::from(part) / f64::from(BOUND_PARTS);
+            let angle = begin + along;
+            found.bound = found.bound.max(z_at(along) * request.per_square_bound(angle, request.path.sample(angle)));
         }
         found.x_jerk = found.x_jerk.max(between) / request.x.jerk;
         found.c_jerk = 0.5 * libm::sqrt(largest_c_square) * second.abs() / request.c.jerk;

@@ -27,11 +27,6 @@ impl core::fmt::Debug for TurnRequest<'_> {
 }
 
 impl TurnRequest<'_> {
-    /// X over the path angle, infeed included in its slope.
-    pub(super) fn over_angle(&self, angle_rad: f64) -> Sample {
-        self.with_infeed(self.path.sample(angle_rad))
-    }
-
     /// The path with the infeed in its slope.
     pub(super) fn with_infeed(&self, path: Sample) -> Sample {
         Sample { first: path.first + self.infeed_slope_mm_rad, ..path }

@@ -27,9 +27,6 @@ const MORE_ROUNDS: u32 = 3;
 /// How much finer than the knots limits are checked: beside a corner of the bound the rest is 3e-5.
 const CHECK_FACTOR: u32 = 16;
 
-/// At how many of those points the bound is looked at: at every fourth.
-const BOUND_FACTOR: u32 = 4;
-
 /// C's speed over one turn, periodic, near the fastest that keeps every limit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TurnSpeed {
@@ -182,13 +179,8 @@ impl TurnSpeed {
                 let c = quintic(&pair[0], &pair[1], at);
                 let path = request.path.sample(c.value);
                 let x = chain(request.with_infeed(path), c);
-                let bound = if k.is_multiple_of(BOUND_FACTOR) {
-                    c.first * c.first * request.per_square_bound(c.value, path)
-                } else {
-                    0.0
-                };
                 found = found.larger(Peaks {
-                    bound,
+                    bound: c.first * c.first * request.per_square_bound(c.value, path),
                     c_acceleration: c.second.abs() / request.c.acceleration,
                     x_acceleration: x.second.abs() / request.x.acceleration,
                     c_jerk: c.third.abs() / request.c.jerk,
