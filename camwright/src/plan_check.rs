@@ -4,13 +4,13 @@
 //! Nothing of how the plan was made is used, only what it says.
 
 use crate::cut_motion::CutMotion;
-use crate::dressing::{mm_from_nm, nm_from_mm};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::numeric::differences::largest_derivatives;
 use crate::plan::{AxisTarget, Command, CutSegment, Plan, Segment, SegmentKind};
 use crate::point_to_point::{MoveLaw, PointToPointError};
 use crate::speed_plan::{LimitUse, Quantity, uses_by_differences, windows};
 use crate::units::TURN_RAD;
+use crate::wheel::{mm_from_nm, nm_from_mm};
 use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;

@@ -1,47 +1,45 @@
-//! The grinding wheel as geometry.
+//! The grinding wheel at one moment of its life; dressing makes a new one.
 
-use thiserror::Error;
+/// Nanometres per millimetre: radii of dressed wheels are whole nanometres, so that a plan names them exactly.
+const NM_PER_MM: f64 = 1e6;
 
-/// A wheel at one moment of its life; dressing makes a new one.
+/// A radius in whole nanometres (from mm).
+#[must_use]
+#[allow(clippy::cast_possible_truncation, reason = "wheels are metres at most")]
+pub fn nm_from_mm(mm: f64) -> i64 {
+    libm::round(mm * NM_PER_MM) as i64
+}
+
+/// A radius of whole nanometres (mm).
+#[must_use]
+#[allow(clippy::cast_precision_loss, reason = "wheels are metres at most")]
+pub fn mm_from_nm(nm: i64) -> f64 {
+    nm as f64 / NM_PER_MM
+}
+
+/// The wheel as it is mounted, with what it has done since its last dress.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wheel {
-    radius_mm: f64,
-    width_mm: f64,
+pub struct WheelNow {
+    /// Radius at the last dress (mm): what `x_axis` is counted with.
+    pub radius_mm: f64,
+    /// Lost since then (mm).
+    pub wear_mm: f64,
+    /// Lobes ground since then.
+    pub lobes_since_dress: u32,
+    /// Parts finished since then.
+    pub parts_since_dress: u32,
 }
 
-/// Why this is no wheel.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[error("{what} of the wheel is {value_mm} mm, not a positive number")]
-pub struct WheelError {
-    /// Which dimension.
-    pub what: &'static str,
-    /// What was given (mm).
-    pub value_mm: f64,
+impl WheelNow {
+    /// A wheel that has just been dressed to a radius (mm).
+    #[must_use]
+    pub const fn dressed(radius_mm: f64) -> Self {
+        Self { radius_mm, wear_mm: 0.0, lobes_since_dress: 0, parts_since_dress: 0 }
+    }
 }
 
-impl Wheel {
-    /// A wheel.
-    ///
-    /// # Errors
-    /// A dimension that is not a positive number.
-    pub fn new(radius_mm: f64, width_mm: f64) -> Result<Self, WheelError> {
-        for (what, value_mm) in [("the radius", radius_mm), ("the width", width_mm)] {
-            if !value_mm.is_finite() || value_mm <= 0.0 {
-                return Err(WheelError { what, value_mm });
-            }
-        }
-        Ok(Self { radius_mm, width_mm })
-    }
-
-    /// Radius (mm).
-    #[must_use]
-    pub fn radius_mm(&self) -> f64 {
-        self.radius_mm
-    }
-
-    /// Width (mm).
-    #[must_use]
-    pub fn width_mm(&self) -> f64 {
-        self.width_mm
+impl From<f64> for WheelNow {
+    fn from(radius_mm: f64) -> Self {
+        Self::dressed(radius_mm)
     }
 }

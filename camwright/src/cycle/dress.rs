@@ -4,13 +4,14 @@ use super::error::PlanError;
 use super::lobe::{Shape, shape_of, soft_limit};
 use super::sequence::{Of, Sequence};
 use crate::contour::Contour;
-use crate::dressing::{Dress, KeptPath, PlannedDress, WheelCourse, kept_path_error, mm_from_nm, nm_from_mm};
+use crate::dressing::{Dress, KeptPath, PlannedDress, WheelCourse, kept_path_error};
 use crate::job::JobSpec;
 use crate::machine::description::Axis;
 use crate::plan::{Command, Phase, SegmentKind};
 use crate::point_to_point::whole_ticks;
 use crate::tool_path::ToolPath;
 use crate::units::um_from_mm;
+use crate::wheel::{mm_from_nm, nm_from_mm};
 use alloc::vec::Vec;
 
 /// How far before the dresser the slow infeed begins (mm): room for a wheel that has worn less than predicted.

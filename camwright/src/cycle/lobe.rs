@@ -3,7 +3,7 @@
 use super::error::PlanError;
 use super::wheels::no_path;
 use crate::contour::Contour;
-use crate::dressing::{LobeStock, WheelCourse, WheelNow, stock_area_mm2};
+use crate::dressing::{LobeStock, WheelCourse, stock_area_mm2};
 use crate::infeed::InfeedSchedule;
 use crate::job::{InfeedDirection, JobSpec, LobeSpec};
 use crate::machine::description::{Axis, MachineDescription};
@@ -11,6 +11,7 @@ use crate::numeric::periodic_spline::PeriodicSpline;
 use crate::speed_plan::{SpeedPlan, SpeedRequest};
 use crate::tool_path::ToolPath;
 use crate::units::{TURN_RAD, wrap_turn};
+use crate::wheel::WheelNow;
 use alloc::string::String;
 use alloc::vec::Vec;
 

@@ -26,12 +26,13 @@ mod wheels;
 pub use error::PlanError;
 pub use lobe::{LobeDesign, PlannedLobe, designs};
 
-use crate::dressing::{Dress, PlannedDress, WheelNow};
+use crate::dressing::{Dress, PlannedDress};
 use crate::infeed::InfeedSchedule;
 use crate::job::JobSpec;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::plan::Plan;
 use crate::plan_check::{PlanReport, check_plan};
+use crate::wheel::WheelNow;
 use lobe::Shape;
 use sequence::Sequence;
 

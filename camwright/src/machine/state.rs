@@ -1,7 +1,7 @@
 //! What outlives a run: the machine's lasting state. The node keeps it in a file; here it is a plain value.
 
-use crate::dressing::WheelNow;
 use crate::machine::description::MachineDescription;
+use crate::wheel::WheelNow;
 
 /// What the machine remembers from one run to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]

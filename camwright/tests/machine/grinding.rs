@@ -200,3 +200,50 @@ fn lobes_that_do_not_fit_the_machine_are_refused() {
     machine.clear_part();
     assert!(!machine.step(None, &[], &[]).io.part_present);
 }
+
+/// A wheel worn by w whose centre keeps its path leaves w along the normal: the disc comes out with the radius r + w.
+#[test]
+fn a_worn_wheel_leaves_its_wear_all_round() {
+    let description = ideal();
+    let disc = Eccentric { radius_mm: 19.0, offset_mm: 4.2 };
+    let lasting = LastingState { wheel_wear_mm: 0.01, ..LastingState::new(&description) };
+    let mut machine = Machine::new(description.clone(), lasting).expect("valid");
+    machine.load_lobe("I1", "LS1", 15.0, vec![23.4; DEFAULT_AZIMUTHS]).expect("a round blank");
+    let setpoints = path_setpoints(&description, disc, 2.0, 4000);
+    machine.place(setpoints[0].counts);
+    run(&mut machine, setpoints.iter().map(|setpoint| (Some(*setpoint), &[][..])));
+    let larger = Eccentric { radius_mm: 19.01, ..disc };
+    let step = TURN_RAD / DEFAULT_AZIMUTHS as f64;
+    for (i, radius) in machine.part().lobes()[0].radii_mm().iter().enumerate() {
+        assert!((radius - larger.radius(i as f64 * step)).abs() < 1e-4, "{i}: {radius}");
+    }
+    // Without a grinding ratio nothing more is lost; the lobe is counted once, however long it is ground.
+    assert_eq!(machine.lasting().wheel_wear_mm.to_bits(), 0.01_f64.to_bits());
+    assert_eq!(machine.lasting().lobes_since_dress, 1);
+}
+
+/// Volume removed = G times volume lost: A = G·2π·R·w per width, while w is small against R.
+#[test]
+fn a_wheel_loses_what_it_grinds_over_its_grinding_ratio() {
+    let mut description = ideal();
+    description.wheel.grinding_ratio = Some(50.0);
+    let disc = Eccentric { radius_mm: 19.0, offset_mm: 4.2 };
+    let mut machine = loaded(&description, 23.4);
+    let setpoints = path_setpoints(&description, disc, 2.0, 4000);
+    machine.place(setpoints[0].counts);
+    let outcome = run(&mut machine, setpoints.iter().map(|setpoint| (Some(*setpoint), &[][..])));
+    let expected = outcome.removal.area_mm2 / (TURN_RAD * WHEEL_MM * 50.0);
+    let found = machine.lasting().wheel_wear_mm;
+    assert!(expected > 0.01 && (found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
+}
+
+#[test]
+fn a_wheel_that_would_turn_too_fast_is_not_started() {
+    let mut description = ideal();
+    // 100 m/s at 60 mm are 1666.7 rad/s.
+    description.wheel.max_speed_rad_s = Some(1600.0);
+    let mut machine = machine(&description);
+    let report = machine.step(None, &[MachineCommand::WheelStart], &[]);
+    assert_eq!(report.raised.first().map(|alarm| alarm.kind), Some(AlarmKind::WheelTooFast));
+    assert!(!idle(&mut machine, 3000).last().expect("3000 ticks").io.wheel_running);
+}

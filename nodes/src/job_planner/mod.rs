@@ -19,7 +19,7 @@ use crate::ros::{
 };
 use crate::running::{NodeError, autostart};
 use board::Board;
-use camwright::dressing::WheelNow;
+use camwright::wheel::WheelNow;
 use camwright_msgs::camwright_msgs::action::{ExecutePlan, RunJob};
 use camwright_msgs::camwright_msgs::msg::{
     Alarm, MachineAlarms, MachineDescription as DescriptionMessage, PartLobe, PlanPage,

@@ -107,3 +107,36 @@ pub fn store(path: &Path, state: &LastingState) -> Result<(), ConfigError> {
     out.write_all(text.as_bytes()).and_then(|()| out.sync_all()).map_err(refuse)?;
     std::fs::rename(&temporary, path).map_err(refuse)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn path(name: &str) -> PathBuf {
+        std::env::temp_dir().join(format!("camwright-lasting-{}-{name}.yaml", std::process::id()))
+    }
+
+    #[test]
+    fn what_is_known_of_the_wheel_survives_and_a_worn_out_one_is_refused() {
+        let machine = camwright::machine::reference::cam_grinder();
+        let file = path("wheel");
+        let state = LastingState {
+            wheel_radius_mm: 58.25,
+            wheel_wear_mm: 0.0125,
+            lobes_since_dress: 3,
+            parts_since_dress: 1,
+            dress_count: 7,
+            part_count: 11,
+        };
+        store(&file, &state).unwrap();
+        assert_eq!(load(&file, &machine).unwrap(), state);
+        // A wheel that is as it was dressed is written as it always was.
+        store(&file, &LastingState::new(&machine)).unwrap();
+        assert!(!std::fs::read_to_string(&file).unwrap().contains("wear"));
+        let worn = LastingState { wheel_radius_mm: 45.01, wheel_wear_mm: 0.02, ..state };
+        store(&file, &worn).unwrap();
+        let error = load(&file, &machine).unwrap_err().to_string();
+        assert!(error.contains("wheel_wear_mm is 0.02, the wheel can lose 0 to 0.0"), "{error}");
+        std::fs::remove_file(&file).unwrap();
+    }
+}

@@ -7,9 +7,9 @@ use crate::config::lift_file;
 use crate::config::locate::{Located, locate};
 use camwright::cycle::PlannedLobe;
 use camwright::cycle::{PlanError, plan_job};
-use camwright::dressing::WheelNow;
 use camwright::job::{JobError, LobeSpec};
 use camwright::units::deg_from_rad;
+use camwright::wheel::WheelNow;
 use std::fmt;
 
 /// How bad a finding is.

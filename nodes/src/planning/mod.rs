@@ -33,9 +33,9 @@ use crate::config::ConfigError;
 use crate::config::job_file::{self, Job};
 use crate::convert::plan::{Provenance, pages_from_plan};
 use camwright::cycle::{PlannedJob, plan_job};
-use camwright::dressing::WheelNow;
 use camwright::inspection::Inspection;
 use camwright::machine::description::MachineDescription;
+use camwright::wheel::WheelNow;
 use camwright_msgs::camwright_msgs::msg::PlanPage;
 
 /// Largest difference between the wheel a job was written for and the wheel that is mounted.

@@ -132,7 +132,7 @@ mod tests {
     fn a_dressed_batch_is_off_by_the_wear_that_is_predicted() {
         let job = crate::config::job_file::load("dressed_batch", &[]).unwrap();
         let machine = job.machine.description.clone();
-        let mut wheel = camwright::dressing::WheelNow::dressed(59.5);
+        let mut wheel = camwright::wheel::WheelNow::dressed(59.5);
         (wheel.wear_mm, wheel.lobes_since_dress) = (0.0002, 1);
         let now = crate::planning::MachineNow { description: machine, wheel };
         let prepared = crate::planning::plan(job, Some(&now)).unwrap();

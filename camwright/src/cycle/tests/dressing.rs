@@ -1,10 +1,11 @@
 //! A wheel that is dressed within a job: the path follows it, and the part does not notice.
 
 use super::*;
-use crate::dressing::{DressReason, DressingSpec, mm_from_nm};
+use crate::dressing::{DressReason, DressingSpec};
 use crate::form::Form;
 use crate::machine::fixture::Dresser;
 use crate::plan::Command;
+use crate::wheel::mm_from_nm;
 
 fn with_dresser() -> MachineDescription {
     let mut machine = machine();

@@ -1,10 +1,10 @@
 //! The wheel as it wears, is dressed and is looked after.
 
 use super::Machine;
-use crate::dressing::mm_from_nm;
 use crate::machine::alarm::AlarmKind;
 use crate::machine::description::Axis;
 use crate::machine::workpiece::Removal;
+use crate::wheel::mm_from_nm;
 
 /// Largest difference between the wheel a plan was made for and the wheel that is mounted (mm): at 1 µm the form error it
 /// makes is a few tenths of it.
