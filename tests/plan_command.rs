@@ -208,6 +208,38 @@ fn at_a_constant_removal_rate_no_tick_exceeds_it_or_a_limit() {
     }
 }
 
+/// Every drawing is there as SVG and PNG, and is the same when it is made again.
+#[test]
+fn plots_are_written_for_every_lobe_and_are_the_same_again() {
+    let folder = Folder::new("plots");
+    let set = ["--set", "speed={law: constant_removal_rate, removal_rate_mm2_s: 5.0}", "--set", "work_speed_rpm=200.0"];
+    let files = |name: &str| {
+        let out = folder.0.join(name);
+        let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
+        let output =
+            command.args(["plan", "eccentric", "--plots", "--out"]).arg(&out).args(set).output().expect("runs");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let read = |file: String| {
+            (std::fs::read(out.join("A").join(&file)).unwrap_or_else(|error| panic!("{file}: {error}")), file)
+        };
+        ["contour", "tool_path", "c_axis", "x_axis", "removal_rate"]
+            .iter()
+            .flat_map(|name| ["svg", "png"].map(|extension| read(format!("{name}.{extension}"))))
+            .collect::<Vec<_>>()
+    };
+    let (once, again) = (files("once"), files("again"));
+    for ((bytes, file), (other, _)) in once.iter().zip(&again) {
+        assert_eq!(bytes, other, "{file}");
+        if file.ends_with(".svg") {
+            let text = std::str::from_utf8(bytes).expect("UTF-8");
+            assert!(text.starts_with("<svg ") && text.ends_with("</svg>\n"), "{file}");
+            assert!(text.contains("<title>eccentric · lobe A") && !text.contains("NaN"), "{file}");
+        } else {
+            assert!(bytes.starts_with(b"\x89PNG"), "{file}");
+        }
+    }
+}
+
 #[test]
 fn a_job_that_cannot_be_made_leaves_no_files() {
     let folder = Folder::new("refused");

@@ -6,6 +6,7 @@ pub mod cli;
 pub mod config;
 pub mod convert;
 pub mod cyclic;
+mod drawing;
 pub mod job_planner;
 pub mod machine_sim;
 pub mod planning;

@@ -19,6 +19,10 @@ pub(super) struct PlanArgs {
     /// Sets a key over the file, for example `infeed.total_mm=0.72` or `lobes.I1.phase_deg=75`
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
+    /// Draws every lobe, as SVG and PNG: contour with wheel and path; X and its derivatives over C; speed, acceleration and
+    /// jerk of C and X with their limits; removal rate with its bound. Colours show what sets the speed
+    #[arg(long)]
+    plots: bool,
     /// Writes the summary to stdout as JSON instead of text
     #[arg(long)]
     json: bool,
@@ -29,8 +33,7 @@ pub(super) fn main(args: &PlanArgs) -> ExitCode {
     let progress = |text: &str| drop(writeln!(io::stderr(), "{text}"));
     progress(&format!("planning {}", args.job));
     let done = planning::prepare(&args.job, &args.set, None).and_then(|prepared| {
-        planning::write(&prepared, &args.out, |path| progress(&format!("writing {}", path.display())))?;
-        Ok(planning::summary(&prepared))
+        planning::write(&prepared, &args.out, args.plots, |path| progress(&format!("writing {}", path.display())))
     });
     match done {
         Ok(summary) => {

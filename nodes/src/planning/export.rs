@@ -8,15 +8,19 @@
 //! | `<lobe>/inspection.csv` | one per block, over the cam angle, where the profile has a gauge | the lobe |
 //! | `<lobe>/speed_plan.csv` | one per interpolation period, over the whole cut | `c_deg` the headstock, from the start of the cut on |
 //!
+//! With `--plots` also the drawings of [`super::plots`], each as SVG and PNG.
+//!
 //! Numbers are written with the digits that give the same number back.
 
 use super::cut_table::pass_rows;
 use super::dresses::{DressSummary, dresses};
 use super::lifts::{self, LiftSummary};
+use super::plots::plots;
 use super::turn::Turn;
 use super::turn_summary::{BoundSummary, RemovalClass, bounds_used, law_name, removal_classes};
 use super::{PreparedJob, write_inspection};
 use crate::config::{ConfigError, Place};
+use crate::drawing::{png, svg};
 use camwright::cycle::PlannedLobe;
 use camwright::speed_plan::{LimitUse, SpeedPlan};
 use camwright::units::{TURN_RAD, deg_from_rad, rad_from_deg, wrap_turn};
@@ -242,11 +246,18 @@ fn pass_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, pass: 
     }
 }
 
-/// Writes `summary.json` and, in a folder per lobe, its tables; `progress` is told of every file.
+/// Writes `summary.json` and, in a folder per lobe, its tables and, where asked for, its drawings; `progress` is told of every
+/// file. Returns what the summary says.
 ///
 /// # Errors
 /// A folder or file that cannot be written.
-pub fn write(prepared: &PreparedJob, out: &Path, mut progress: impl FnMut(&Path)) -> Result<(), ConfigError> {
+pub fn write(
+    prepared: &PreparedJob,
+    out: &Path,
+    with_plots: bool,
+    mut progress: impl FnMut(&Path),
+) -> Result<Summary, ConfigError> {
+    let summary = summary(prepared);
     let mut file = |path: PathBuf, write: &dyn Fn(&mut dyn Write) -> io::Result<()>| -> Result<(), ConfigError> {
         progress(&path);
         let attempt = || -> io::Result<()> {
@@ -268,11 +279,19 @@ pub fn write(prepared: &PreparedJob, out: &Path, mut progress: impl FnMut(&Path)
             file(folder.join("inspection.csv"), &|to| write_inspection(inspection, blocks, to))?;
         }
         file(folder.join("speed_plan.csv"), &|to| write_speed_plan(prepared, index, lobe, to))?;
+        if with_plots {
+            for plot in plots(prepared, index, &summary.lobes[index]) {
+                let path = |extension: &str| folder.join(format!("{}.{extension}", plot.name));
+                file(path("svg"), &|to| to.write_all(svg(&plot.drawing).as_bytes()))?;
+                file(path("png"), &|to| to.write_all(&png(&plot.drawing)?))?;
+            }
+        }
     }
     file(out.join("summary.json"), &|to| {
-        serde_json::to_writer_pretty(&mut *to, &summary(prepared))?;
+        serde_json::to_writer_pretty(&mut *to, &summary)?;
         writeln!(to)
-    })
+    })?;
+    Ok(summary)
 }
 
 /// Degrees of block `index`: one rounding, so that 0.3 is written as 0.3.

@@ -43,6 +43,19 @@ fn azimuth(index: usize) -> f64 {
     index as f64 * TURN_RAD / BLANK_POINTS as f64
 }
 
+/// The closed outline of a blank in the frame of its lobe (mm), for drawings.
+pub(super) fn blank_outline_mm(design: &LobeDesign, stock_mm: f64) -> Vec<[f64; 2]> {
+    (0..=BLANK_POINTS)
+        .step_by(4)
+        .map(|index| {
+            let angle = azimuth(index);
+            let (sin, cos) = angle.sin_cos();
+            let radius = blank_radius_mm(&design.contour, angle, stock_mm);
+            [radius * cos, radius * sin]
+        })
+        .collect()
+}
+
 /// Radius of the curve `stock_mm` outside the contour at an azimuth of the cam's frame.
 ///
 /// The distance of a point from the contour grows along its ray (the contour passes the axis on the right side), so the

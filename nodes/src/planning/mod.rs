@@ -13,6 +13,7 @@ mod findings;
 mod inspect;
 mod lifts;
 mod lobes;
+mod plots;
 mod rehearse;
 mod times;
 mod turn;
