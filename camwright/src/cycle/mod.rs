@@ -20,11 +20,13 @@ mod clearance;
 mod dress;
 mod error;
 mod lobe;
+mod order;
 mod sequence;
 mod wheels;
 
 pub use error::PlanError;
 pub use lobe::{LobeDesign, PlannedLobe, designs};
+pub use order::{LobeOrder, fastest_order};
 
 use crate::dressing::{Dress, PlannedDress};
 use crate::infeed::InfeedSchedule;

@@ -18,7 +18,7 @@ use alloc::vec::Vec;
 /// How far before a station's switch the table stands when the search for it begins (mm), and how far beyond the switch
 /// the search may go. It covers a switch that has shifted and lets the table reach its search speed; longer costs time
 /// at the slow search speed.
-const RUN_IN_MM: f64 = 5.0;
+pub(super) const RUN_IN_MM: f64 = 5.0;
 
 /// Turns in which the search for the origin must meet it: one, and a quarter for a start inside its window.
 const HOMING_TURNS: f64 = 1.25;

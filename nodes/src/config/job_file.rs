@@ -8,6 +8,7 @@ use super::machine_file::{self, Machine};
 use super::pass_file::{InfeedFile, RoughingFile, SpeedFile, passes, roughing_findings};
 use super::wheel_file::{DressingFile, ObstacleFile, wishes};
 use super::yaml::Document;
+use camwright::cycle::{LobeOrder, fastest_order};
 use camwright::follower::Follower;
 use camwright::job::{HoldInCut, HomePosition, JobSpec, LobeSpec, ProfileSpec};
 use camwright::units::rad_from_deg;
@@ -48,12 +49,23 @@ struct JobFile {
     hold_in_cut: HoldFile,
     #[serde(default)]
     rotary_indexing: bool,
+    #[serde(default)]
+    lobe_order: LobeOrderFile,
     home: HomeFile,
     dressing: Option<DressingFile>,
     #[serde(default)]
     obstacles: Vec<ObstacleFile>,
     #[serde(default = "default_clearance")]
     clearance_mm: f64,
+}
+
+/// In which order the lobes are machined.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum LobeOrderFile {
+    #[default]
+    AsWritten,
+    Fastest,
 }
 
 /// What a hold does in the cut.
@@ -106,6 +118,8 @@ struct HomeFile {
 pub struct Job {
     /// What the files mean.
     pub spec: JobSpec,
+    /// The order of its lobes, where it was sought.
+    pub lobe_order: Option<LobeOrder>,
     /// One line about it.
     pub title: String,
     /// What the job file says, with overrides written in.
@@ -178,20 +192,24 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
         }
     }
     let lobes = read_lobes(&document, &file, &mut findings);
-    match machine {
-        Some(machine) if findings.is_empty() => Ok(Job {
-            spec: spec(&file, profiles, lobes, blocks.unwrap_or(FORMULA_BLOCKS)),
-            title: file.title,
-            source: document.text.clone(),
-            hash: hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect(),
-            lifts,
-            gauges: file.profiles.iter().map(|profile| profile.gauge.as_ref().map(FollowerFile::follower)).collect(),
-            machine,
-            wheel_radius_mm: file.wheel_radius_mm,
-            document,
-        }),
-        _ => Err(findings),
+    let Some(machine) = machine.filter(|_| findings.is_empty()) else { return Err(findings) };
+    let mut spec = spec(&file, profiles, lobes, blocks.unwrap_or(FORMULA_BLOCKS));
+    let lobe_order = (file.lobe_order == LobeOrderFile::Fastest).then(|| fastest_order(&spec, &machine.description));
+    if let Some(order) = &lobe_order {
+        spec.lobes = order.lobes.iter().map(|lobe| spec.lobes[*lobe].clone()).collect();
     }
+    Ok(Job {
+        spec,
+        lobe_order,
+        title: file.title,
+        source: document.text.clone(),
+        hash: hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect(),
+        lifts,
+        gauges: file.profiles.iter().map(|profile| profile.gauge.as_ref().map(FollowerFile::follower)).collect(),
+        machine,
+        wheel_radius_mm: file.wheel_radius_mm,
+        document,
+    })
 }
 
 fn one(error: ConfigError) -> Vec<ConfigError> {

@@ -39,7 +39,7 @@ fn key(job: &Job, error: &PlanError) -> String {
         PlanError::Collision { obstacle: Some(obstacle), .. } => format!("obstacles.{obstacle}"),
         PlanError::Collision { lobe: Some(lobe), .. } => format!("lobes.{lobe}.station"),
         PlanError::Collision { .. } => "home.x_mm".into(),
-        PlanError::WheelTooFast { lobe, .. } => lobe_key(job, lobe),
+        PlanError::WheelTooFast { lobe, .. } => lobe_key(lobe),
         PlanError::Infeed { pass, .. } => pass_key(job, pass, "infeed.total_mm"),
         PlanError::TouchesBlank { .. } => "infeed.total_mm".into(),
         PlanError::Speed { pass, source: SpeedPlanError::Turn(_) | SpeedPlanError::NoRunUp { .. }, .. } => {
@@ -51,7 +51,7 @@ fn key(job: &Job, error: &PlanError) -> String {
             ("the home position", _) => "home.z_mm".into(),
             ("the start of the rapid advance", _) => "rapid_advance_mm".into(),
             ("a hold on the highest point of the path", _) => "retract_clearance_mm".into(),
-            _ => named_lobe(place).map_or_else(String::new, |lobe| format!("{}.station", lobe_key(job, lobe))),
+            _ => named_lobe(place).map_or_else(String::new, |lobe| format!("{}.station", lobe_key(lobe))),
         },
         PlanError::NotClear { what, .. } if *what == "home.x_mm" => "home.x_mm".into(),
         PlanError::NotClear { .. } => "rapid_advance_mm".into(),
@@ -64,12 +64,12 @@ fn job_key(job: &Job, error: &JobError) -> String {
     match error {
         JobError::NoLobes => "lobes".into(),
         JobError::SameName { second, .. } => format!("lobes.{}.name", second.saturating_sub(1)),
-        JobError::SameStation { second, .. } => format!("{}.station", lobe_key(job, second)),
+        JobError::SameStation { second, .. } => format!("{}.station", lobe_key(second)),
         JobError::NeighbourInReach { lobe, .. } | JobError::UnknownStation { lobe, .. } => {
-            format!("{}.station", lobe_key(job, lobe))
+            format!("{}.station", lobe_key(lobe))
         }
-        JobError::UnknownProfile { lobe, .. } => format!("{}.profile", lobe_key(job, lobe)),
-        JobError::WiderThanWheel { lobe, .. } => format!("{}.width_mm", lobe_key(job, lobe)),
+        JobError::UnknownProfile { lobe, .. } => format!("{}.profile", lobe_key(lobe)),
+        JobError::WiderThanWheel { lobe, .. } => format!("{}.width_mm", lobe_key(lobe)),
         JobError::NoSparkOut { .. } => "infeed.spark_out_turns".into(),
         JobError::NoBody { name, .. } => {
             index_key("obstacles", job.spec.obstacles.iter().position(|obstacle| obstacle.name == *name))
@@ -87,7 +87,7 @@ fn job_key(job: &Job, error: &JobError) -> String {
                 "phase_rad" => "phase_deg",
                 other => other,
             };
-            named_lobe(place).map_or_else(|| key.into(), |lobe| format!("{}.{key}", lobe_key(job, lobe)))
+            named_lobe(place).map_or_else(|| key.into(), |lobe| format!("{}.{key}", lobe_key(lobe)))
         }
     }
 }
@@ -105,7 +105,7 @@ fn pass_key(job: &Job, pass: &str, key: &str) -> String {
 fn wish_key(job: &Job, mounted_mm: f64) -> String {
     let other = job.spec.wheels.iter().find(|wish| (wish.radius_mm - mounted_mm).abs() > WHEEL_TOLERANCE_MM);
     match other.and_then(|wish| wish.of.split_once(' ')) {
-        Some(("lobe", name)) => format!("{}.wheel_radius_mm", lobe_key(job, name)),
+        Some(("lobe", name)) => format!("{}.wheel_radius_mm", lobe_key(name)),
         Some((_, name)) => pass_key(job, name, "wheel_radius_mm"),
         None => "wheel_radius_mm".into(),
     }
@@ -128,8 +128,8 @@ fn named_lobe(place: &str) -> Option<&str> {
     place.strip_prefix("lobe ")?.strip_suffix(": ")
 }
 
-fn lobe_key(job: &Job, name: &str) -> String {
-    index_key("lobes", job.spec.lobes.iter().position(|lobe| lobe.name == name))
+fn lobe_key(name: &str) -> String {
+    format!("lobes.{name}")
 }
 
 fn profile_key(job: &Job, name: &str) -> String {

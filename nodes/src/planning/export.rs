@@ -54,6 +54,8 @@ pub struct Summary {
     pub saved_s: f64,
     /// Whether the job itself goes the conventional way.
     pub rotary_indexing: bool,
+    /// Time on the way that the order of the lobes saves the table, where the fastest was sought.
+    pub saved_by_order_s: Option<f64>,
     /// Largest use of an axis limit anywhere in the plan, as its forward check found it; 1 is the limit.
     pub max_limit_ratio: f64,
     /// The dresses of the wheel, in their order.
@@ -179,6 +181,11 @@ pub fn summary(prepared: &PreparedJob) -> Summary {
         duration_with_indexing_s: plan.duration_with_indexing_s,
         saved_s: prepared.planned.saved_by_not_indexing_s(),
         rotary_indexing: prepared.job.spec.rotary_indexing,
+        saved_by_order_s: prepared.job.lobe_order.as_ref().map(|order| {
+            #[allow(clippy::cast_precision_loss, reason = "some seconds of ticks")]
+            let ticks = order.saved_ticks as f64;
+            ticks * prepared.machine.cycle_time_s()
+        }),
         max_limit_ratio: prepared.planned.report.max_ratio(),
         dresses: dresses(prepared),
         lifts: lifts::summaries(&prepared.job, Some(prepared)),

@@ -162,6 +162,7 @@ mod bits;
 mod clearance;
 mod dressing;
 mod infeeds;
+mod order;
 mod passes;
 mod refusals;
 
