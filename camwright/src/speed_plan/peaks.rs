@@ -34,19 +34,23 @@ impl Peaks {
     }
 }
 
+/// From which share of its limit on the jerk of X is looked at between those points too, and into how many parts they are divided.
+const NEAR_JERK: f64 = 0.7;
+const JERK_PARTS: u32 = 8;
+
 /// Parts of an interval between which the bound is looked at besides: a notch that a concave flank makes in it may be narrower than
 /// the table is fine, and there the knots of a turn are close.
 const BOUND_PARTS: u32 = 4;
 
-/// What peaks in each interval of a turn: at its ends, at the points of the table within, and on parabolas through three of them.
+/// What peaks in each interval of a turn: at its ends, at the points of the table within, and between them
+/// where jerk is near its limit.
 pub(super) fn peaks(request: &TurnRequest<'_>, table: &Table, speed: &SquareSpeed) -> Vec<Peaks> {
     let knots = speed.knots();
     let at_knots: Vec<(Derivatives, f64)> = (0..knots.count())
         .map(|i| {
             let path = request.path.sample(knots.at(i));
             let x = request.with_infeed(path);
-            let derivatives = Derivatives { first: x.first, second: x.second, third: x.third };
-            (derivatives, request.per_square_bound(knots.at(i), path))
+            (Derivatives::from(x), request.per_square_bound(knots.at(i), path))
         })
         .collect();
     let spacing = table.spacing();
@@ -70,34 +74,40 @@ pub(super) fn peaks(request: &TurnRequest<'_>, table: &Table, speed: &SquareSpee
             if let Some(per) = per_bound {
                 found.bound = found.bound.max(per * z);
             }
-            x_jerk
+            x_jerk.abs()
         };
-        for (along, (x, per_bound)) in [(0.0, at_knots[i]), (length, at_knots[knots.beside(i).1])] {
-            look(along, x, Some(per_bound));
-        }
-        let (mut last, mut seen, mut between) = ([0.0; 2], 0, 0.0_f64);
+        let near = NEAR_JERK * request.x.jerk;
+        let (x, per_bound) = at_knots[i];
+        let mut before = (0.0, look(0.0, x, Some(per_bound)));
+        let mut step_to = |along: f64, x: Derivatives, per_bound: Option<f64>| {
+            let here = look(along, x, per_bound);
+            if here.max(before.1) > near {
+                for part in 1..JERK_PARTS {
+                    let between = before.0 + (along - before.0) * f64::from(part) / f64::from(JERK_PARTS);
+                    look(between, derivatives(request, begin + between), None);
+                }
+            }
+            before = (along, here);
+        };
         while point < table.count() {
             #[allow(clippy::cast_precision_loss, reason = "some ten thousand points")]
             let along = point as f64 * spacing - begin;
             if along >= length {
                 break;
             }
-            if along >= 0.0 {
-                let here = look(along, table.path(point), table.per_bound(point));
-                seen += 1;
-                if seen > 2 {
-                    between = between.max(peak_of_parabola(last[0], last[1], here));
-                }
-                last = [last[1], here];
+            if along > 0.0 {
+                step_to(along, table.path(point), table.per_bound(point));
             }
             point += 1;
         }
+        let (x, per_bound) = at_knots[knots.beside(i).1];
+        step_to(length, x, Some(per_bound));
         for part in 1..BOUND_PARTS {
             let along = length * f64::from(part) / f64::from(BOUND_PARTS);
             let angle = begin + along;
             found.bound = found.bound.max(z_at(along) * request.per_square_bound(angle, request.path.sample(angle)));
         }
-        found.x_jerk = found.x_jerk.max(between) / request.x.jerk;
+        found.x_jerk /= request.x.jerk;
         found.c_jerk = 0.5 * libm::sqrt(largest_c_square) * second.abs() / request.c.jerk;
         found.c_acceleration /= request.c.acceleration;
         found.x_acceleration /= request.x.acceleration;
@@ -106,21 +116,6 @@ pub(super) fn peaks(request: &TurnRequest<'_>, table: &Table, speed: &SquareSpee
     (0..knots.count()).map(&mut in_interval).collect()
 }
 
-/// Magnitude of the vertex of the parabola through three points at equal distances, if it lies between them; else 0.
-fn peak_of_parabola(before: f64, middle: f64, after: f64) -> f64 {
-    let (bend, slope) = (before - 2.0 * middle + after, 0.5 * (after - before));
-    if slope.abs() < bend.abs() { (middle - 0.5 * slope * slope / bend).abs() } else { 0.0 }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_vertex_of_a_parabola_is_found_between_its_points() {
-        let at = |x: f64| 3.0 - 2.0 * (x - 0.3) * (x - 0.3);
-        assert!((peak_of_parabola(at(-1.0), at(0.0), at(1.0)) - 3.0).abs() < 1e-12);
-        assert_eq!(peak_of_parabola(1.0, 2.0, 3.0).to_bits(), 0.0_f64.to_bits());
-        assert_eq!(peak_of_parabola(at(1.0), at(2.0), at(3.0)).to_bits(), 0.0_f64.to_bits());
-    }
+fn derivatives(request: &TurnRequest<'_>, angle_rad: f64) -> Derivatives {
+    Derivatives::from(request.with_infeed(request.path.sample(angle_rad)))
 }

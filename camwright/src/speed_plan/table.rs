@@ -2,6 +2,7 @@
 
 use super::square_speed::to_f64;
 use super::turn_request::{TurnError, TurnRequest};
+use crate::numeric::hermite::Sample;
 use crate::units::{TURN_RAD, deg_from_rad};
 use alloc::vec::Vec;
 
@@ -22,6 +23,12 @@ pub(super) struct Derivatives {
     pub(super) second: f64,
     /// X‴ (mm/rad³).
     pub(super) third: f64,
+}
+
+impl From<Sample> for Derivatives {
+    fn from(x: Sample) -> Self {
+        Self { first: x.first, second: x.second, third: x.third }
+    }
 }
 
 /// The path of a turn and its bound.
@@ -52,10 +59,7 @@ impl Table {
             }
             per_bound.push(per);
         }
-        let points = samples.into_iter().map(|path| {
-            let x = request.with_infeed(path);
-            Derivatives { first: x.first, second: x.second, third: x.third }
-        });
+        let points = samples.into_iter().map(|path| Derivatives::from(request.with_infeed(path)));
         Ok(Self { points: points.collect(), per_bound, per_bound_point })
     }
 
