@@ -1,4 +1,4 @@
-//! Point-to-point moves for a judge (tests/benchmarks/point_to_point.py).
+//! Point-to-point moves for a judge (`tests/benchmarks/point_to_point.py`).
 //!
 //! ```text
 //! point_to_point_cases COUNT SEED FILE
