@@ -37,7 +37,10 @@ fn key(job: &Job, error: &PlanError) -> String {
         },
         PlanError::TwoWheels { mounted_mm, .. } => wish_key(job, *mounted_mm),
         PlanError::Collision { obstacle: Some(obstacle), .. } => format!("obstacles.{obstacle}"),
-        PlanError::Collision { lobe: Some(lobe), .. } => format!("lobes.{lobe}.station"),
+        PlanError::Collision { lobe: Some(lobe), .. } => {
+            // Lobes may stand in another order than in the file.
+            job.spec.lobes.get(*lobe).map_or_else(String::new, |lobe| format!("{}.station", lobe_key(&lobe.name)))
+        }
         PlanError::Collision { .. } => "home.x_mm".into(),
         PlanError::WheelTooFast { lobe, .. } => lobe_key(lobe),
         PlanError::Infeed { pass, .. } => pass_key(job, pass, "infeed.total_mm"),
