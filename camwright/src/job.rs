@@ -96,6 +96,30 @@ pub enum SpeedLaw {
     },
 }
 
+/// What the wheel's spindle may give, and what grinding takes of it. It bounds every pass, whatever its speed law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WheelPower {
+    /// Most that the spindle may give to the cut (W).
+    pub most_w: f64,
+    /// Energy that a removed volume takes (J/mm³).
+    pub specific_energy_j_mm3: f64,
+    /// Force of rubbing per area of contact (N/mm²).
+    pub rubbing_n_mm2: f64,
+}
+
+impl WheelPower {
+    /// The law that uses all of it on a lobe of this width (mm).
+    #[must_use]
+    pub fn as_law(&self, width_mm: f64) -> SpeedLaw {
+        SpeedLaw::ConstantPower {
+            power_w_mm: self.most_w / width_mm,
+            specific_energy_j_mm3: self.specific_energy_j_mm3,
+            rubbing_n_mm2: self.rubbing_n_mm2,
+            most_rad_s: f64::INFINITY,
+        }
+    }
+}
+
 /// A cut that just does not burn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferenceCut {
@@ -227,6 +251,8 @@ pub struct JobSpec {
     pub retract_clearance_mm: f64,
     /// What a hold does in the cut.
     pub hold_in_cut: HoldInCut,
+    /// Bound on the power of the wheel's spindle, if there is one.
+    pub wheel_power: Option<WheelPower>,
     /// The conventional way: C is turned to each lobe's base centre before it is machined.
     pub rotary_indexing: bool,
     /// Where the axes stand before and after the part.
@@ -308,6 +334,11 @@ impl JobSpec {
         positive(String::new, "rapid_speed_mm_s", self.rapid_speed_mm_s)?;
         positive(String::new, "retract_clearance_mm", self.retract_clearance_mm)?;
         positive(String::new, "stock_mm", self.stock_mm)?;
+        if let Some(power) = &self.wheel_power {
+            positive(String::new, "wheel_power.most_w", power.most_w)?;
+            positive(String::new, "wheel_power.specific_energy_j_mm3", power.specific_energy_j_mm3)?;
+            positive(String::new, "wheel_power.rubbing_n_mm2", power.rubbing_n_mm2)?;
+        }
         if !(self.clearance_mm >= 0.0 && self.clearance_mm.is_finite()) {
             let (key, value) = ("clearance_mm", self.clearance_mm);
             return Err(JobError::OutOfRange { place: String::new(), key, value, wanted: "a number from 0 on" });

@@ -272,6 +272,7 @@ pub(super) fn plan_lobes(
                     ratio: shape.ratio.as_ref(),
                     spark_out_turns: pass.spark_out_turns,
                     speed: pass.speed,
+                    wheel_power: job.wheel_power.map(|power| power.as_law(lobe.width_mm)),
                     rotation_sense: machine.rotation_sense,
                     wheel_radius_mm: shape.tool_path.wheel_radius_mm(),
                     wheel_speed_m_s: machine.wheel.surface_speed_m_s,

@@ -23,11 +23,13 @@ pub enum Bound {
     Process,
     /// The work speed of the pass; of a law that lets it vary the largest.
     WorkSpeed,
+    /// The power of the wheel's spindle.
+    WheelPower,
 }
 
 impl Bound {
     /// All of them.
-    pub const ALL: [Bound; 8] = [
+    pub const ALL: [Bound; 9] = [
         Bound::WorkSpeed,
         Bound::Process,
         Bound::Limit(Axis::C, Quantity::Velocity),
@@ -36,6 +38,7 @@ impl Bound {
         Bound::Limit(Axis::X, Quantity::Velocity),
         Bound::Limit(Axis::X, Quantity::Acceleration),
         Bound::Limit(Axis::X, Quantity::Jerk),
+        Bound::WheelPower,
     ];
 }
 
@@ -48,6 +51,8 @@ pub struct TurnBounds<'a> {
     pub infeed_slope_mm_rad: f64,
     /// Speed law of the pass.
     pub speed: SpeedLaw,
+    /// What the wheel's power allows, as a law.
+    pub wheel_power: Option<SpeedLaw>,
     /// Wheel and infeed of a turn.
     pub cutting: Cutting,
     /// Whole limits of C.
@@ -90,6 +95,12 @@ impl TurnBounds<'_> {
         Some(largest_speed_rad_s(&law, self.path.sample(angle_rad), &self.cutting))
     }
 
+    /// The largest speed of C that the wheel's power allows at a path angle (rad/s), where it is bounded.
+    #[must_use]
+    pub fn power_rad_s(&self, angle_rad: f64) -> Option<f64> {
+        Some(largest_speed_rad_s(&self.wheel_power?, self.path.sample(angle_rad), &self.cutting))
+    }
+
     /// What a turn may use of the limits of C and of X: a stop on the path keeps a share of acceleration and jerk for itself,
     /// and where the speed varies the end of the infeed another one of X.
     #[must_use]
@@ -108,7 +119,7 @@ impl TurnBounds<'_> {
 
     /// How much of each bound is used where C moves like this, in the order of [`Bound::ALL`]; 1 is all that planning allows.
     #[must_use]
-    pub fn uses(&self, c: Sample) -> [f64; 8] {
+    pub fn uses(&self, c: Sample) -> [f64; 9] {
         let [of_c, of_x] = self.allowed();
         let x = self.x_in_time(c);
         let in_time = |quantity: Quantity, sample: Sample| match quantity {
@@ -120,6 +131,7 @@ impl TurnBounds<'_> {
             Bound::Limit(Axis::C, quantity) => in_time(quantity, c) / quantity.limit(&of_c),
             Bound::Limit(_, quantity) => in_time(quantity, x) / quantity.limit(&of_x),
             Bound::Process => self.process_rad_s(c.value).map_or(0.0, |allowed| c.first / allowed),
+            Bound::WheelPower => self.power_rad_s(c.value).map_or(0.0, |allowed| c.first / allowed),
             Bound::WorkSpeed => c.first / self.work_speed_rad_s(),
         })
     }
@@ -160,7 +172,15 @@ mod tests {
     }
 
     fn bounds(path: &PeriodicSpline, speed: SpeedLaw) -> TurnBounds<'_> {
-        TurnBounds { path, infeed_slope_mm_rad: 0.04 / TURN_RAD, speed, cutting: CUTTING, c: C, x: X }
+        TurnBounds {
+            path,
+            infeed_slope_mm_rad: 0.04 / TURN_RAD,
+            speed,
+            wheel_power: None,
+            cutting: CUTTING,
+            c: C,
+            x: X,
+        }
     }
 
     /// On a disc of radius 20 mm 8 mm²/s at a depth of 0.04 mm is 10 rad/s: 5 rad/s uses half of it, and a largest work speed
@@ -207,6 +227,7 @@ mod tests {
                 ratio: None,
                 spark_out_turns: 2,
                 speed,
+                wheel_power: None,
                 rotation_sense: 1,
                 wheel_radius_mm: 60.0,
                 wheel_speed_m_s: 80.0,

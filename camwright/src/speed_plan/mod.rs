@@ -81,6 +81,8 @@ pub struct SpeedRequest<'a> {
     pub spark_out_turns: u32,
     /// Speed wanted.
     pub speed: SpeedLaw,
+    /// What the wheel's power allows on this lobe, as a law; every other law keeps it too.
+    pub wheel_power: Option<SpeedLaw>,
     /// σ of the machine: the path angle is σ times the cam angle, which is what people are told.
     pub rotation_sense: i8,
     /// Radius of the wheel (mm).
@@ -138,6 +140,22 @@ pub enum SpeedPlanError {
         ramps_deg: f64,
         /// Turns of the cut.
         turns: u32,
+        /// The largest speed that fits, rounded down; `None` if a thousandth of the wanted one does not.
+        largest_rad_s: Option<f64>,
+    },
+    /// The wheel has not the power for the speed wanted.
+    #[error(
+        "at a work speed of {} rad/s ({} rpm) the wheel needs more than its power at cam angle {angle_deg:.1} deg, where that \
+         allows {} rad/s; {}",
+        figures(*.work_speed_rad_s), rpm(*.work_speed_rad_s), figures(*.allowed_rad_s), largest(*.largest_rad_s)
+    )]
+    WheelPower {
+        /// Speed wanted.
+        work_speed_rad_s: f64,
+        /// Where the power allows least (deg).
+        angle_deg: f64,
+        /// What it allows there.
+        allowed_rad_s: f64,
         /// The largest speed that fits, rounded down; `None` if a thousandth of the wanted one does not.
         largest_rad_s: Option<f64>,
     },
@@ -204,6 +222,8 @@ struct Candidate {
 
 enum Misfit {
     Limit(LimitUse),
+    /// What the wheel's power allows (rad/s), and the path angle where it is least.
+    Power(f64, f64),
     NoPlateau(f64),
     Ramp(PointToPointError),
     Turn(TurnError),
@@ -357,6 +377,12 @@ impl<'a> SpeedRequest<'a> {
         };
         match misfit {
             Misfit::Limit(worst) => SpeedPlanError::TooFast { work_speed_rad_s, worst, largest_rad_s: largest() },
+            Misfit::Power(allowed_rad_s, angle_rad) => SpeedPlanError::WheelPower {
+                work_speed_rad_s,
+                angle_deg: cam_angle_deg(f64::from(self.rotation_sense.signum()) * angle_rad),
+                allowed_rad_s,
+                largest_rad_s: largest(),
+            },
             Misfit::NoPlateau(ramps_rad) => SpeedPlanError::NoPlateau {
                 work_speed_rad_s,
                 ramps_deg: deg_from_rad(ramps_rad),
@@ -379,6 +405,9 @@ impl<'a> SpeedRequest<'a> {
 
 /// The law of one constant speed with the shortest ramps that fit.
 fn constant_speed(request: &SpeedRequest<'_>, speed: f64) -> Result<Candidate, Misfit> {
+    if let Some((allowed, angle)) = request.least_by_power().filter(|(allowed, _)| *allowed < speed) {
+        return Err(Misfit::Power(allowed, angle));
+    }
     let infeed = request.infeed_for(speed);
     let total = f64::from(request.turns()) * TURN_RAD;
     let mut misfit = None;

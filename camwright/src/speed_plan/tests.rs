@@ -1,5 +1,5 @@
 use super::*;
-use crate::job::InfeedDirection;
+use crate::job::{InfeedDirection, WheelPower};
 use crate::machine::description::{Axis, Scale};
 use alloc::string::ToString;
 
@@ -25,6 +25,7 @@ fn request<'a>(path: &'a PeriodicSpline, infeed: &'a InfeedSchedule, speed: f64)
         ratio: None,
         spark_out_turns: 2,
         speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: speed },
+        wheel_power: None,
         rotation_sense: 1,
         wheel_radius_mm: 60.0,
         wheel_speed_m_s: 80.0,
@@ -146,4 +147,28 @@ fn a_law_without_a_speed_is_refused() {
     let law = SpeedLaw::TimeOptimal { most_rad_s: 0.0 };
     let error = SpeedPlan::new(&SpeedRequest { speed: law, ..request(&path, &infeed, 1.0) }).expect_err("no speed");
     assert!(matches!(error, SpeedPlanError::Turn(_)), "{error}");
+}
+
+/// 0.18 mm a turn off a disc of radius 20 mm at 5 rad/s is 18 mm²/s: at 50 J/mm³, and next to no rubbing, 900 W/mm of width.
+#[test]
+fn the_power_of_the_wheel_bounds_every_law() {
+    let (path, infeed) = (eccentric(20.0, 0.0), schedule());
+    let power = WheelPower { most_w: 9000.0, specific_energy_j_mm3: 50.0, rubbing_n_mm2: 1e-9 };
+    let asked =
+        |speed: SpeedLaw| SpeedRequest { speed, wheel_power: Some(power.as_law(10.0)), ..request(&path, &infeed, 1.0) };
+    let too_fast = SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: 5.01 };
+    let error = SpeedPlan::new(&asked(too_fast)).expect_err("more than its power");
+    let SpeedPlanError::WheelPower { allowed_rad_s, largest_rad_s: Some(largest), .. } = error else {
+        panic!("{error}");
+    };
+    assert!((allowed_rad_s - 5.0).abs() < 1e-6 && (4.99..=5.0).contains(&largest), "{allowed_rad_s} {largest}");
+    SpeedPlan::new(&asked(SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: largest })).expect("the speed named fits");
+    for law in [
+        SpeedLaw::TimeOptimal { most_rad_s: 31.4 },
+        SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 100.0, most_rad_s: 31.4 },
+    ] {
+        let plan = SpeedPlan::new(&asked(law)).unwrap_or_else(|error| panic!("{error}"));
+        let (_, high) = plan.speed_range_rad_s();
+        assert!(high <= 5.0 + 1e-6 && plan.turn_s() < TURN_RAD / 4.97, "{high} rad/s, {} s", plan.turn_s());
+    }
 }

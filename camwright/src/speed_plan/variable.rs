@@ -2,8 +2,9 @@
 
 use super::process::{Cutting, largest_speed_rad_s};
 use super::run_up::run_up;
+use super::square_speed::to_f64;
 use super::turn_speed::TurnSpeed;
-use super::{Candidate, Misfit, PATH_SHARE, SpeedRequest, TurnRequest, windows};
+use super::{Candidate, Misfit, PATH_SHARE, PLANNING_GRID, SpeedRequest, TurnRequest, windows};
 use crate::infeed::BLEND_SHARE;
 use crate::numeric::hermite::{HermiteSpline, Knot, Sample};
 use crate::units::TURN_RAD;
@@ -34,9 +35,23 @@ impl SpeedRequest<'_> {
         }
     }
 
-    /// What the process allows at a place of the path (rad/s).
+    /// What the process and the wheel's power allow at a place of the path (rad/s).
     fn process_rad_s(&self, path: Sample) -> f64 {
-        largest_speed_rad_s(&self.speed, path, &self.cutting())
+        let cutting = self.cutting();
+        let by_power = self.wheel_power.map_or(f64::INFINITY, |power| largest_speed_rad_s(&power, path, &cutting));
+        largest_speed_rad_s(&self.speed, path, &cutting).min(by_power)
+    }
+
+    /// The least that the wheel's power allows over a turn (rad/s), and the path angle where.
+    pub(super) fn least_by_power(&self) -> Option<(f64, f64)> {
+        let (power, cutting) = (self.wheel_power?, self.cutting());
+        let parts = u32::try_from(PLANNING_GRID.div_ceil(self.path.coefficients().len())).unwrap_or(1);
+        let samples = self.path.samples(parts);
+        let spacing = TURN_RAD / to_f64(samples.len());
+        let allowed = |path: &Sample| largest_speed_rad_s(&power, *path, &cutting);
+        let (index, least) =
+            samples.iter().map(allowed).enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::INFINITY));
+        Some((least, to_f64(index) * spacing))
     }
 }
 

@@ -145,6 +145,7 @@ fn cut_under(machine: &MachineDescription, e: f64, speed: SpeedLaw) -> (Plan, Cu
         spark_out_turns: 2,
         speed,
         c: machine.axis(Axis::C).limits,
+        wheel_power: None,
         rotation_sense: machine.rotation_sense,
         x: machine.axis(Axis::X).limits,
         cycle_time_s: machine.cycle_time_s(),

@@ -10,7 +10,7 @@ use super::wheel_file::{DressingFile, ObstacleFile, wishes};
 use super::yaml::Document;
 use camwright::cycle::{LobeOrder, fastest_order};
 use camwright::follower::Follower;
-use camwright::job::{HoldInCut, HomePosition, JobSpec, LobeSpec, ProfileSpec};
+use camwright::job::{HoldInCut, HomePosition, JobSpec, LobeSpec, ProfileSpec, WheelPower};
 use camwright::units::rad_from_deg;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
@@ -47,6 +47,7 @@ struct JobFile {
     retract_clearance_mm: f64,
     #[serde(default)]
     hold_in_cut: HoldFile,
+    wheel_power: Option<WheelPowerFile>,
     #[serde(default)]
     rotary_indexing: bool,
     #[serde(default)]
@@ -57,6 +58,15 @@ struct JobFile {
     obstacles: Vec<ObstacleFile>,
     #[serde(default = "default_clearance")]
     clearance_mm: f64,
+}
+
+/// Bound on the power of the wheel's spindle.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WheelPowerFile {
+    most_w: f64,
+    specific_energy_j_mm3: f64,
+    rubbing_n_mm2: f64,
 }
 
 /// In which order the lobes are machined.
@@ -243,6 +253,11 @@ fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks
             HoldFile::Retract => HoldInCut::Retract,
             HoldFile::StopInfeed => HoldInCut::StopInfeed,
         },
+        wheel_power: file.wheel_power.map(|power| WheelPower {
+            most_w: power.most_w,
+            specific_energy_j_mm3: power.specific_energy_j_mm3,
+            rubbing_n_mm2: power.rubbing_n_mm2,
+        }),
         rotary_indexing: file.rotary_indexing,
         home: HomePosition { x_mm: file.home.x_mm, z_mm: file.home.z_mm },
         dressing: file.dressing.as_ref().map(DressingFile::spec),

@@ -59,6 +59,7 @@ impl<'a> Turn<'a> {
             path,
             infeed_slope_mm_rad: schedule.lasting_slope_mm_rad(),
             speed: spec.speed,
+            wheel_power: prepared.job.spec.wheel_power.map(|power| power.as_law(lobe.design.width_mm)),
             cutting,
             c: prepared.machine.axis(Axis::C).limits,
             x: prepared.machine.axis(Axis::X).limits,
@@ -69,12 +70,13 @@ impl<'a> Turn<'a> {
             .map(|sample| {
                 let (c, ratio) = (sample.c, cutting.removal_rate_ratio_mm2(path.sample(sample.angle_rad)));
                 let process = bounds.process_rad_s(sample.angle_rad).unwrap_or(f64::INFINITY);
+                let power = bounds.power_rad_s(sample.angle_rad).unwrap_or(f64::INFINITY);
                 TurnPoint {
                     c_deg: deg_from_rad(wrap_turn(sample.angle_rad + phase_rad)),
                     c,
                     x: bounds.x_in_time(c),
                     removal_mm2_s: ratio * c.first,
-                    allowed_mm2_s: ratio * process.min(most_rad_s),
+                    allowed_mm2_s: ratio * process.min(power).min(most_rad_s),
                     active: bounds.active(c),
                     share: 1.0 / c.first,
                 }

@@ -55,6 +55,7 @@ pub(super) fn bound_name(law: &SpeedLaw, bound: Option<Bound>) -> String {
         None => "none".into(),
         Some(Bound::Limit(axis, quantity)) => format!("{} of {}", quantity.name(), axis.joint()),
         Some(Bound::WorkSpeed) => "work_speed".into(),
+        Some(Bound::WheelPower) => "wheel_power".into(),
         Some(Bound::Process) => law_name(law).trim_start_matches("constant_").into(),
     }
 }

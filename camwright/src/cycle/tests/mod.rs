@@ -126,6 +126,7 @@ fn job() -> JobSpec {
         }],
         retract_clearance_mm: 2.0,
         hold_in_cut: HoldInCut::Retract,
+        wheel_power: None,
         rotary_indexing: false,
         home: HomePosition { x_mm: 150.0, z_mm: 0.0 },
         dressing: None,

@@ -173,6 +173,7 @@ const fn colour(bound: Option<Bound>) -> Colour {
     match bound {
         None => Colour(165, 165, 165),
         Some(Bound::WorkSpeed) => Colour(60, 60, 60),
+        Some(Bound::WheelPower) => Colour(148, 0, 60),
         Some(Bound::Process) => Colour(0, 114, 178),
         Some(Bound::Limit(Axis::C, Quantity::Velocity)) => Colour(86, 180, 233),
         Some(Bound::Limit(Axis::C, Quantity::Acceleration)) => Colour(230, 159, 0),
