@@ -340,6 +340,12 @@ fn step(problem: &Problem, it: &mut Iterate, mu: f64) -> Option<Stepped> {
     band.factor().ok()?.solve(&mut right);
     let change = right;
     let (mut primal, mut dual) = (1.0_f64, 1.0_f64);
+    // Coefficients are the middle Bézier points of z: above 0 with both ends they keep it so in between.
+    for (coefficient, along) in it.coefficients.iter().zip(&change) {
+        if *along < 0.0 {
+            primal = primal.min(-0.9 * coefficient / along);
+        }
+    }
     let mut price_changes = vec![[0.0; ROOMS]; n];
     for (i, interval) in problem.intervals.iter().enumerate() {
         let (c, moved) = (problem.around(&it.coefficients, i), problem.around(&change, i));
