@@ -52,9 +52,14 @@ impl CutMotion<'_> {
     /// What the infeed adds to X over the angle since the start, with derivatives by the angle (mm, rad).
     #[must_use]
     pub fn offset_over_angle(&self, angle_rad: f64) -> Sample {
-        let infeed = self.infeed.sample(angle_rad);
+        self.way_of(self.infeed.sample(angle_rad), self.path_start_rad + angle_rad)
+    }
+
+    /// What an infeed known over the angle adds to X at a path angle, with derivatives by the angle (mm, rad).
+    #[must_use]
+    pub fn way_of(&self, infeed: Sample, path_angle_rad: f64) -> Sample {
         match self.ratio {
-            Some(ratio) => product(ratio.sample(self.path_start_rad + angle_rad), infeed),
+            Some(ratio) => product(ratio.sample(path_angle_rad), infeed),
             None => infeed,
         }
     }
@@ -94,8 +99,7 @@ pub fn chain(over_angle: Sample, angle: Sample) -> Sample {
 }
 
 /// Product of two functions of one variable, with derivatives.
-#[must_use]
-pub fn product(a: Sample, b: Sample) -> Sample {
+fn product(a: Sample, b: Sample) -> Sample {
     Sample {
         value: a.value * b.value,
         first: a.first * b.value + a.value * b.first,

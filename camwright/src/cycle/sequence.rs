@@ -3,7 +3,6 @@
 use super::PlanStart;
 use super::error::PlanError;
 use super::lobe::{Begin, PlannedLobe, Shape, soft_limit};
-use crate::cut_motion::CutMotion;
 use crate::job::{HoldInCut, JobSpec};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits, Station};
 use crate::numeric::hermite::HermiteSpline;
@@ -102,13 +101,7 @@ impl<'a> Sequence<'a> {
         for (number, pass) in lobe.passes.iter().enumerate() {
             let cut = self.cut_segment(lobe.path, pass, begin);
             // The same arithmetic as in the cut, so that the wheel stands where the cut begins to the count.
-            let motion = CutMotion {
-                path: &self.plan.paths[cut.path],
-                path_start_rad: cut.path_start_rad,
-                infeed: pass.infeed().law(),
-                ratio: cut.ratio.and_then(|ratio| self.plan.ratios.get(ratio)),
-                law: pass.law(),
-            };
+            let motion = self.plan.motion_of(&cut).expect("its splines have just been put into the plan");
             let first = self.counts(Axis::X, motion.over_angle(0.0).value);
             let last = self.counts(Axis::X, motion.over_angle(pass.law().sample(motion.duration_s()).value).value);
             if number == 0 {

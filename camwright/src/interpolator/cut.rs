@@ -13,10 +13,9 @@
 
 use super::path_time::{ONE, PathClock, from_ticks, to_ticks, whole};
 use super::pose::{Pose, in_counts};
-use crate::cut_motion::{chain, product};
+use crate::cut_motion::{CutMotion, chain};
 use crate::machine::description::{Axis, MachineDescription, MotionLimits};
-use crate::numeric::hermite::{HermiteSpline, Sample};
-use crate::numeric::periodic_spline::PeriodicSpline;
+use crate::numeric::hermite::Sample;
 use crate::plan::{CutSegment, Plan};
 use crate::point_to_point::{JerkLaw, solve};
 use crate::units::TURN_RAD;
@@ -25,50 +24,38 @@ use crate::units::TURN_RAD;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Curves<'a> {
     pub(crate) cut: &'a CutSegment,
-    path: &'a PeriodicSpline,
-    law: &'a HermiteSpline,
-    infeed: &'a HermiteSpline,
-    ratio: Option<&'a PeriodicSpline>,
+    motion: CutMotion<'a>,
 }
 
 impl<'a> Curves<'a> {
     /// The curves of a cut; `None` if the plan has not got them.
     pub(crate) fn of(plan: &'a Plan, cut: &'a CutSegment) -> Option<Self> {
-        Some(Self {
-            cut,
-            path: plan.paths.get(cut.path)?,
-            law: plan.time_laws.get(cut.speed)?,
-            infeed: plan.angle_laws.get(cut.infeed)?,
-            ratio: match cut.ratio {
-                Some(ratio) => Some(plan.ratios.get(ratio)?),
-                None => None,
-            },
-        })
+        Some(Self { cut, motion: plan.motion_of(cut)? })
     }
 
     /// Length (s).
     pub(crate) fn duration_s(&self) -> f64 {
-        self.law.end()
+        self.motion.duration_s()
     }
 
     /// Angle since the start (rad over s).
     pub(crate) fn angle(&self, time_s: f64) -> Sample {
-        self.law.sample(time_s)
+        self.motion.law.sample(time_s)
     }
 
     /// Angle of the path while C is as given. Whole turns are taken out first: the path then closes to the last bit.
     fn path_angle(&self, c: Sample) -> f64 {
-        self.cut.path_start_rad + (c.value - TURN_RAD * libm::floor(c.value / TURN_RAD))
+        self.motion.path_start_rad + (c.value - TURN_RAD * libm::floor(c.value / TURN_RAD))
     }
 
     /// X on the path, without infeed, while C is as given.
     pub(crate) fn path(&self, c: Sample) -> Sample {
-        chain(self.path.sample(self.path_angle(c)), c)
+        chain(self.motion.path.sample(self.path_angle(c)), c)
     }
 
     /// What the infeed adds to X while C is as given.
     pub(crate) fn infeed(&self, c: Sample) -> Sample {
-        self.offset(self.infeed.sample(c.value), c)
+        self.offset(self.infeed_at(c.value), c)
     }
 
     /// What an infeed that stands still at `level_mm` adds to X while C is as given.
@@ -78,10 +65,7 @@ impl<'a> Curves<'a> {
 
     /// The way of X for an infeed over the angle.
     fn offset(&self, infeed: Sample, c: Sample) -> Sample {
-        match self.ratio {
-            Some(ratio) => chain(product(ratio.sample(self.path_angle(c)), infeed), c),
-            None => chain(infeed, c),
-        }
+        chain(self.motion.way_of(infeed, self.path_angle(c)), c)
     }
 
     /// X without any hold at a time since the start (mm over s).
@@ -92,7 +76,12 @@ impl<'a> Curves<'a> {
 
     /// Material taken off since the start, where the infeed is the only thing that takes it (mm).
     pub(crate) fn infed_mm(&self, angle_rad: f64) -> f64 {
-        self.infeed.sample(0.0).value - self.infeed.sample(angle_rad).value
+        self.infeed_at(0.0).value - self.infeed_at(angle_rad).value
+    }
+
+    /// Infeed still to come at an angle since the start (mm over rad).
+    fn infeed_at(&self, angle_rad: f64) -> Sample {
+        self.motion.infeed.sample(angle_rad)
     }
 }
 
@@ -323,7 +312,7 @@ impl Cut {
             Offset::Off { left, .. } | Offset::Back { left, .. } => left,
             Offset::Infeed => {
                 let c = curves.angle(self.seconds(tau.min(self.end)));
-                let infeed_mm = curves.infeed.sample(c.value).value;
+                let infeed_mm = curves.infeed_at(c.value).value;
                 let (goes, stands) = (curves.infeed(c), curves.standing(infeed_mm, c));
                 let moving = Sample {
                     value: 0.0,

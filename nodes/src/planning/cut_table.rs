@@ -66,9 +66,8 @@ fn removal_mm2_s(
     speed: f64,
 ) -> f64 {
     let theta = sense * (motion.path_start_rad + angle);
-    // An infeed with a ratio is depth along the normal already.
-    let along_normal = if motion.ratio.is_some() { 1.0 } else { lobe.tool_path.beta(theta).cos() };
-    let offset = |angle: f64| motion.infeed.sample(angle).value * along_normal;
+    let along_normal = lobe.tool_path.beta(theta).cos();
+    let offset = |angle: f64| motion.offset_over_angle(angle).value * along_normal;
     let before = if angle < TURN_RAD { before_mm } else { before_mm.min(offset(angle - TURN_RAD)) };
     let depth = (before - offset(angle)).max(0.0);
     depth * lobe.tool_path.footprint_speed_ratio_mm(theta) * speed
