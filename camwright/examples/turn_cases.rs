@@ -21,7 +21,7 @@ use camwright::lift::{LiftLaw, MotionProgram, MotionSegment};
 use camwright::machine::description::MotionLimits;
 use camwright::motion_law::MotionLaw;
 use camwright::numeric::hermite::Sample;
-use camwright::speed_plan::{TurnRequest, TurnSpeed, removal_rate_ratio_mm2};
+use camwright::speed_plan::{TurnRequest, TurnSpeed};
 use camwright::tool_path::ToolPath;
 use camwright::units::{TURN_RAD, rad_from_deg};
 use std::error::Error;
@@ -132,7 +132,8 @@ struct Case {
 impl Case {
     /// The speed that the removal rate allows (rad/s).
     fn bound(&self, x: Sample) -> f64 {
-        self.lobe.removal_rate_mm2_s / removal_rate_ratio_mm2(x, self.lobe.wheel_radius_mm, self.lobe.infeed_mm)
+        let cutting = cams::cutting(self.lobe.wheel_radius_mm, self.lobe.infeed_mm);
+        self.lobe.removal_rate_mm2_s / cutting.removal_rate_ratio_mm2(x)
     }
 
     fn plan(&self) -> Result<TurnSpeed, Box<dyn Error>> {

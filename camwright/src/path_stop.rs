@@ -15,6 +15,12 @@ pub fn rate_step_slope(u: f64) -> f64 {
     30.0 * u * u * (1.0 + u * (-2.0 + u))
 }
 
+/// Second derivative of [`rate_step`].
+#[must_use]
+pub fn rate_step_bend(u: f64) -> f64 {
+    60.0 * u * (1.0 - u) * (1.0 - 2.0 * u)
+}
+
 /// Integral of [`rate_step`] from 0.
 #[must_use]
 pub fn rate_step_area(u: f64) -> f64 {
@@ -35,7 +41,7 @@ pub fn path_stop_s(peaks: &MotionLimits, limits: &MotionLimits) -> Option<f64> {
             let u = f64::from(i) / f64::from(GRID);
             let rate = 1.0 - rate_step(u);
             let slope = rate_step_slope(u) / length;
-            let bend = libm::fabs(60.0 * u * (1.0 + u * (-3.0 + 2.0 * u))) / (length * length);
+            let bend = libm::fabs(rate_step_bend(u)) / (length * length);
             rate * rate * peaks.acceleration + slope * peaks.velocity <= limits.acceleration
                 && rate * rate * rate * peaks.jerk + 3.0 * rate * slope * peaks.acceleration + bend * peaks.velocity
                     <= limits.jerk

@@ -24,6 +24,12 @@ pub fn um_from_mm(mm: f64) -> f64 {
     mm * 1000.0
 }
 
+/// Micrometres to millimetres.
+#[must_use]
+pub fn mm_from_um(um: f64) -> f64 {
+    um / 1000.0
+}
+
 /// Revolutions per minute to radians per second.
 #[must_use]
 pub fn rad_s_from_rpm(rpm: f64) -> f64 {

@@ -7,7 +7,7 @@ use camwright::follower::Follower;
 use camwright::machine::description::MotionLimits;
 use camwright::motion_law::MotionLaw;
 use camwright::numeric::hermite::Sample;
-use camwright::speed_plan::{TurnRequest, TurnSpeed, removal_rate_ratio_mm2};
+use camwright::speed_plan::{TurnRequest, TurnSpeed};
 use camwright::tool_path::ToolPath;
 use camwright::units::TURN_RAD;
 
@@ -24,7 +24,7 @@ fn reference_lobe(wheel_radius_mm: f64) -> ToolPath {
 
 /// Q′ at unit speed of C (mm²/rad).
 fn removal(path: &ToolPath, infeed_mm: f64, x: Sample) -> f64 {
-    removal_rate_ratio_mm2(x, path.wheel_radius_mm(), infeed_mm)
+    cams::cutting(path.wheel_radius_mm(), infeed_mm).removal_rate_ratio_mm2(x)
 }
 
 struct Case {

@@ -1,9 +1,8 @@
 //! What holds C down, and where: every bound of a turn as a share of what planning allows of it.
 
 use super::process::{Cutting, largest_speed_rad_s};
-use super::{PATH_SHARE, Quantity};
+use super::{PATH_SHARE, Quantity, VARYING_X_SHARE};
 use crate::cut_motion::chain;
-use crate::infeed::BLEND_SHARE;
 use crate::job::SpeedLaw;
 use crate::machine::description::{Axis, MotionLimits};
 use crate::numeric::hermite::Sample;
@@ -105,7 +104,7 @@ impl TurnBounds<'_> {
     /// and where the speed varies the end of the infeed another one of X.
     #[must_use]
     pub fn allowed(&self) -> [MotionLimits; 2] {
-        let for_x = if self.varies() { PATH_SHARE - BLEND_SHARE } else { PATH_SHARE };
+        let for_x = if self.varies() { VARYING_X_SHARE } else { PATH_SHARE };
         [self.c.with_share(PATH_SHARE), self.x.with_share(for_x)]
     }
 
@@ -149,27 +148,20 @@ impl TurnBounds<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::infeed::InfeedSchedule;
+    use crate::infeed::{BLEND_SHARE, InfeedSchedule};
     use crate::job::InfeedDirection;
     use crate::machine::description::Scale;
+    use crate::speed_plan::tests::{C, X, eccentric, request};
     use crate::speed_plan::{SpeedPlan, SpeedRequest};
     use crate::units::TURN_RAD;
     use alloc::vec::Vec;
 
-    const C: MotionLimits = MotionLimits { velocity: 31.4, acceleration: 300.0, jerk: 30_000.0 };
-    const X: MotionLimits = MotionLimits { velocity: 500.0, acceleration: 10_000.0, jerk: 1e6 };
     const CUTTING: Cutting = Cutting {
         wheel_radius_mm: 60.0,
         wheel_speed_m_s: 80.0,
         infeed_per_turn_mm: 0.04,
         infeed_direction: InfeedDirection::X,
     };
-
-    /// `mean + e cos θ`, whose coefficients are samples.
-    fn eccentric(mean: f64, e: f64) -> PeriodicSpline {
-        let coefficients = (0..180).map(|i| mean + e * libm::cos(f64::from(i) * TURN_RAD / 180.0)).collect();
-        PeriodicSpline::from_coefficients(coefficients).expect("180 finite coefficients")
-    }
 
     fn bounds(path: &PeriodicSpline, speed: SpeedLaw) -> TurnBounds<'_> {
         TurnBounds {
@@ -219,23 +211,8 @@ mod tests {
             InfeedSchedule::new(0.08, 0.04 / 3600.0, 3600, Scale::Linear { counts_per_mm: 100_000 }).expect("2 turns");
         for removal_rate_mm2_s in [3.0, 20.0, 60.0] {
             let speed = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, most_rad_s: 31.0 };
-            let plan = SpeedPlan::new(&SpeedRequest {
-                path: &path,
-                path_start_rad: 1.0,
-                infeed: &infeed,
-                infeed_direction: InfeedDirection::X,
-                ratio: None,
-                spark_out_turns: 2,
-                speed,
-                wheel_power: None,
-                rotation_sense: 1,
-                wheel_radius_mm: 60.0,
-                wheel_speed_m_s: 80.0,
-                c: C,
-                x: X,
-                cycle_time_s: 1e-3,
-            })
-            .expect("it can be made");
+            let asked = SpeedRequest { speed, ..request(&path, &infeed, 1.0) };
+            let plan = SpeedPlan::new(&asked).expect("it can be made");
             let turn = bounds(&path, speed);
             let begin = plan.plateau_s().0;
             let moments: Vec<Sample> = (0..3600)

@@ -28,12 +28,12 @@ mod variable;
 pub use bound_use::{ACTIVE_SHARE, Bound, TurnBounds};
 pub use limit_use::{LimitUse, Quantity, uses_by_differences};
 pub(crate) use limit_use::{figures, windows};
-pub use process::{Cutting, footprint_speed_ratio_mm, largest_speed_rad_s, removal_rate_ratio_mm2};
+pub use process::{Cutting, footprint_speed_ratio_mm, largest_speed_rad_s};
 pub use turn_request::{TurnError, TurnRequest};
 pub use turn_speed::{TurnPoint, TurnSpeed};
 
 use crate::cut_motion::CutMotion;
-use crate::infeed::{InfeedLaw, InfeedSchedule};
+use crate::infeed::{BLEND_SHARE, InfeedLaw, InfeedSchedule};
 use crate::job::{InfeedDirection, SpeedLaw};
 use crate::machine::description::MotionLimits;
 use crate::numeric::hermite::{HermiteSpline, Knot};
@@ -50,6 +50,9 @@ use variable::variable_speed;
 /// more the shorter it is; with nothing in reserve it could not begin at all where the path is at a limit. 0.95 costs
 /// under 2 % of speed where jerk limits (cube root), and keeps a stop well under a second on ordinary paths.
 pub const PATH_SHARE: f64 = 0.95;
+
+/// Share of X's acceleration and jerk limits that a turn of varying speed may use: the end of the infeed takes its own.
+const VARYING_X_SHARE: f64 = PATH_SHARE - BLEND_SHARE;
 
 /// Shares of C's acceleration and jerk limit that the ramps try, first to last. Ramps take a hundredth of a cut, so half
 /// the limits costs nothing and leaves room for a short stop; smaller ones are for starts on a flank, where X follows.

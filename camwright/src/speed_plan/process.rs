@@ -14,15 +14,6 @@ pub fn footprint_speed_ratio_mm(x: Sample, wheel_radius_mm: f64) -> f64 {
     length * (1.0 - wheel_radius_mm * curvature)
 }
 
-/// Specific removal rate Q′ per unit of C's speed (mm²/rad): depth along the contour's normal, which is the infeed of a turn
-/// along X times cos β, times the footprint speed. Exact for stock of constant normal depth; the law ω = k/(ρ dφ/dC) of constant
-/// radial stock lacks the cosine of the contour angle.
-#[must_use]
-pub fn removal_rate_ratio_mm2(x: Sample, wheel_radius_mm: f64, infeed_per_turn_mm: f64) -> f64 {
-    let contact = Contact::at(x, wheel_radius_mm, infeed_per_turn_mm, InfeedDirection::X);
-    contact.depth_mm * contact.ratio_mm
-}
-
 /// What a law has to know of the wheel and the pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cutting {
@@ -37,7 +28,9 @@ pub struct Cutting {
 }
 
 impl Cutting {
-    /// Specific removal rate Q′ per unit of C's speed where the path is at `x` (mm²/rad).
+    /// Specific removal rate Q′ per unit of C's speed where the path is at `x` (mm²/rad): depth along the contour's normal, which
+    /// an infeed along X times cos β is, times the footprint speed. Exact for stock of constant normal depth; the law
+    /// ω = k/(ρ dφ/dC) of constant radial stock lacks the cosine of the contour angle.
     #[must_use]
     pub fn removal_rate_ratio_mm2(&self, x: Sample) -> f64 {
         let contact = Contact::at(x, self.wheel_radius_mm, self.infeed_per_turn_mm, self.infeed_direction);

@@ -7,7 +7,7 @@
 use crate::cut_motion::chain;
 use crate::machine::description::MotionLimits;
 use crate::numeric::hermite::{Knot, Sample, quintic};
-use crate::path_stop::{rate_step, rate_step_area, rate_step_slope};
+use crate::path_stop::{rate_step, rate_step_area, rate_step_bend, rate_step_slope};
 use crate::units::TURN_RAD;
 use alloc::vec::Vec;
 
@@ -150,7 +150,7 @@ fn by_rising_rate<A: Fn(f64) -> (Sample, f64)>(
         let time_s = 2.0 * (turn.knots[knot].at - turn.zero_s);
         let angle_at = |u: f64| {
             let (rate, slope) = (rate_step(u), rate_step_slope(u) / time_s);
-            let bend = 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / (time_s * time_s);
+            let bend = rate_step_bend(u) / (time_s * time_s);
             let s = turn.at(turn.zero_s + time_s * rate_step_area(u));
             Sample {
                 value: s.value,
@@ -160,15 +160,12 @@ fn by_rising_rate<A: Fn(f64) -> (Sample, f64)>(
             }
         };
         if 0.5 * time_s < least_lost_s && bounds.keeps(angle_at) {
-            let way = (0..RISE_KNOTS)
-                .map(|i| {
-                    let u = f64::from(i) / f64::from(RISE_KNOTS);
-                    let here = angle_at(u);
-                    Knot { at: time_s * u, value: here.value, first: here.first, second: here.second }
-                })
-                .collect::<Vec<_>>();
-            // Rest is exact.
-            let way = [REST].into_iter().chain(way.into_iter().skip(1)).collect();
+            let rises = (1..RISE_KNOTS).map(|i| {
+                let u = f64::from(i) / f64::from(RISE_KNOTS);
+                let here = angle_at(u);
+                Knot { at: time_s * u, value: here.value, first: here.first, second: here.second }
+            });
+            let way = [REST].into_iter().chain(rises).collect();
             return Some(RunUp { knot, way, time_s });
         }
         rise_s *= NEXT_RISE;

@@ -8,7 +8,7 @@
 use crate::cut_motion::CutMotion;
 use crate::machine::description::MotionLimits;
 use crate::numeric::differences::largest_derivatives;
-use crate::path_stop::{rate_step, rate_step_area, rate_step_slope};
+use crate::path_stop::{rate_step, rate_step_area, rate_step_bend, rate_step_slope};
 use alloc::vec::Vec;
 
 /// Longest stop tried (s).
@@ -44,7 +44,7 @@ fn rates() -> Vec<Rate> {
                 Rate {
                     rate: from + (to - from) * rate_step(u),
                     first: (to - from) * rate_step_slope(u),
-                    second: (to - from) * 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u),
+                    second: (to - from) * rate_step_bend(u),
                 }
             }));
         }

@@ -3,11 +3,11 @@ use crate::job::{InfeedDirection, WheelPower};
 use crate::machine::description::{Axis, Scale};
 use alloc::string::ToString;
 
-const C: MotionLimits = MotionLimits { velocity: 31.4, acceleration: 300.0, jerk: 30_000.0 };
-const X: MotionLimits = MotionLimits { velocity: 500.0, acceleration: 10_000.0, jerk: 1e6 };
+pub(super) const C: MotionLimits = MotionLimits { velocity: 31.4, acceleration: 300.0, jerk: 30_000.0 };
+pub(super) const X: MotionLimits = MotionLimits { velocity: 500.0, acceleration: 10_000.0, jerk: 1e6 };
 
 /// `mean + e cos θ`, as a spline whose coefficients are samples: its amplitude is e to 1e-4 at 180 coefficients.
-fn eccentric(mean: f64, e: f64) -> PeriodicSpline {
+pub(super) fn eccentric(mean: f64, e: f64) -> PeriodicSpline {
     let coefficients = (0..180).map(|i| mean + e * libm::cos(f64::from(i) * TURN_RAD / 180.0)).collect();
     PeriodicSpline::from_coefficients(coefficients).expect("180 finite coefficients")
 }
@@ -16,7 +16,7 @@ fn schedule() -> InfeedSchedule {
     InfeedSchedule::new(0.36, 0.000_05, 3600, Scale::Linear { counts_per_mm: 100_000 }).expect("2 turns")
 }
 
-fn request<'a>(path: &'a PeriodicSpline, infeed: &'a InfeedSchedule, speed: f64) -> SpeedRequest<'a> {
+pub(super) fn request<'a>(path: &'a PeriodicSpline, infeed: &'a InfeedSchedule, speed: f64) -> SpeedRequest<'a> {
     SpeedRequest {
         path,
         path_start_rad: 1.0,

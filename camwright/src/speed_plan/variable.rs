@@ -4,8 +4,7 @@ use super::process::{Cutting, largest_speed_rad_s};
 use super::run_up::run_up;
 use super::square_speed::to_f64;
 use super::turn_speed::TurnSpeed;
-use super::{Candidate, Misfit, PATH_SHARE, PLANNING_GRID, SpeedRequest, TurnRequest, windows};
-use crate::infeed::BLEND_SHARE;
+use super::{Candidate, Misfit, PATH_SHARE, PLANNING_GRID, SpeedRequest, TurnRequest, VARYING_X_SHARE, windows};
 use crate::numeric::hermite::{HermiteSpline, Knot, Sample};
 use crate::units::TURN_RAD;
 use alloc::vec::Vec;
@@ -63,8 +62,7 @@ pub(super) fn variable_speed(request: &SpeedRequest<'_>) -> Result<(Candidate, T
         infeed_slope_mm_rad: -request.infeed.lasting_slope_mm_rad(),
         bound: &bound,
         c: request.c.with_share(PATH_SHARE),
-        // The end of the infeed takes its share of what X may use.
-        x: request.x.with_share(PATH_SHARE - BLEND_SHARE),
+        x: request.x.with_share(VARYING_X_SHARE),
     })
     .map_err(Misfit::Turn)?;
     let mut misfit = Misfit::NoRunUp;

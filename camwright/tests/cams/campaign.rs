@@ -8,7 +8,7 @@ use camwright::lift::{LiftLaw, MotionProgram, MotionSegment};
 use camwright::machine::description::MotionLimits;
 use camwright::motion_law::MotionLaw;
 use camwright::numeric::hermite::Sample;
-use camwright::speed_plan::{TurnRequest, TurnSpeed, removal_rate_ratio_mm2};
+use camwright::speed_plan::{TurnRequest, TurnSpeed};
 use camwright::tool_path::ToolPath;
 use camwright::units::{TURN_RAD, rad_from_deg};
 
@@ -137,7 +137,8 @@ fn turns(path: &ToolPath, random: &mut Seeded) -> Result<(), String> {
     let c = limits(random, 31.4, 300.0, 3e4);
     let x = limits(random, 500.0, 1e4, 1e6);
     let (rate_mm2_s, infeed_mm) = (10_f64.powf(random.within(-0.5, 1.7)), 10_f64.powf(random.within(-2.5, -0.7)));
-    let ratio = |x: Sample| removal_rate_ratio_mm2(x, path.wheel_radius_mm(), infeed_mm);
+    let cutting = crate::cams::cutting(path.wheel_radius_mm(), infeed_mm);
+    let ratio = |x: Sample| cutting.removal_rate_ratio_mm2(x);
     let bound = |_: f64, x: Sample| rate_mm2_s / ratio(x);
     let request = TurnRequest { path: path.spline(), infeed_slope_mm_rad: 0.0, bound: &bound, c, x };
     let turn = TurnSpeed::fastest(&request).map_err(|error| format!("no turn: {error}"))?;

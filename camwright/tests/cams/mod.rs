@@ -3,10 +3,12 @@
 
 use camwright::contour::{Contour, ContourError};
 use camwright::follower::Follower;
+use camwright::job::InfeedDirection;
 use camwright::lift::{
     AngleUnit, LengthUnit, LiftDeclaration, LiftForm, LiftLaw, LiftRow, LiftTable, MotionProgram, MotionSegment,
 };
 use camwright::motion_law::MotionLaw;
+use camwright::speed_plan::Cutting;
 use camwright::units::{TURN_RAD, rad_from_deg};
 
 /// The `SplitMix64` generator: the same numbers on every machine.
@@ -144,4 +146,9 @@ pub(crate) fn absolute(resolution_mm: f64) -> LiftDeclaration {
 
 pub(crate) fn printed(law: &LiftLaw, blocks: u32, resolution_mm: f64) -> LiftTable {
     LiftTable::from_rows(&printed_rows(law, blocks, resolution_mm), &absolute(resolution_mm)).expect("a clean table")
+}
+
+/// A cut with an infeed along X; no law that looks at the speed of the wheel's surface.
+pub(crate) fn cutting(wheel_radius_mm: f64, infeed_per_turn_mm: f64) -> Cutting {
+    Cutting { wheel_radius_mm, wheel_speed_m_s: 80.0, infeed_per_turn_mm, infeed_direction: InfeedDirection::X }
 }

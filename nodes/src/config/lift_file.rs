@@ -16,11 +16,9 @@ use camwright::follower::Follower;
 use camwright::lift::halves::{check_flank, whole_turn};
 use camwright::lift::reading::alternatives;
 use camwright::lift::{LiftDeclaration, LiftDoubt, LiftError, LiftForm, LiftLaw, LiftTable, Reading, TableReading};
+use camwright::units::mm_from_um;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
-
-/// Micrometres per millimetre.
-const UM_PER_MM: f64 = 1e3;
 
 /// Finest resolution a table is read to where the job declares none (mm): all the digits of a double say no more.
 const FINEST_RESOLUTION_MM: f64 = 1e-9;
@@ -238,14 +236,14 @@ impl LiftFile {
             angle_unit: printed.angle.core(),
             resolution_mm: self.resolution_mm.unwrap_or(printed.last_digit_mm.max(FINEST_RESOLUTION_MM)),
             unit: printed.unit,
-            smooth_within_mm: self.smooth_within_um.map_or(0.0, |um| um / UM_PER_MM),
+            smooth_within_mm: self.smooth_within_um.map_or(0.0, mm_from_um),
             blocks: None,
         }
     }
 
     fn reading(&self) -> Reading {
         match (self.smooth_within_um, self.reading) {
-            (Some(um), _) => Reading::SmoothWithin { tolerance_mm: um / UM_PER_MM },
+            (Some(um), _) => Reading::SmoothWithin { tolerance_mm: mm_from_um(um) },
             (None, Some(ReadingFile::CubicSpline)) => Reading::CubicSpline,
             (None, _) => Reading::Smoothest,
         }

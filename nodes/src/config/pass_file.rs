@@ -1,11 +1,8 @@
 //! The passes of a job file: infeed and speed, roughing first.
 
 use camwright::job::{InfeedCourse, InfeedDirection, PassSpec, ReferenceCut, SpeedLaw};
-use camwright::units::rad_s_from_rpm;
+use camwright::units::{mm_from_um, rad_s_from_rpm};
 use serde::Deserialize;
-
-/// Micrometres per millimetre.
-const UM_PER_MM: f64 = 1e3;
 
 /// Name of the pass that every job has, the last one.
 const LAST_PASS: &str = "grind";
@@ -87,7 +84,7 @@ impl SpeedFile {
             } => SpeedLaw::ConstantTemperature {
                 reference: ReferenceCut {
                     footprint_speed_mm_s: reference_footprint_speed_mm_s,
-                    depth_mm: reference_depth_um / UM_PER_MM,
+                    depth_mm: mm_from_um(reference_depth_um),
                     equivalent_diameter_mm: reference_equivalent_diameter_mm,
                 },
                 most_rad_s,
@@ -151,7 +148,7 @@ fn pass(name: &str, infeed: &InfeedFile, work_speed_rpm: f64, speed: &SpeedFile)
     PassSpec {
         name: name.into(),
         total_infeed_mm: infeed.total_mm,
-        infeed_per_block_mm: infeed.per_block_um / UM_PER_MM,
+        infeed_per_block_mm: mm_from_um(infeed.per_block_um),
         infeed_course: match infeed.course {
             CourseFile::PerAngle => InfeedCourse::PerAngle,
             CourseFile::PerTurn => InfeedCourse::PerTurn,

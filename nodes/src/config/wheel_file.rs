@@ -5,10 +5,8 @@ use super::yaml::Document;
 use camwright::dressing::DressingSpec;
 use camwright::job::{ObstacleSpec, WheelWish};
 use camwright::machine::fixture::{Dresser, Extent};
+use camwright::units::mm_from_um;
 use serde::Deserialize;
-
-/// Micrometres per millimetre.
-const UM_PER_MM: f64 = 1e3;
 
 /// The dresser of a machine.
 #[derive(Debug, Deserialize)]
@@ -32,7 +30,7 @@ impl DresserFile {
             infeed_speed_mm_s: self.infeed_speed_mm_s,
             traverse_speed_mm_s: self.traverse_speed_mm_s,
             dwell_s: self.dwell_s,
-            max_depth_mm: self.max_depth_um / UM_PER_MM,
+            max_depth_mm: mm_from_um(self.max_depth_um),
         }
     }
 
@@ -93,8 +91,8 @@ impl DressingFile {
         DressingSpec {
             every_lobes: self.every_lobes,
             every_parts: self.every_parts,
-            predicted_error_mm: self.predicted_error_um.map(|um| um / UM_PER_MM),
-            depth_mm: self.depth_um / UM_PER_MM,
+            predicted_error_mm: self.predicted_error_um.map(mm_from_um),
+            depth_mm: mm_from_um(self.depth_um),
         }
     }
 }
