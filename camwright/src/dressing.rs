@@ -160,7 +160,9 @@ impl DressingSpec {
     /// Whether it can be done on a machine.
     fn check(&self, machine: &MachineDescription) -> Result<(), DressError> {
         let name = || machine.name.clone();
-        let dresser = machine.dresser.ok_or_else(|| DressError::NoDresser { machine: name() })?;
+        if machine.dresser.is_none() {
+            return Err(DressError::NoDresser { machine: name() });
+        }
         if self.every_lobes.is_none() && self.every_parts.is_none() && self.predicted_error_mm.is_none() {
             return Err(DressError::NoReason);
         }
@@ -178,7 +180,6 @@ impl DressingSpec {
         if self.predicted_error_mm.is_some() && machine.wheel.grinding_ratio.is_none() {
             return Err(DressError::NoWear { machine: name() });
         }
-        debug_assert!(dresser.max_depth_mm > 0.0, "the machine was validated");
         Ok(())
     }
 }
@@ -225,26 +226,22 @@ impl WheelCourse {
         wheel: WheelNow,
         lobes: &[LobeStock<'_>],
     ) -> Result<Self, DressError> {
+        if let Some(spec) = spec {
+            spec.check(machine)?;
+        }
         let mut course = Self::default();
-        let Some(spec) = spec else {
-            let mut now = wheel;
-            for lobe in lobes {
-                now.wear_mm = lobe.wear_at_end_mm(machine, &now);
-                course.radii_mm.push(now.radius_mm);
-                course.wear_mm.push(now.wear_mm);
-            }
-            return Ok(course);
-        };
-        spec.check(machine)?;
         let mut now = wheel;
         for (index, lobe) in lobes.iter().enumerate() {
-            if let Some(reason) = spec.reason(&now, lobe.wear_at_end_mm(machine, &now), index == 0) {
+            if let Some(spec) = spec
+                && let Some(reason) = spec.reason(&now, lobe.wear_at_end_mm(machine, &now), index == 0)
+            {
                 let dress = spec.dress(index, lobe.name, reason, &now, machine)?;
                 now = WheelNow::dressed(dress.radius_mm());
                 course.dresses.push(dress);
             }
             now.wear_mm = lobe.wear_at_end_mm(machine, &now);
-            if let Some(allowed_mm) = spec.predicted_error_mm.filter(|allowed_mm| now.wear_mm > *allowed_mm) {
+            let allowed = spec.and_then(|spec| spec.predicted_error_mm);
+            if let Some(allowed_mm) = allowed.filter(|allowed_mm| now.wear_mm > *allowed_mm) {
                 return Err(DressError::WearsTooMuch {
                     lobe: String::from(lobe.name),
                     area_mm2: lobe.area_mm2,

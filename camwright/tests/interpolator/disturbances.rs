@@ -15,6 +15,12 @@ fn cut_of(plan: &Plan) -> CutSegment {
         .expect("the plan has a cut")
 }
 
+/// The same plan of one cut, whose hold stops the infeed and leaves the wheel on the part.
+fn holding_on_the_part(mut plan: Plan) -> Plan {
+    plan.segments[0].kind = SegmentKind::Cut(CutSegment { hold_mm: 0.0, ..cut_of(&plan) });
+    plan
+}
+
 /// Whatever is held, whenever and for however long: limits hold, the path is the same, the end is the same.
 #[test]
 fn a_hold_anywhere_stops_within_limits_and_resumes_on_the_path() {
@@ -83,10 +89,9 @@ fn a_hold_in_the_cut_retracts_and_keeps_c_turning() {
 #[test]
 fn a_hold_that_stops_the_infeed_leaves_the_wheel_where_it_is() {
     let machine = machine();
-    let (mut plan, start) = cut_only(&machine, 4.2, 6.0);
-    let mut cut = cut_of(&plan);
-    cut.hold_mm = 0.0;
-    plan.segments[0].kind = SegmentKind::Cut(cut.clone());
+    let (plan, start) = cut_only(&machine, 4.2, 6.0);
+    let plan = holding_on_the_part(plan);
+    let cut = cut_of(&plan);
     let mut bench = Bench::at(machine.clone(), start);
     bench.start_plan(plan.clone());
     for _ in 0..1500 {
@@ -119,10 +124,8 @@ fn a_hold_that_stops_the_infeed_leaves_the_wheel_where_it_is() {
 #[test]
 fn a_cancel_retracts_out_of_a_hold_that_left_the_wheel_on_the_part() {
     let machine = machine();
-    let (mut plan, start) = cut_only(&machine, 4.2, 6.0);
-    let mut cut = cut_of(&plan);
-    cut.hold_mm = 0.0;
-    plan.segments[0].kind = SegmentKind::Cut(cut);
+    let (plan, start) = cut_only(&machine, 4.2, 6.0);
+    let plan = holding_on_the_part(plan);
     for wait in [1, 3, 400] {
         let mut bench = Bench::at(machine.clone(), start);
         bench.start_plan(plan.clone());
@@ -150,10 +153,8 @@ fn holds_and_releases_in_any_order_keep_the_limits_and_the_path() {
     let removal = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 30.0, most_rad_s: 12.0 };
     let mut cuts = vec![cut_only(&machine, 4.2, 6.0), cut_only_under(&machine, 8.0, removal)];
     for case in 0..2 {
-        let mut stops = cuts[case].clone();
-        let cut = CutSegment { hold_mm: 0.0, ..cut_of(&stops.0) };
-        stops.0.segments[0].kind = SegmentKind::Cut(cut);
-        cuts.push(stops);
+        let (plan, start) = cuts[case].clone();
+        cuts.push((holding_on_the_part(plan), start));
     }
     let seed = 99;
     let mut random = Random(seed);

@@ -93,15 +93,7 @@ fn what_stands_beside_the_dresser_is_kept_away_from() {
 #[test]
 fn whenever_the_table_moves_the_wheel_is_clear_of_everything_it_passes() {
     let seed = 0x2545_F491_4F6C_DD1D_u64;
-    let mut state = seed;
-    let mut random = move |low: f64, high: f64| {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        #[allow(clippy::cast_precision_loss, reason = "53 random bits")]
-        let unit = (state >> 11) as f64 / (1_u64 << 53) as f64;
-        low + unit * (high - low)
-    };
+    let mut random = random_between(seed);
     let (mut made, mut refused) = (0, 0);
     for round in 0..24 {
         let mut job = job();

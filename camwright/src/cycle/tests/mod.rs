@@ -136,6 +136,18 @@ fn job() -> JobSpec {
     }
 }
 
+/// Numbers between two bounds, by Marsaglia's xorshift.
+fn random_between(mut state: u64) -> impl FnMut(f64, f64) -> f64 {
+    move |low, high| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        #[allow(clippy::cast_precision_loss, reason = "53 random bits")]
+        let unit = (state >> 11) as f64 / (1_u64 << 53) as f64;
+        low + unit * (high - low)
+    }
+}
+
 fn planned(job: &JobSpec) -> PlannedJob {
     plan_job(job, &machine(), 60.0, None).unwrap_or_else(|error| panic!("{error}"))
 }
@@ -392,15 +404,7 @@ fn the_walk_sees_what_does_not_join() {
 /// Any job that is planned is whole; any that is not says why in a sentence with a figure or a name.
 #[test]
 fn random_jobs_are_planned_whole_or_refused_in_a_sentence() {
-    let mut state = 0x9E37_79B9_7F4A_7C15_u64;
-    let mut random = move |low: f64, high: f64| {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        #[allow(clippy::cast_precision_loss, reason = "53 random bits")]
-        let unit = (state >> 11) as f64 / (1_u64 << 53) as f64;
-        low + unit * (high - low)
-    };
+    let mut random = random_between(0x9E37_79B9_7F4A_7C15);
     let (mut made, mut refused) = (0, 0);
     for round in 0..12 {
         let mut job = job();

@@ -1,0 +1,59 @@
+//! Matches that are told before both of their ends are known.
+
+use super::*;
+
+fn guid(participant: u8, entity: u8) -> GUID {
+    let mut octets = [0; 16];
+    (octets[0], octets[14], octets[15]) = (participant, entity, 4);
+    GUID::from_bytes(octets)
+}
+
+fn endpoint(type_name: &str) -> Endpoint {
+    Endpoint { topic: "rt/topic".into(), type_name: type_name.into(), qos: Qos::default_topic() }
+}
+
+const TEXT: &str = "std_msgs::msg::dds_::String_";
+const NUMBER: &str = "std_msgs::msg::dds_::Float64_";
+
+/// A reader is matched by the event loop before this node has noted it: the match counts when it has, if the types agree.
+#[test]
+fn a_match_told_before_our_endpoint_is_noted_is_decided_afterwards() {
+    let graph = Graph::default();
+    let (reader, right, wrong) = (guid(1, 1), guid(2, 1), guid(2, 2));
+    graph.set_own(reader);
+    graph.state().writers.insert(right, endpoint(TEXT));
+    graph.state().writers.insert(wrong, endpoint(NUMBER));
+    for remote_writer in [wrong, right] {
+        let event = DomainParticipantStatusEvent::RemoteWriterMatched { local_reader: reader, remote_writer };
+        assert!(!graph.state().apply(event));
+    }
+    graph.add_local(reader, "rt/topic", TEXT, &Qos::default_topic(), false, &[]);
+    assert_eq!(graph.ask(|matches| matches.count(&reader)), 1);
+    assert!(graph.ask(|matches| matches.with_participant(&reader, &right)));
+    assert_eq!(
+        graph.state().incompatible,
+        [
+            "a publisher of an unknown node on /topic has the type std_msgs/msg/Float64, not std_msgs/msg/String; no messages will pass"
+        ]
+    );
+    assert!(graph.state().undecided.is_empty());
+}
+
+/// A writer of ours is matched with a reader before discovery has described that reader.
+#[test]
+fn a_match_with_an_endpoint_not_yet_described_waits_for_its_description() {
+    let graph = Graph::default();
+    let (writer, reader, gone) = (guid(1, 1), guid(2, 1), guid(3, 1));
+    graph.set_own(writer);
+    graph.add_local(writer, "rt/topic", TEXT, &Qos::default_topic(), true, &[]);
+    for remote_reader in [reader, gone] {
+        let event = DomainParticipantStatusEvent::RemoteReaderMatched { local_writer: writer, remote_reader };
+        assert!(!graph.state().apply(event));
+    }
+    assert_eq!(graph.ask(|matches| matches.count(&writer)), 0);
+    graph.state().readers.insert(reader, endpoint(TEXT));
+    graph.state().decide(reader);
+    assert_eq!(graph.ask(|matches| matches.count(&writer)), 1);
+    graph.state().forget(|guid| *guid == gone);
+    assert!(graph.state().undecided.is_empty());
+}
