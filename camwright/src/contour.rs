@@ -1,6 +1,6 @@
 //! The outline of the finished cam, exact at every angle.
 //!
-//! A contour is the envelope of its follower (`PROCESS_MATH` 1.a): `LocalFrame` has the point Q, the outward normal N at
+//! A contour is the envelope of its follower: `LocalFrame` has the point Q, the outward normal N at
 //! azimuth ω, and the rates dω/dφ and dl/dφ (l the arc length) over the cam angle φ, from what the follower does.
 //!
 //! | follower | touches with | moves |

@@ -17,36 +17,51 @@ pub struct CutMotion<'a> {
     pub infeed: &'a HermiteSpline,
     /// Way of X per depth along the contour's normal, over the path angle; none where the infeed is that of X.
     pub ratio: Option<&'a PeriodicSpline>,
-    /// Angle since the start over time (rad over s).
+    /// Distance of X from path and infeed over time where C turns on (mm over s), with the same ends as the law.
+    pub lead: Option<&'a HermiteSpline>,
+    /// Angle since the cut begins over time (rad over s).
     pub law: &'a HermiteSpline,
 }
 
 /// Both axes at one time, with derivatives in time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CutSample {
-    /// Angle of C since the start (rad, s).
+    /// Angle of C since the cut begins (rad, s).
     pub c: Sample,
     /// Position of X (mm, s).
     pub x: Sample,
 }
 
 impl CutMotion<'_> {
-    /// Length (s).
+    /// When it begins (s): before time 0, where the cut begins, if C comes turning.
     #[must_use]
-    pub fn duration_s(&self) -> f64 {
+    pub fn start_s(&self) -> f64 {
+        self.law.start()
+    }
+
+    /// When it ends (s).
+    #[must_use]
+    pub fn end_s(&self) -> f64 {
         self.law.end()
     }
 
-    /// X over the angle since the start, with derivatives by the angle (mm, rad).
+    /// Length (s).
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.end_s() - self.start_s()
+    }
+
+    /// Speed of C at the start and at the end (rad/s), 0 where it rests.
+    #[must_use]
+    pub fn end_speeds_rad_s(&self) -> (f64, f64) {
+        let knots = self.law.knots();
+        (knots[0].first, knots[knots.len() - 1].first)
+    }
+
+    /// X on path and infeed over the angle since the cut begins, with derivatives by the angle (mm, rad).
     #[must_use]
     pub fn over_angle(&self, angle_rad: f64) -> Sample {
-        let (path, infeed) = (self.path.sample(self.path_start_rad + angle_rad), self.offset_over_angle(angle_rad));
-        Sample {
-            value: path.value + infeed.value,
-            first: path.first + infeed.first,
-            second: path.second + infeed.second,
-            third: path.third + infeed.third,
-        }
+        sum(self.path.sample(self.path_start_rad + angle_rad), self.offset_over_angle(angle_rad))
     }
 
     /// What the infeed adds to X over the angle since the start, with derivatives by the angle (mm, rad).
@@ -64,25 +79,48 @@ impl CutMotion<'_> {
         }
     }
 
-    /// Both axes at a time since the start. The chain rule: Ẋ = X'Ċ, Ẍ = X''Ċ² + X'C̈, X⃛ = X'''Ċ³ + 3X''ĊC̈ + X'C⃛.
+    /// Angle of C at a time; before its start and after its end C goes on as it does there.
     #[must_use]
-    pub fn at(&self, time_s: f64) -> CutSample {
-        let c = self.law.sample(time_s);
-        CutSample { c, x: chain(self.over_angle(c.value), c) }
+    pub fn angle(&self, time_s: f64) -> Sample {
+        let edge_s = time_s.clamp(self.start_s(), self.end_s());
+        let edge = self.law.sample(edge_s);
+        if time_s.to_bits() == edge_s.to_bits() {
+            return edge;
+        }
+        Sample { value: edge.value + edge.first * (time_s - edge_s), first: edge.first, second: 0.0, third: 0.0 }
     }
 
-    /// Time since the start at which C has turned an angle (s), by bisection: the law does not turn back.
+    /// Distance of X from path and infeed at a time.
+    #[must_use]
+    pub fn beside_path(&self, time_s: f64) -> Sample {
+        self.lead.map_or_else(Sample::default, |lead| lead.sample(time_s))
+    }
+
+    /// Both axes at a time. The chain rule: Ẋ = X'Ċ, Ẍ = X''Ċ² + X'C̈, X⃛ = X'''Ċ³ + 3X''ĊC̈ + X'C⃛. Before its start and after its
+    /// end X rests.
+    #[must_use]
+    pub fn at(&self, time_s: f64) -> CutSample {
+        let edge_s = time_s.clamp(self.start_s(), self.end_s());
+        let at_edge = self.law.sample(edge_s);
+        let x = sum(chain(self.over_angle(at_edge.value), at_edge), self.beside_path(edge_s));
+        if time_s.to_bits() == edge_s.to_bits() {
+            return CutSample { c: at_edge, x };
+        }
+        CutSample { c: self.angle(time_s), x: Sample { value: x.value, ..Sample::default() } }
+    }
+
+    /// Position of X at a time (mm); it rests before the start and after the end.
+    #[must_use]
+    pub fn x_mm(&self, time_s: f64) -> f64 {
+        let time_s = time_s.clamp(self.start_s(), self.end_s());
+        let x_mm = self.over_angle(self.law.sample(time_s).value).value;
+        self.lead.map_or(x_mm, |lead| x_mm + lead.sample(time_s).value)
+    }
+
+    /// Time at which C has turned an angle since the cut began (s): the law does not turn back.
     #[must_use]
     pub fn time_of(&self, angle_rad: f64) -> f64 {
-        let (mut low, mut high) = (self.law.start(), self.law.end());
-        while high - low > 1e-12 * (1.0 + high) {
-            let middle = 0.5 * (low + high);
-            if middle <= low || middle >= high {
-                break;
-            }
-            if self.law.sample(middle).value < angle_rad { low = middle } else { high = middle }
-        }
-        0.5 * (low + high)
+        self.law.place_of(angle_rad)
     }
 }
 
@@ -96,6 +134,12 @@ pub fn chain(over_angle: Sample, angle: Sample) -> Sample {
         second: over_angle.second * w * w + over_angle.first * a,
         third: over_angle.third * w * w * w + 3.0 * over_angle.second * w * a + over_angle.first * j,
     }
+}
+
+/// Sum of two functions of one variable, with derivatives.
+#[must_use]
+pub fn sum(a: Sample, b: Sample) -> Sample {
+    Sample { value: a.value + b.value, first: a.first + b.first, second: a.second + b.second, third: a.third + b.third }
 }
 
 /// Product of two functions of one variable, with derivatives.
@@ -141,6 +185,10 @@ impl Plan {
             infeed: self.angle_laws.get(cut.infeed)?,
             ratio: match cut.ratio {
                 Some(ratio) => Some(self.ratios.get(ratio)?),
+                None => None,
+            },
+            lead: match cut.lead {
+                Some(lead) => Some(self.time_laws.get(lead)?),
                 None => None,
             },
             law: self.time_laws.get(cut.speed)?,

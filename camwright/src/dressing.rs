@@ -6,7 +6,7 @@
 //! A wheel that wears by w while its path stays leaves w on the part, along the normal and everywhere alike (the curves of
 //! its centre and of its rim are parallel): that is the predicted error. A wheel that is dressed by ΔR while its path stays
 //! is held with its cutting point where it was, and leaves ΔR·(1 − cos β) on the flanks, β between the contour's normal and
-//! the wheel line (`PROCESS_MATH` 1.b): so the path is made anew for every radius, and that error is only told.
+//! the wheel line: so the path is made anew for every radius, and that error is only told.
 
 use crate::contour::Contour;
 use crate::machine::description::MachineDescription;

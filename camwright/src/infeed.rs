@@ -293,6 +293,22 @@ impl InfeedLaw {
         Self { schedule, last_blend_rad, law }
     }
 
+    /// The same law for a cut that C comes to turning: X already goes at the rate of the infeed when the cut begins, and got to it
+    /// before, in a blend as long as the last.
+    #[must_use]
+    pub(crate) fn begun_at_speed(self) -> Self {
+        let first = self.law.knots()[0];
+        if first.first >= 0.0 {
+            return self;
+        }
+        let blend_rad = self.last_blend_rad.1 - self.last_blend_rad.0;
+        let before =
+            Knot { at: -blend_rad, value: first.value - 0.5 * blend_rad * first.first, first: 0.0, second: 0.0 };
+        let knots = [before].into_iter().chain(self.law.knots().iter().copied()).collect();
+        let law = HermiteSpline::new(knots).expect("a blend is longer than nothing; all numbers are finite");
+        Self { law, ..self }
+    }
+
     /// What it was made from.
     #[must_use]
     pub const fn schedule(&self) -> &InfeedSchedule {

@@ -200,6 +200,19 @@ pub enum HoldInCut {
     StopInfeed,
 }
 
+/// What C does between two lobes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum BetweenLobes {
+    /// It stops: every lobe is ground from rest to rest.
+    #[default]
+    Stops,
+    /// It turns on: the next cut begins at the phase with which C is predicted to arrive.
+    TurnsOn {
+        /// How much later than predicted the table may arrive without the phase being missed (s).
+        margin_s: f64,
+    },
+}
+
 /// One pass over a lobe: turns with infeed, then turns without.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PassSpec {
@@ -253,6 +266,8 @@ pub struct JobSpec {
     pub hold_in_cut: HoldInCut,
     /// Bound on the power of the wheel's spindle, if there is one.
     pub wheel_power: Option<WheelPower>,
+    /// What C does between two lobes.
+    pub c_between_lobes: BetweenLobes,
     /// The conventional way: C is turned to each lobe's base centre before it is machined.
     pub rotary_indexing: bool,
     /// Where the axes stand before and after the part.
@@ -334,6 +349,15 @@ impl JobSpec {
         positive(String::new, "rapid_speed_mm_s", self.rapid_speed_mm_s)?;
         positive(String::new, "retract_clearance_mm", self.retract_clearance_mm)?;
         positive(String::new, "stock_mm", self.stock_mm)?;
+        if let BetweenLobes::TurnsOn { margin_s } = self.c_between_lobes {
+            if !(0.0..=1.0).contains(&margin_s) {
+                let (key, value) = ("c_between_lobes.margin_s", margin_s);
+                return Err(JobError::OutOfRange { place: String::new(), key, value, wanted: "0 to 1" });
+            }
+            if self.rotary_indexing {
+                return Err(JobError::TurnsAndIndexes);
+            }
+        }
         if let Some(power) = &self.wheel_power {
             positive(String::new, "wheel_power.most_w", power.most_w)?;
             positive(String::new, "wheel_power.specific_energy_j_mm3", power.specific_energy_j_mm3)?;

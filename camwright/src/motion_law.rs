@@ -1,7 +1,7 @@
 //! Motion laws: how a follower goes from one lift to another, normalised to a rise of 1 over an angle of 1.
 //!
-//! Over an angle β (rad) with a rise h (mm): s = h·f(u), s′ = h/β·f′(u), s″ = h/β²·f″(u), u = angle/β. Formulas and peak
-//! factors: `PROCESS_MATH` 1.a, the peaks exact (tests below).
+//! Over an angle β (rad) with a rise h (mm): s = h·f(u), s′ = h/β·f′(u), s″ = h/β²·f″(u), u = angle/β. The peak
+//! factors are exact (tests below).
 
 use crate::numeric::hermite::Sample;
 use core::f64::consts::PI;

@@ -1,6 +1,7 @@
 //! A plan: everything the interpolator needs to machine a part, made and proven before anything moves.
 //!
-//! Splines are shared by index. Segments are executed one after the other; each begins and ends with all axes at rest.
+//! Splines are shared by index. Segments are executed one after the other; each begins and ends with all axes at rest, but
+//! for C, which may turn on from the end of a cut to the beginning of the next.
 
 use crate::machine::description::{Axis, MotionLimits};
 use crate::numeric::hermite::HermiteSpline;
@@ -45,10 +46,12 @@ pub struct AxisTarget {
     pub limits: MotionLimits,
 }
 
-/// C by a time law, X by a periodic path over C plus an infeed law.
+/// C by a time law, X by a periodic path over C plus an infeed law, plus the way beside the path where C turns on.
 ///
-/// With `c` the angle since the start of the segment: `C = start + c`, `X = path(path_start + c) + infeed(c)`, the infeed
-/// times `ratio(path_start + c)` where it is measured along the contour's normal.
+/// With `c` the angle since the cut begins: `C = start + c`, `X = path(path_start + c) + infeed(c) + lead(t)`, the infeed
+/// times `ratio(path_start + c)` where it is measured along the contour's normal. The cut itself is `c` from 0 to its turns.
+/// Where C turns on, the law begins before time 0 at a speed, or ends at one after the last turn: X comes from rest onto the
+/// moving path meanwhile, or goes from it to rest, and there is no lead besides.
 ///
 /// Paths run over `σ·θ`, with θ the wheel-line angle in the lobe's frame and σ the machine's rotation sense, so that they
 /// are read forwards while C turns forwards on every machine.
@@ -56,16 +59,18 @@ pub struct AxisTarget {
 pub struct CutSegment {
     /// Index into [`Plan::paths`]: `x_axis` position over σ times the wheel-line angle in the lobe's frame (mm over rad).
     pub path: usize,
-    /// Index into [`Plan::time_laws`]: angle since the start over time (rad over s), at rest at both ends.
+    /// Index into [`Plan::time_laws`]: angle since the cut begins over time (rad over s), without acceleration at both ends.
     pub speed: usize,
     /// Index into [`Plan::angle_laws`]: offset of X over the angle since the start (mm over rad); ends at what the lobe's
     /// later passes take.
     pub infeed: usize,
     /// Index into [`Plan::ratios`] where the infeed is measured along the contour's normal: the way of X per depth.
     pub ratio: Option<usize>,
-    /// C at the start, modulo one turn (counts).
+    /// Index into [`Plan::time_laws`] where C turns on: distance of X from path and infeed (mm over s).
+    pub lead: Option<usize>,
+    /// C where the cut begins, modulo one turn (counts).
     pub start_counts: i64,
-    /// σ times the wheel-line angle in the lobe's frame at the start (rad).
+    /// σ times the wheel-line angle in the lobe's frame there (rad).
     pub path_start_rad: f64,
     /// Turns of C, spark-out included.
     pub turns: u32,

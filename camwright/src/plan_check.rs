@@ -74,7 +74,18 @@ pub enum PlanFault {
         /// By how much (counts).
         counts: i64,
     },
-    /// A cut does not begin and end at rest, or turns back.
+    /// C turns on from the cut before, where something else moves it or nothing comes after.
+    #[error("c_axis still turns on from the cut before")]
+    TurnsOn,
+    /// The way onto the path, or off it, dips below the path, or the wheel is off it in the cut.
+    #[error("x_axis is {beside_mm} mm beside the path at {time_s} s of the cut")]
+    BadLead {
+        /// How far from the path (mm).
+        beside_mm: f64,
+        /// When.
+        time_s: f64,
+    },
+    /// A cut begins or ends with C neither at rest nor turning on, or turns back.
     #[error("c_axis turns at {speed_rad_s} rad/s at {time_s} s of the cut")]
     BadSpeed {
         /// The speed.
@@ -159,6 +170,7 @@ pub fn check_plan(
         machine,
         at: start_counts,
         uses: Vec::new(),
+        turns: false,
         wheel_nm: nm_from_mm(machine.wheel.new_radius_mm) + 1,
         paths: alloc::vec![PathUse::Unused; plan.paths.len()],
     };
@@ -170,6 +182,10 @@ pub fn check_plan(
         })?;
         walk.uses.extend(worst.map(|worst| (index, worst)));
     }
+    if walk.turns {
+        let label = plan.segments.last().map(|segment| segment.label.clone()).unwrap_or_default();
+        return Err(PlanCheckError { segment: plan.segments.len() - 1, label, fault: PlanFault::TurnsOn });
+    }
     Ok(PlanReport { uses: walk.uses, end_counts: walk.at })
 }
 
@@ -178,6 +194,8 @@ struct Walk<'a> {
     machine: &'a MachineDescription,
     at: [i64; AXIS_COUNT],
     uses: Vec<(usize, LimitUse)>,
+    /// C turns on from the cut before: where it is depends on when it is asked.
+    turns: bool,
     /// Radius that the wheel is smaller than (nm), or known to have.
     wheel_nm: i64,
     paths: Vec<PathUse>,
@@ -194,6 +212,14 @@ enum PathUse {
 impl Walk<'_> {
     /// One segment; the limit it uses most, if it moves.
     fn step(&mut self, segment: &Segment) -> Result<Option<LimitUse>, PlanFault> {
+        let moves_c = match &segment.kind {
+            SegmentKind::Move(targets) => targets.iter().any(|target| target.axis == Axis::C),
+            SegmentKind::Search { axis, .. } | SegmentKind::Command(Command::SetHome(axis)) => *axis == Axis::C,
+            SegmentKind::Cut(_) | SegmentKind::Dwell | SegmentKind::Wait | SegmentKind::Command(_) => false,
+        };
+        if self.turns && moves_c {
+            return Err(PlanFault::TurnsOn);
+        }
         match &segment.kind {
             SegmentKind::Move(targets) => self.line(targets),
             SegmentKind::Search { axis, input, travel_counts, offset_counts, limits } => {
@@ -303,24 +329,32 @@ impl Walk<'_> {
         }
         let (c, x) = (self.machine.axis(Axis::C), self.machine.axis(Axis::X));
         let turn_counts = c.scale.counts(TURN_RAD);
+        if self.turns {
+            // Wherever C is, it comes by the cut's phase.
+            let c_at = &mut self.at[Axis::C.index()];
+            *c_at += (cut.start_counts - *c_at).rem_euclid(turn_counts);
+        }
         let (c_at, x_at) = (self.at[Axis::C.index()], self.at[Axis::X.index()]);
         if (c_at - cut.start_counts).rem_euclid(turn_counts) != 0 {
             let (begins, ended) = (cut.start_counts, c_at.rem_euclid(turn_counts));
             return Err(PlanFault::Jump { axis: Axis::C, begins, ended });
         }
-        let begins = x.scale.counts(motion.over_angle(0.0).value);
-        if begins != x_at {
-            return Err(PlanFault::Jump { axis: Axis::X, begins, ended: x_at });
+        let (start_s, end_s) = (motion.start_s(), motion.end_s());
+        let x_begins = x.scale.counts(motion.x_mm(start_s));
+        if x_begins != x_at {
+            return Err(PlanFault::Jump { axis: Axis::X, begins: x_begins, ended: x_at });
         }
-        speed_is_sane(&motion, cut)?;
+        speed_is_sane(&motion, cut, self.turns)?;
+        lead_is_sane(&motion, cut)?;
+        self.turns = motion.end_speeds_rad_s().1 > 0.0;
 
-        let end_s = motion.duration_s();
-        let angle = motion.law.sample(end_s).value;
-        let turned = c.scale.counts(angle);
         let wanted = i64::from(cut.turns) * turn_counts;
+        let angle = if self.turns { f64::from(cut.turns) * TURN_RAD } else { motion.law.sample(end_s).value };
+        let turned = c.scale.counts(angle);
         if turned != wanted {
             return Err(PlanFault::NotClosed { axis: Axis::C, counts: turned - wanted });
         }
+        let begins = x.scale.counts(motion.over_angle(0.0).value);
         let infeed_at = |angle: f64| x.scale.counts(motion.offset_over_angle(angle).value);
         let infeed_counts = infeed_at(0.0) - infeed_at(angle);
         let ends = x.scale.counts(motion.over_angle(angle).value);
@@ -336,7 +370,7 @@ impl Walk<'_> {
         let mut worst: Option<LimitUse> = None;
         for (stretches, step) in [
             (windows(&motion, cut.plateau_s, cut.turn_s, blend), fine),
-            (alloc::vec![(0.0, end_s)], cut.turn_s / COARSE_GRID),
+            (alloc::vec![(start_s, end_s)], cut.turn_s / COARSE_GRID),
         ] {
             for mut found in uses_by_differences(&motion, &stretches, step, &c.limits, &x.limits) {
                 found.angle_rad *= f64::from(self.machine.rotation_sense.signum());
@@ -348,24 +382,53 @@ impl Walk<'_> {
             self.soft_limit(Axis::X, motion.over_angle(at_angle).value)?;
             self.soft_limit(Axis::X, motion.over_angle(angle - at_angle).value)?;
         }
+        for time_s in [start_s, end_s] {
+            self.soft_limit(Axis::X, motion.x_mm(time_s))?;
+        }
         self.at[Axis::C.index()] += wanted;
-        self.at[Axis::X.index()] = ends;
+        self.at[Axis::X.index()] = x.scale.counts(motion.x_mm(end_s));
         within(worst)?.ok_or(PlanFault::UnknownSpline)
     }
 }
 
-/// C rests at both ends, never turns back, and repeats from turn to turn on its plateau.
-fn speed_is_sane(motion: &CutMotion<'_>, cut: &CutSegment) -> Result<(), PlanFault> {
+/// The wheel is on the path and the infeed from the first turn to the last, and above them before and after.
+fn lead_is_sane(motion: &CutMotion<'_>, cut: &CutSegment) -> Result<(), PlanFault> {
+    const ROUNDING_MM: f64 = 1e-6;
+    if motion.lead.is_none() {
+        return Ok(());
+    }
+    let total_rad = f64::from(cut.turns) * TURN_RAD;
+    let on_part = (motion.time_of(0.0), motion.time_of(total_rad));
+    let at = |from: f64, to: f64, k: u32| from + (to - from) * f64::from(k) / 1024.0;
+    for k in 0..=1024 {
+        for (from, to) in [(motion.start_s(), on_part.0), on_part, (on_part.1, motion.end_s())] {
+            let time_s = at(from, to, k);
+            let beside_mm = motion.beside_path(time_s).value;
+            let is_on_part = time_s >= on_part.0 && time_s <= on_part.1;
+            if beside_mm < -ROUNDING_MM || (is_on_part && beside_mm > ROUNDING_MM) {
+                return Err(PlanFault::BadLead { beside_mm, time_s });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// C begins and ends without acceleration, at rest or as it turns on, never turns back, and repeats from turn to turn on its plateau.
+fn speed_is_sane(motion: &CutMotion<'_>, cut: &CutSegment, turns: bool) -> Result<(), PlanFault> {
     const ROUNDING: f64 = 1e-9;
-    let end_s = motion.duration_s();
+    let (start_s, end_s) = (motion.start_s(), motion.end_s());
     let knots = motion.law.knots();
-    for knot in [knots[0], knots[knots.len() - 1]] {
-        if knot.first.abs() > ROUNDING || knot.second.abs() > ROUNDING {
+    let (first, last) = (knots[0], knots[knots.len() - 1]);
+    if turns != (first.first > ROUNDING) || (!turns && (first.at != 0.0 || first.value != 0.0)) {
+        return Err(PlanFault::BadSpeed { speed_rad_s: first.first, time_s: first.at });
+    }
+    for knot in [first, last] {
+        if knot.first < -ROUNDING || knot.second.abs() > ROUNDING {
             return Err(PlanFault::BadSpeed { speed_rad_s: knot.first, time_s: knot.at });
         }
     }
     for k in 0..=4096_u32 {
-        let time_s = end_s * f64::from(k) / 4096.0;
+        let time_s = start_s + (end_s - start_s) * f64::from(k) / 4096.0;
         let here = motion.law.sample(time_s);
         if here.first < -ROUNDING {
             return Err(PlanFault::BadSpeed { speed_rad_s: here.first, time_s });

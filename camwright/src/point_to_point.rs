@@ -305,6 +305,14 @@ fn validate(distance: f64, v0: f64, v1: f64, limits: &MotionLimits) -> Result<()
     Ok(())
 }
 
+/// The fastest change of velocity from `v0` to `v1`, which it then keeps; its distance is whatever it takes. Limits must be positive.
+#[must_use]
+pub fn velocity_change(v0: f64, v1: f64, limits: &MotionLimits) -> JerkLaw {
+    let mut law = JerkLaw::starting(0.0, v0, 0.0);
+    law.push_ramp(v1, limits);
+    law
+}
+
 /// The fastest motion over `distance` (mm or rad) from rest to rest, a spline over time (s) that starts at (0, 0).
 ///
 /// # Errors
@@ -335,8 +343,7 @@ pub fn from_velocity(
 /// Limits that are not positive, numbers that are not finite, a velocity beyond the limit.
 pub fn velocity_ramp(v0: f64, v1: f64, limits: &MotionLimits) -> Result<HermiteSpline, PointToPointError> {
     validate(0.0, v0, v1, limits)?;
-    let mut law = JerkLaw::starting(0.0, v0, 0.0);
-    law.push_ramp(v1, limits);
+    let law = velocity_change(v0, v1, limits);
     check(&law, law.end.value, v0, v1, limits)?;
     Ok(law.to_spline())
 }

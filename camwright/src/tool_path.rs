@@ -198,7 +198,7 @@ impl ToolPath {
         footprint_speed_ratio_mm(self.sample(angle_rad), self.wheel_radius_mm)
     }
 
-    /// Goes back from the path to the contour (`PROCESS_MATH` 1.b 6), which shares nothing with how the path was found
+    /// Goes back from the path to the contour, which shares nothing with how the path was found
     /// but the contour itself, and returns the largest distance.
     fn check(&self, contour: &Contour) -> Result<f64, ToolPathError> {
         let count = CHECK_DENSITY * self.accuracy.knots;

@@ -62,7 +62,7 @@ fn flat_follower_with_harmonic_lift_is_a_circle() {
     }
 }
 
-/// `PROCESS_MATH` 1.a: Rb 15, lift 9 in 65° under a flat follower needs a radius of curvature of −17 mm.
+/// Rb 15, lift 9 in 65° under a flat follower needs a radius of curvature of −17 mm.
 #[test]
 fn too_steep_lobe_is_undercut() {
     let law = lobe(MotionLaw::Polynomial345, 9.0, 65.0);
@@ -98,7 +98,7 @@ fn undercut_begins_where_the_radius_of_curvature_vanishes() {
 }
 
 /// Every contour is touched by its follower where the lift says, and nowhere entered: the follower's position is found
-/// again from points of the contour alone (`PROCESS_MATH` 1.b 5).
+/// again from points of the contour alone.
 #[test]
 fn contour_gives_back_the_lift_to_its_follower() {
     let mut made = 0;

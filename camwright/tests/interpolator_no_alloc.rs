@@ -5,8 +5,9 @@
 mod bench;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
-use bench::{ORIGIN, SWITCH, machine, whole_job};
+use bench::{ORIGIN, SWITCH, machine, two_cuts, whole_job};
 use camwright::interpolator::{Event, Interpolator, Motion, Outcome, Prepared, Request, TickInputs};
+use camwright::job::SpeedLaw;
 use camwright::machine::description::Axis;
 use camwright::setpoint::{Input, Latch, StopPoint};
 use std::sync::Arc;
@@ -17,16 +18,21 @@ static ALLOCATOR: AllocDisabler = AllocDisabler;
 #[test]
 fn neither_a_step_nor_a_stop_nor_feedback_allocates() {
     let machine = machine();
-    let plan = Arc::new(whole_job(&machine, 6.0));
-    for cancel_at in [0, 5_500] {
-        let prepared = Box::new(Prepared::new(Motion::Plan(plan.clone()), &machine).expect("good plan"));
+    let whole = (whole_job(&machine, 6.0), [0; 3], false);
+    let (turning_on, start) = two_cuts(&machine, SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: 6.0 });
+    for ((plan, start, homed), cancel_at) in
+        [(whole.clone(), 0), (whole, 5_500), ((turning_on.clone(), start, true), 0), ((turning_on, start, true), 5_500)]
+    {
+        let prepared = Box::new(Prepared::new(Motion::Plan(Arc::new(plan)), &machine).expect("good plan"));
         let mut interpolator = Interpolator::new(&machine);
+        interpolator.resync(start);
+        interpolator.set_homed(Axis::C, homed);
         let mut tail = [StopPoint::default(); 32];
         let outcome = assert_no_alloc(|| {
             if interpolator.start(prepared).is_err() {
                 return None;
             }
-            let mut before = [0; 3];
+            let mut before = start;
             for tick in 0..40_000_u64 {
                 let requests: &[Request] = match tick {
                     300 | 5_000 => &[Request::Hold],

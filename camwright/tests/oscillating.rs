@@ -196,7 +196,7 @@ fn mushroom_is_a_roller_on_the_axis() {
     assert!(matches!(error, ContourError::Undercut { .. }), "{error}");
 }
 
-/// Half the face of a flat tappet must be at least max |s′| wide (`PROCESS_MATH` 1.a).
+/// Half the face of a flat tappet must be at least max |s′| wide.
 #[test]
 fn flat_face_in_use_is_the_largest_velocity() {
     let law = lobe(MotionLaw::Cycloidal, 3.0, 75.0);
@@ -323,7 +323,7 @@ fn mirrored_lift_and_arm_give_the_mirrored_contour() {
     }
 }
 
-/// The wheel pushed against the contour from outside stands where the path says (`PROCESS_MATH` 1.b 5).
+/// The wheel pushed against the contour from outside stands where the path says.
 #[test]
 fn swept_wheel_leaves_the_contour_of_an_oscillating_follower() {
     let (mut made, mut too_large) = (0, 0);

@@ -35,6 +35,8 @@ fn from_anywhere_on_the_lobe_both_ramps_together_lose_little() {
             ratio: None,
             spark_out_turns: 2,
             speed: SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 10.0, most_rad_s: 31.4 },
+            comes: None,
+            goes: None,
             wheel_power: None,
             rotation_sense: 1,
             wheel_radius_mm: 60.0,

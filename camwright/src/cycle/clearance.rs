@@ -123,12 +123,11 @@ impl Way {
     }
 }
 
-/// Nearest and last position of X in a cut: the path and what the infeed still keeps off it.
+/// Nearest and last position of X in a cut: the path and what the infeed still keeps off it. A lead only takes X farther off.
 fn cut_positions(plan: &Plan, cut: &CutSegment) -> Option<(f64, f64)> {
     let motion = plan.motion_of(cut)?;
     let above_mm = motion.infeed.knots().iter().map(|knot| knot.value).fold(f64::INFINITY, f64::min);
-    let turned = motion.law.sample(motion.duration_s()).value;
-    Some((extremes(motion.path).0 + above_mm, motion.over_angle(turned).value))
+    Some((extremes(motion.path).0 + above_mm, motion.x_mm(motion.end_s())))
 }
 
 /// The wheel grinds the lobe that the step is for, with the table at rest before it.

@@ -38,6 +38,17 @@ pub enum PlanError {
         /// Why.
         source: ToolPathError,
     },
+    /// C turns on, and the wheel finds no way onto the lobe.
+    #[error(
+        "lobe {lobe}: with c_axis turning on x_axis finds no way from {clear_x_mm} mm, where it stands between the lobes, onto the \
+         path; with c_between_lobes: stops it needs none"
+    )]
+    NoArrival {
+        /// The lobe.
+        lobe: String,
+        /// Where X stands (mm).
+        clear_x_mm: f64,
+    },
     /// A part that needs two wheels is two jobs.
     #[error(
         "the machine has one wheel, of radius {mounted_mm:.3} mm, and the job asks for {wishes}; {needs}: make two jobs of it, \

@@ -8,7 +8,7 @@ use crate::infeed::InfeedSchedule;
 use crate::job::{InfeedDirection, JobSpec, LobeSpec};
 use crate::machine::description::{Axis, MachineDescription};
 use crate::numeric::periodic_spline::PeriodicSpline;
-use crate::speed_plan::{SpeedPlan, SpeedRequest};
+use crate::speed_plan::{SpeedPlan, SpeedRequest, Turning};
 use crate::tool_path::ToolPath;
 use crate::units::{TURN_RAD, wrap_turn};
 use crate::wheel::WheelNow;
@@ -227,12 +227,19 @@ pub(super) fn begins(
                 let there = (scale.counts(sense * lobe.phase_rad) - c_counts).rem_euclid(turn_counts);
                 c_counts += if 2 * there > turn_counts { there - turn_counts } else { there };
             }
-            let path_rad = wrap_turn(scale.position(c_counts.rem_euclid(turn_counts)) - sense * lobe.phase_rad);
-            let begin = Begin { c_counts, path_rad };
+            let begin = begin_at(machine, lobe.phase_rad, c_counts);
             c_counts += turns * turn_counts;
             begin
         })
         .collect()
+}
+
+/// Where a lobe of this phase (rad) begins if C stands so (counts).
+fn begin_at(machine: &MachineDescription, phase_rad: f64, c_counts: i64) -> Begin {
+    let scale = machine.axis(Axis::C).scale;
+    let c_rad = scale.position(c_counts.rem_euclid(scale.counts(TURN_RAD)));
+    let path_rad = wrap_turn(c_rad - f64::from(machine.rotation_sense.signum()) * phase_rad);
+    Begin { c_counts, path_rad }
 }
 
 /// The block that begins at or before an angle. A millionth of a block below the next one counts as the next: an angle
@@ -243,61 +250,89 @@ pub(super) fn block_at(angle_rad: f64, blocks: u32) -> u32 {
     block % blocks
 }
 
-/// Start, speed and room of every lobe.
-pub(super) fn plan_lobes(
-    job: &JobSpec,
-    machine: &MachineDescription,
-    shapes: &[Shape],
-    schedules: &[InfeedSchedule],
-    begins: &[Begin],
-    wheel: &WheelCourse,
-) -> Result<Vec<PlannedLobe>, PlanError> {
-    let sense = f64::from(machine.rotation_sense.signum());
-    job.lobes
-        .iter()
-        .zip(begins)
-        .enumerate()
-        .map(|(index, (lobe, begin))| {
-            let path = shape_of(shapes, lobe.profile, wheel.radii_mm[index])
-                .expect("every lobe's profile got a path for the lobe's wheel");
-            let shape = &shapes[path];
-            let start_rad = wrap_turn(sense * begin.path_rad);
-            check_blank(job, lobe, shape, total_infeed_mm(schedules), start_rad)?;
-            let passes = job.passes.iter().zip(schedules).map(|(pass, schedule)| {
-                SpeedPlan::new(&SpeedRequest {
-                    path: &shape.path,
-                    path_start_rad: begin.path_rad,
-                    infeed: schedule,
-                    infeed_direction: pass.infeed_direction,
-                    ratio: shape.ratio.as_ref(),
-                    spark_out_turns: pass.spark_out_turns,
-                    speed: pass.speed,
-                    wheel_power: job.wheel_power.map(|power| power.as_law(lobe.width_mm)),
-                    rotation_sense: machine.rotation_sense,
-                    wheel_radius_mm: shape.tool_path.wheel_radius_mm(),
-                    wheel_speed_m_s: machine.wheel.surface_speed_m_s,
-                    c: machine.axis(Axis::C).limits,
-                    x: machine.axis(Axis::X).limits,
-                    cycle_time_s: machine.cycle_time_s(),
-                })
-                .map_err(|source| PlanError::Speed {
-                    lobe: lobe.name.clone(),
-                    pass: pass.name.clone(),
-                    source,
-                })
-            });
-            let passes = passes.collect::<Result<Vec<_>, _>>()?;
-            Ok(PlannedLobe {
-                design: designed(lobe, shape.contour.clone()),
-                tool_path: shape.tool_path.clone(),
-                path,
-                wear_mm: wheel.wear_mm[index],
-                start_rad,
-                start_block: block_at(start_rad, job.blocks_per_turn),
-                passes,
+/// What lobes are planned from.
+#[derive(Clone, Copy)]
+pub(super) struct LobePlanner<'a> {
+    pub(super) job: &'a JobSpec,
+    pub(super) machine: &'a MachineDescription,
+    pub(super) shapes: &'a [Shape],
+    pub(super) schedules: &'a [InfeedSchedule],
+    pub(super) wheel: &'a WheelCourse,
+}
+
+impl LobePlanner<'_> {
+    /// Start, speed and room of every lobe, each from rest to rest.
+    pub(super) fn all(&self, begins: &[Begin]) -> Result<Vec<PlannedLobe>, PlanError> {
+        begins.iter().enumerate().map(|(index, begin)| self.lobe(index, *begin, None, None)).collect()
+    }
+
+    /// Index of the shape of a lobe.
+    pub(super) fn path_of(&self, index: usize) -> usize {
+        shape_of(self.shapes, self.job.lobes[index].profile, self.wheel.radii_mm[index])
+            .expect("every lobe's profile got a path for the lobe's wheel")
+    }
+
+    /// Where a lobe begins if C stands so (counts).
+    pub(super) fn begin(&self, index: usize, c_counts: i64) -> Begin {
+        begin_at(self.machine, self.job.lobes[index].phase_rad, c_counts)
+    }
+
+    /// Infeed of all passes together, on counts of X (mm).
+    pub(super) fn total_infeed_mm(&self) -> f64 {
+        total_infeed_mm(self.schedules)
+    }
+
+    /// A lobe, from where C stands or comes turning to where it comes to rest or turns on.
+    pub(super) fn lobe(
+        &self,
+        index: usize,
+        begin: Begin,
+        comes: Option<Turning>,
+        goes: Option<Turning>,
+    ) -> Result<PlannedLobe, PlanError> {
+        let (job, machine, schedules) = (self.job, self.machine, self.schedules);
+        let lobe = &job.lobes[index];
+        let path = self.path_of(index);
+        let shape = &self.shapes[path];
+        let start_rad = wrap_turn(f64::from(machine.rotation_sense.signum()) * begin.path_rad);
+        check_blank(job, lobe, shape, total_infeed_mm(schedules), start_rad)?;
+        let last = job.passes.len() - 1;
+        let passes = job.passes.iter().zip(schedules).enumerate().map(|(number, (pass, schedule))| {
+            SpeedPlan::new(&SpeedRequest {
+                path: &shape.path,
+                path_start_rad: begin.path_rad,
+                infeed: schedule,
+                infeed_direction: pass.infeed_direction,
+                ratio: shape.ratio.as_ref(),
+                spark_out_turns: pass.spark_out_turns,
+                speed: pass.speed,
+                comes: comes.filter(|_| number == 0),
+                goes: goes.filter(|_| number == last),
+                wheel_power: job.wheel_power.map(|power| power.as_law(lobe.width_mm)),
+                rotation_sense: machine.rotation_sense,
+                wheel_radius_mm: shape.tool_path.wheel_radius_mm(),
+                wheel_speed_m_s: machine.wheel.surface_speed_m_s,
+                c: machine.axis(Axis::C).limits,
+                x: machine.axis(Axis::X).limits,
+                cycle_time_s: machine.cycle_time_s(),
             })
+            .map_err(|source| PlanError::Speed {
+                lobe: lobe.name.clone(),
+                pass: pass.name.clone(),
+                source,
+            })
+        });
+        let passes = passes.collect::<Result<Vec<_>, _>>()?;
+        Ok(PlannedLobe {
+            design: designed(lobe, shape.contour.clone()),
+            tool_path: shape.tool_path.clone(),
+            path,
+            wear_mm: self.wheel.wear_mm[index],
+            start_rad,
+            start_block: block_at(start_rad, job.blocks_per_turn),
+            passes,
         })
-        .collect()
+    }
 }
 
 /// Infeed of all passes together, on counts of X (mm).
@@ -306,7 +341,7 @@ fn total_infeed_mm(schedules: &[InfeedSchedule]) -> f64 {
 }
 
 /// How far X is off the finished path for an infeed still to come (mm).
-fn infeed_of_x_mm(job: &JobSpec, path: &ToolPath, angle_rad: f64, infeed_mm: f64) -> f64 {
+pub(super) fn infeed_of_x_mm(job: &JobSpec, path: &ToolPath, angle_rad: f64, infeed_mm: f64) -> f64 {
     match job.passes.first().map(|pass| pass.infeed_direction) {
         Some(InfeedDirection::Normal) => infeed_mm / libm::cos(path.beta(angle_rad)),
         _ => infeed_mm,
@@ -351,19 +386,18 @@ fn check_blank(
     })
 }
 
-/// X keeps within its soft limits on every lobe and is clear of the part whenever table or part move.
+/// X keeps within its soft limits on every lobe and is clear of the part whenever table or part move. Where C turns on, X stands at
+/// `clear_x_mm` between the lobes (mm).
 pub(super) fn check_travel(
     job: &JobSpec,
     machine: &MachineDescription,
     schedules: &[InfeedSchedule],
     lobes: &[PlannedLobe],
+    clear_x_mm: Option<f64>,
 ) -> Result<(), PlanError> {
     let total_infeed_mm = total_infeed_mm(schedules);
     // X is largest with the farthest point of the contour on the wheel line, and is its radius there.
-    let reach = |lobe: &PlannedLobe| {
-        let (_, reach_mm) = extremes(lobe.tool_path.spline());
-        reach_mm + job.stock_mm
-    };
+    let reach = |lobe: &PlannedLobe| extremes(lobe.tool_path.spline()).1 + job.stock_mm;
     let highest = lobes.iter().max_by(|a, b| reach(a).total_cmp(&reach(b)));
     let clear = |place: String, what: &'static str, x_mm: f64, moving: Axis, remedy: &'static str| match highest {
         Some(highest) if x_mm <= reach(highest) => Err(PlanError::NotClear {
@@ -389,8 +423,14 @@ pub(super) fn check_travel(
         soft_limit(machine, Axis::X, low_mm, place(), "the lowest point of the path")?;
         let held_mm = high_mm + total_infeed_mm + job.retract_clearance_mm;
         soft_limit(machine, Axis::X, held_mm, place(), "a hold on the highest point of the path")?;
+        if let Some(clear_x_mm) = clear_x_mm {
+            soft_limit(machine, Axis::X, clear_x_mm, place(), "the wheel between the lobes")?;
+            if index > 0 {
+                continue;
+            }
+        }
         soft_limit(machine, Axis::X, retracted_mm, place(), "the start of the rapid advance")?;
-        if index + 1 < lobes.len() {
+        if clear_x_mm.is_none() && index + 1 < lobes.len() {
             clear(place(), "the rapid retract", retracted_mm, Axis::Z, "the rapid advance must be")?;
         }
     }

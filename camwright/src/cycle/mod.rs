@@ -13,6 +13,9 @@
 //! X, then the table, to the home position                 Return
 //! ```
 //!
+//! Where the job says so, C turns on from lobe to lobe: then the lead-in and the lead-out of the cuts take the place of rapid advance
+//! and retract.
+//!
 //! Turns are whole, so C stands after each lobe at the phase it had before: without rotary indexing lobe j is read from
 //! the angle σ·C − αj on, wherever in its table that is. Both ways are always built, and the time of both is told.
 
@@ -22,20 +25,21 @@ mod error;
 mod lobe;
 mod order;
 mod sequence;
+mod turning;
 mod wheels;
 
 pub use error::PlanError;
 pub use lobe::{LobeDesign, PlannedLobe, designs};
 pub use order::{LobeOrder, fastest_order};
 
-use crate::dressing::{Dress, PlannedDress};
+use crate::dressing::PlannedDress;
 use crate::infeed::InfeedSchedule;
-use crate::job::JobSpec;
+use crate::job::{BetweenLobes, JobSpec};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::plan::Plan;
 use crate::plan_check::{PlanReport, check_plan};
 use crate::wheel::WheelNow;
-use lobe::Shape;
+use lobe::LobePlanner;
 use sequence::Sequence;
 
 use alloc::vec::Vec;
@@ -58,6 +62,8 @@ pub struct PlannedJob {
     pub lobes: Vec<PlannedLobe>,
     /// The dresses of the wheel, in their order.
     pub dresses: Vec<PlannedDress>,
+    /// Predicted duration of the same job with C stopping between its lobes, where it turns on (s).
+    pub duration_with_stops_s: Option<f64>,
     /// What the forward check found.
     pub report: PlanReport,
 }
@@ -68,6 +74,12 @@ impl PlannedJob {
     #[must_use]
     pub fn saved_by_not_indexing_s(&self) -> f64 {
         self.plan.duration_with_indexing_s - self.plan.duration_s
+    }
+
+    /// Predicted time saved by C turning on between the lobes (s), where it does.
+    #[must_use]
+    pub fn saved_by_turning_on_s(&self) -> Option<f64> {
+        Some(self.duration_with_stops_s? - self.plan.duration_s)
     }
 }
 
@@ -92,27 +104,38 @@ pub fn plan_job(
     let wheel = lobe::wheel_course(job, machine, &contours, wheel_now)?;
     let shapes = lobe::shapes(job, machine, &contours, &wheel)?;
     let begins = lobe::begins(job, machine, &schedules, job.rotary_indexing);
-    let lobes = lobe::plan_lobes(job, machine, &shapes, &schedules, &begins, &wheel)?;
-    lobe::check_travel(job, machine, &schedules, &lobes)?;
+    let planner = LobePlanner { job, machine, shapes: &shapes, schedules: &schedules, wheel: &wheel };
+    let stopping = planner.all(&begins)?;
+    let clear_x_mm = match job.c_between_lobes {
+        BetweenLobes::Stops => None,
+        BetweenLobes::TurnsOn { .. } => Some(turning::clear_x_mm(&planner, &stopping)),
+    };
+    lobe::check_travel(job, machine, &schedules, &stopping, clear_x_mm)?;
 
     let start = start.unwrap_or_else(|| {
         let counts = |axis: Axis, at: f64| machine.axis(axis).scale.counts(at);
         PlanStart { counts: [0, counts(Axis::X, job.home.x_mm), counts(Axis::Z, job.home.z_mm)], c_homed: false }
     });
-    let made = Made { schedules: &schedules, shapes: &shapes, lobes: &lobes, dresses: &wheel.dresses };
     // Where wheels are dressed, a plan may be older than the wheel.
-    let expected = machine.dresser.map(|_| wheel_now.radius_mm);
-    let mut plan = build(job, machine, made, start, expected, job.rotary_indexing)?;
+    let expected_wheel_mm = machine.dresser.map(|_| wheel_now.radius_mm);
+    let build = Build { planner, stopping: &stopping, start, expected_wheel_mm };
+    let (mut plan, lobes, duration_with_stops_s) = match job.c_between_lobes {
+        BetweenLobes::Stops => (build.stopping(job.rotary_indexing)?, stopping.clone(), None),
+        BetweenLobes::TurnsOn { margin_s } => {
+            let (plan, lobes) = build.turning(margin_s)?;
+            (plan, lobes, Some(build.stopping(false)?.duration_s))
+        }
+    };
     plan.duration_with_indexing_s = if job.rotary_indexing {
         plan.duration_s
     } else {
         // Same cuts from other phases: a ramp may differ by hundredths of a second there, which is left out.
-        build(job, machine, made, start, expected, true)?.duration_s
+        build.stopping(true)?.duration_s
     };
     clearance::check_clearance(job, machine, &lobes, &plan, start.counts)?;
     let report = check_plan(&plan, machine, start.counts)?;
     let dresses = dress::with_kept_paths(job, &contours, &shapes, wheel_now.radius_mm, &wheel);
-    Ok(PlannedJob { plan, lobes, dresses, report })
+    Ok(PlannedJob { plan, lobes, dresses, duration_with_stops_s, report })
 }
 
 /// The infeed of every pass; each begins where the one before ended.
@@ -131,36 +154,56 @@ fn schedules(job: &JobSpec, machine: &MachineDescription) -> Result<Vec<InfeedSc
     Ok(schedules)
 }
 
-/// What a sequence is made of.
+/// What plans are built from.
 #[derive(Clone, Copy)]
-struct Made<'a> {
-    schedules: &'a [InfeedSchedule],
-    shapes: &'a [Shape],
-    lobes: &'a [PlannedLobe],
-    dresses: &'a [Dress],
-}
-
-fn build(
-    job: &JobSpec,
-    machine: &MachineDescription,
-    made: Made<'_>,
+struct Build<'a> {
+    planner: LobePlanner<'a>,
+    /// The lobes with C stopping between them.
+    stopping: &'a [PlannedLobe],
     start: PlanStart,
     expected_wheel_mm: Option<f64>,
-    rotary_indexing: bool,
-) -> Result<Plan, PlanError> {
-    let begins = lobe::begins(job, machine, made.schedules, rotary_indexing);
-    let mut sequence = Sequence::new(job, machine, made.shapes, start);
-    if let Some(radius_mm) = expected_wheel_mm {
-        sequence.expect_wheel(radius_mm);
-    }
-    sequence.prepare()?;
-    for (index, (lobe, begin)) in made.lobes.iter().zip(begins).enumerate() {
-        for dress in made.dresses.iter().filter(|dress| dress.before_lobe == index) {
-            sequence.dress(dress, &lobe.design.name)?;
+}
+
+impl<'a> Build<'a> {
+    /// The steps before the first lobe.
+    fn sequence(&self) -> Result<Sequence<'a>, PlanError> {
+        let LobePlanner { job, machine, shapes, .. } = self.planner;
+        let mut sequence = Sequence::new(job, machine, shapes, self.start);
+        if let Some(radius_mm) = self.expected_wheel_mm {
+            sequence.expect_wheel(radius_mm);
         }
-        sequence.grind(index, lobe, begin, rotary_indexing)?;
+        sequence.prepare()?;
+        Ok(sequence)
     }
-    sequence.finish()
+
+    fn begins(&self, rotary_indexing: bool) -> Vec<lobe::Begin> {
+        lobe::begins(self.planner.job, self.planner.machine, self.planner.schedules, rotary_indexing)
+    }
+
+    /// The plan with C stopping between lobes.
+    fn stopping(&self, rotary_indexing: bool) -> Result<Plan, PlanError> {
+        let mut sequence = self.sequence()?;
+        for (index, (lobe, begin)) in self.stopping.iter().zip(self.begins(rotary_indexing)).enumerate() {
+            for dress in self.planner.wheel.dresses.iter().filter(|dress| dress.before_lobe == index) {
+                sequence.dress(dress, &lobe.design.name)?;
+            }
+            sequence.index_to(index)?;
+            if rotary_indexing {
+                sequence.turn_to_lobe(index, begin.c_counts)?;
+            }
+            sequence.grind(index, lobe, begin, 0)?;
+        }
+        sequence.finish()
+    }
+
+    /// The plan with C turning on from lobe to lobe, and its lobes.
+    fn turning(&self, margin_s: f64) -> Result<(Plan, Vec<PlannedLobe>), PlanError> {
+        let mut sequence = self.sequence()?;
+        let begins = self.begins(false);
+        let dresses = &self.planner.wheel.dresses;
+        let lobes = turning::grind_turning(&self.planner, &mut sequence, self.stopping, &begins, dresses, margin_s)?;
+        Ok((sequence.finish()?, lobes))
+    }
 }
 
 #[cfg(test)]

@@ -78,55 +78,96 @@ impl<'a> Sequence<'a> {
         Ok(())
     }
 
-    /// One lobe, from the table's index to the rapid retract.
+    /// The table to the station of a lobe.
+    pub(super) fn index_to(&mut self, index: usize) -> Result<(), PlanError> {
+        let lobe = &self.job.lobes[index];
+        let of = Of { phase: Phase::Index, lobe: Some((index, &lobe.name)), stock_mm: self.job.stock_mm };
+        match self.machine.station(&lobe.station) {
+            Some(station) => self.index_table(of, &lobe.name, station),
+            None => Ok(()),
+        }
+    }
+
+    /// X to where it stands between the lobes (mm), if it has been elsewhere.
+    pub(super) fn stand_clear(&mut self, index: usize, x_mm: f64) -> Result<(), PlanError> {
+        let target_counts = self.counts(Axis::X, x_mm);
+        if self.at[Axis::X.index()] == target_counts {
+            return Ok(());
+        }
+        let name = self.job.lobes[index].name.as_str();
+        let of = Of { phase: Phase::Position, lobe: Some((index, name)), stock_mm: self.job.stock_mm };
+        self.move_axis(of, Axis::X, target_counts, None, "wheel to just clear of the lobes")
+    }
+
+    /// C to where a lobe begins (counts), the conventional way.
+    pub(super) fn turn_to_lobe(&mut self, index: usize, c_counts: i64) -> Result<(), PlanError> {
+        let name = self.job.lobes[index].name.as_str();
+        let of = Of { phase: Phase::RotaryIndex, lobe: Some((index, name)), stock_mm: self.job.stock_mm };
+        self.move_axis(of, Axis::C, c_counts, None, "part to the lobe's cam angle 0")
+    }
+
+    /// One lobe at its station, from where C stands, or comes turning and meets its phase after a while (ticks), to the wheel clear
+    /// of the part.
     pub(super) fn grind(
         &mut self,
         index: usize,
         lobe: &PlannedLobe,
         begin: Begin,
-        rotary_indexing: bool,
+        waits_ticks: u64,
     ) -> Result<(), PlanError> {
         let name = lobe.design.name.as_str();
         let of = |phase: Phase, stock_mm: f64| Of { phase, lobe: Some((index, name)), stock_mm };
         let stock_mm = self.job.stock_mm;
-        if let Some(station) = self.machine.station(&lobe.design.station) {
-            self.index_table(of(Phase::Index, stock_mm), name, station)?;
-        }
-        if rotary_indexing {
-            let of = of(Phase::RotaryIndex, stock_mm);
-            self.move_axis(of, Axis::C, begin.c_counts, None, "part to the lobe's cam angle 0")?;
-        }
         let rapid = Some(self.job.rapid_speed_mm_s);
-        let mut retracted = 0;
+        let mut retracted = self.at[Axis::X.index()];
+        let mut goes_turning = false;
         for (number, pass) in lobe.passes.iter().enumerate() {
             let cut = self.cut_segment(lobe.path, pass, begin);
             // The same arithmetic as in the cut, so that the wheel stands where the cut begins to the count.
             let motion = self.plan.motion_of(&cut).expect("its splines have just been put into the plan");
-            let first = self.counts(Axis::X, motion.over_angle(0.0).value);
-            let last = self.counts(Axis::X, motion.over_angle(pass.law().sample(motion.duration_s()).value).value);
-            if number == 0 {
+            let first = self.counts(Axis::X, motion.x_mm(motion.start_s()));
+            let last = self.counts(Axis::X, motion.x_mm(motion.end_s()));
+            let comes_turning = motion.end_speeds_rad_s().0 > 0.0;
+            goes_turning = motion.end_speeds_rad_s().1 > 0.0;
+            if number == 0 && !comes_turning {
                 retracted = first + self.counts(Axis::X, self.job.rapid_advance_mm);
                 let label = "wheel corrected by the lift";
                 self.move_axis(of(Phase::Position, stock_mm), Axis::X, retracted, None, label)?;
                 self.move_axis(of(Phase::Approach, stock_mm), Axis::X, first, rapid, "rapid advance")?;
-            } else if self.at[Axis::X.index()] != first {
+            } else if number > 0 && self.at[Axis::X.index()] != first {
                 // A rounding apart: a count at most.
                 self.move_axis(of(Phase::Approach, stock_mm), Axis::X, first, rapid, "to the next pass")?;
             }
             let mut label =
                 alloc::format!("{} turns with infeed, {} without", cut.infeed_turns, cut.turns - cut.infeed_turns);
+            if comes_turning || goes_turning {
+                label += ", c_axis turning on";
+            }
             if lobe.passes.len() > 1 {
                 label = alloc::format!("{}, {label}", self.job.passes[number].name);
             }
-            let ticks = whole_ticks(pass.law().end(), self.machine.cycle_time_s());
+            let length_s = pass.law().end() - pass.law().start();
+            let waits = if number == 0 { waits_ticks } else { 0 };
+            let ticks = waits + whole_ticks(length_s, self.machine.cycle_time_s());
             let turn_counts = self.machine.axis(Axis::C).scale.counts(TURN_RAD);
+            if comes_turning {
+                self.at[Axis::C.index()] = begin.c_counts;
+            }
             self.at[Axis::C.index()] += i64::from(cut.turns) * turn_counts;
             self.at[Axis::X.index()] = last;
             let schedule = pass.infeed().schedule();
             let left_mm = stock_mm.min(schedule.left_mm() + schedule.total_mm());
             self.push(of(Phase::Cut, left_mm), SegmentKind::Cut(cut), ticks, pass.stop_ticks(), &label);
         }
+        if goes_turning {
+            return Ok(());
+        }
         self.move_axis(of(Phase::Retract, 0.0), Axis::X, retracted, rapid, "rapid retract")
+    }
+
+    /// Predicted ticks of the steps so far.
+    pub(super) const fn ticks(&self) -> u64 {
+        self.ticks
     }
 
     /// X, then the table, to the home position; the plan.
@@ -173,6 +214,7 @@ impl<'a> Sequence<'a> {
             infeed: shared(&mut self.plan.angle_laws, pass.infeed().law()),
             // All profiles have one or none has.
             ratio: (path < self.plan.ratios.len()).then_some(path),
+            lead: pass.lead().map(|lead| shared(&mut self.plan.time_laws, lead)),
             start_counts: begin.c_counts.rem_euclid(turn_counts),
             path_start_rad: begin.path_rad,
             turns: pass.turns(),

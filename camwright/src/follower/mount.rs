@@ -6,7 +6,7 @@
 //! σ = +1 if the arm reaches ahead, −1 behind. The direction of the arm is (−cos ψ, σ sin ψ), and with ψ its end moves
 //! along (sin ψ, σ cos ψ).
 //!
-//! - Roller: P = (c − a cos ψ, σa sin ψ) (`PROCESS_MATH` 1.a, g = φ + π ∓ ψ). It rests where
+//! - Roller: P = (c − a cos ψ, σa sin ψ) (g = φ + π ∓ ψ). It rests where
 //!   c² + a² − 2ac cos ψ₀ = (Rb + rr)².
 //! - Face: its normal is N = (sin ψ, σ cos ψ), which is at φ + σ(π/2 − ψ), so ω′ = 1 − σψ′ and ω″ = −σψ″. The plane lies b
 //!   outside the pivot: h = A·N + b = c sin ψ + b, at rest Rb. From h and ω the contact follows as for any envelope of

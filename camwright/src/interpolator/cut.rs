@@ -13,11 +13,12 @@
 
 use super::path_time::{ONE, PathClock, from_ticks, to_ticks, whole};
 use super::pose::{Pose, in_counts};
-use crate::cut_motion::{CutMotion, chain};
+use super::spin::{Spin, SpinFacts, next_start};
+use crate::cut_motion::{CutMotion, chain, sum};
 use crate::machine::description::{Axis, MachineDescription, MotionLimits};
 use crate::numeric::hermite::Sample;
 use crate::plan::{CutSegment, Plan};
-use crate::point_to_point::{JerkLaw, solve};
+use crate::point_to_point::{JerkLaw, solve, whole_ticks};
 use crate::units::TURN_RAD;
 
 /// The curves of one cut, looked up in its plan.
@@ -33,14 +34,21 @@ impl<'a> Curves<'a> {
         Some(Self { cut, motion: plan.motion_of(cut)? })
     }
 
-    /// Length (s).
-    pub(crate) fn duration_s(&self) -> f64 {
-        self.motion.duration_s()
+    /// The motion.
+    pub(crate) fn motion(&self) -> &CutMotion<'a> {
+        &self.motion
     }
 
-    /// Angle since the start (rad over s).
+    /// Angle since the cut begins (rad over s).
     pub(crate) fn angle(&self, time_s: f64) -> Sample {
-        self.motion.law.sample(time_s)
+        self.motion.angle(time_s)
+    }
+
+    /// When the last turn ends (s): C that turns on has one more knot.
+    fn last_turn_s(&self) -> f64 {
+        let knots = self.motion.law.knots();
+        let behind = usize::from(self.motion.end_speeds_rad_s().1 > 0.0);
+        knots[knots.len() - 1 - behind].at
     }
 
     /// Angle of the path while C is as given. Whole turns are taken out first: the path then closes to the last bit.
@@ -68,10 +76,11 @@ impl<'a> Curves<'a> {
         chain(self.motion.way_of(infeed, self.path_angle(c)), c)
     }
 
-    /// X without any hold at a time since the start (mm over s).
+    /// X without any hold at a time (mm over s); before the start and after the end as there.
     pub(crate) fn x(&self, time_s: f64) -> Sample {
+        let time_s = time_s.clamp(self.motion.start_s(), self.motion.end_s());
         let c = self.angle(time_s);
-        add(self.path(c), self.infeed(c))
+        sum(sum(self.path(c), self.infeed(c)), self.motion.beside_path(time_s))
     }
 
     /// Material taken off since the start, where the infeed is the only thing that takes it (mm).
@@ -83,10 +92,6 @@ impl<'a> Curves<'a> {
     fn infeed_at(&self, angle_rad: f64) -> Sample {
         self.motion.infeed.sample(angle_rad)
     }
-}
-
-fn add(a: Sample, b: Sample) -> Sample {
-    Sample { value: a.value + b.value, first: a.first + b.first, second: a.second + b.second, third: a.third + b.third }
 }
 
 /// What X does besides the path.
@@ -135,7 +140,12 @@ pub(crate) struct Cut {
     offset: Offset,
     plateau: (i64, i64),
     turn: i64,
+    /// Where it begins, where its first and last turn begin and end, and where it ends.
+    start: i64,
+    turns: (i64, i64),
     end: i64,
+    /// C turns on at the end.
+    turns_on: bool,
     retract_mm: f64,
     hold_mm: f64,
     retract_limits: MotionLimits,
@@ -143,30 +153,55 @@ pub(crate) struct Cut {
     cycle_s: f64,
 }
 
+/// A clock for a cut that C comes to turning: path time 0 where the cut begins, and C there (counts).
+pub(crate) fn clock_from(
+    spin: &Spin,
+    tick: u64,
+    curves: &Curves<'_>,
+    machine: &MachineDescription,
+) -> (PathClock, i64) {
+    let (motion, cycle_s) = (curves.motion(), machine.cycle_time_s());
+    let (w, _) = motion.end_speeds_rad_s();
+    let law_start_rad = motion.law.knots()[0].value;
+    let (since_rad, c_counts) =
+        next_start(spin.place(tick, machine), curves.cut.start_counts, law_start_rad, w * cycle_s, machine);
+    let tau = from_ticks((motion.start_s() + since_rad / w) / cycle_s);
+    let mut clock = spin.clock();
+    clock.rewind(clock.at(tick).tau - tau);
+    (clock, c_counts)
+}
+
 /// What a cut needs to know besides its segment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct CutStart {
-    pub(crate) tick: u64,
-    pub(crate) rate: i64,
+    /// Its path time 0 is where the cut begins.
+    pub(crate) clock: PathClock,
+    /// C where the cut begins (counts).
     pub(crate) c_counts: i64,
     pub(crate) stop_ticks: u64,
-    pub(crate) end_ticks: u64,
     /// Limits of X that the path leaves to a retract.
     pub(crate) retract_limits: MotionLimits,
     pub(crate) cycle_s: f64,
 }
 
 impl Cut {
-    pub(crate) fn new(cut: &CutSegment, start: &CutStart) -> Self {
+    pub(crate) fn new(curves: &Curves<'_>, start: &CutStart) -> Self {
         let ticks = |seconds: f64| from_ticks(seconds / start.cycle_s);
+        let (cut, motion) = (curves.cut, curves.motion());
+        let turns_on = motion.end_speeds_rad_s().1 > 0.0;
+        // At rest the end is the first tick at which the law is over.
+        let end = if turns_on { ticks(motion.end_s()) } else { whole(whole_ticks(motion.end_s(), start.cycle_s)) };
         Self {
-            clock: PathClock::starting(start.tick, start.rate),
+            clock: start.clock,
             start_counts: start.c_counts,
             inserted: 0,
             offset: Offset::Infeed,
             plateau: (ticks(cut.plateau_s.0), ticks(cut.plateau_s.1)),
             turn: ticks(cut.turn_s),
-            end: whole(start.end_ticks),
+            start: ticks(motion.start_s()),
+            turns: (0, if turns_on { ticks(curves.last_turn_s()) } else { end }),
+            end,
+            turns_on,
             retract_mm: cut.retract_mm,
             hold_mm: cut.hold_mm,
             retract_limits: start.retract_limits,
@@ -193,16 +228,24 @@ impl Cut {
         (tau - turns * self.turn, turns)
     }
 
-    /// C since the start at a path time, the turns inserted, and the offset of X.
-    fn curves_at(&self, tau: i64, curves: &Curves<'_>) -> (Sample, i64, Sample) {
+    /// C and X without any hold at a path time.
+    fn follow(&self, tau: i64, curves: &Curves<'_>) -> (Sample, Sample) {
+        if tau >= self.end && !self.turns_on {
+            // Exactly: counts close after whole turns.
+            let c = Sample { value: f64::from(curves.cut.turns) * TURN_RAD, ..Sample::default() };
+            return (c, sum(curves.path(c), curves.infeed(c)));
+        }
+        let time_s = self.seconds(tau);
+        let x = curves.x(time_s);
+        let rests = tau < self.start || tau > self.end;
+        (curves.angle(time_s), if rests { Sample { value: x.value, ..Sample::default() } } else { x })
+    }
+
+    /// C since the cut began at a path time, the turns inserted, and X.
+    fn axes_at(&self, tau: i64, curves: &Curves<'_>) -> (Sample, i64, Sample) {
         let follow = |tau: i64, inserted: i64| {
-            let c = if tau >= self.end {
-                // Exactly: counts close after whole turns.
-                Sample { value: f64::from(curves.cut.turns) * TURN_RAD, ..Sample::default() }
-            } else {
-                curves.angle(self.seconds(tau))
-            };
-            (c, inserted, curves.infeed(c))
+            let (c, x) = self.follow(tau, curves);
+            (c, inserted, x)
         };
         match &self.offset {
             Offset::Infeed => follow(tau, self.inserted),
@@ -212,7 +255,8 @@ impl Cut {
             Offset::Off { left, .. } | Offset::Back { left, .. } => {
                 let (folded, turns) = self.fold(tau, left);
                 let c = curves.angle(self.seconds(folded));
-                (c, self.inserted + turns, add(curves.standing(left.infeed_mm, c), self.off_part(tau)))
+                let beside = sum(curves.standing(left.infeed_mm, c), self.off_part(tau));
+                (c, self.inserted + turns, sum(curves.path(c), beside))
             }
         }
     }
@@ -233,8 +277,7 @@ impl Cut {
     /// Axes at a tick.
     pub(crate) fn pose(&self, tick: u64, curves: &Curves<'_>, machine: &MachineDescription, rest: &Pose) -> Pose {
         let time = self.clock.at(tick);
-        let (c, inserted, offset) = self.curves_at(time.tau, curves);
-        let x = add(curves.path(c), offset);
+        let (c, inserted, x) = self.axes_at(time.tau, curves);
         let slope = time.slope / self.cycle_s;
         let scaled =
             |sample: Sample| (time.rate * sample.first, time.rate * time.rate * sample.second + slope * sample.first);
@@ -250,21 +293,21 @@ impl Cut {
         pose
     }
 
-    /// Turns done, inserted ones not counted, and the angle since the start (rad).
+    /// Turns done, inserted ones not counted, and the angle since the cut began (rad): below 0 before, above its turns after it.
     pub(crate) fn progress(&self, tick: u64, curves: &Curves<'_>) -> (f64, f64) {
-        let (c, _, _) = self.curves_at(self.clock.at(tick).tau, curves);
+        let (c, _, _) = self.axes_at(self.clock.at(tick).tau, curves);
         let angle = match &self.offset {
             Offset::Off { left, .. } | Offset::Back { left, .. } => curves.angle(self.seconds(left.at)).value,
             Offset::Infeed => c.value,
         };
-        (angle / TURN_RAD, angle)
+        ((angle / TURN_RAD).clamp(0.0, f64::from(curves.cut.turns)), angle)
     }
 
     /// Path time done (ticks).
     pub(crate) fn ticks_done(&self, tick: u64) -> f64 {
         to_ticks(match &self.offset {
-            Offset::Off { left, .. } | Offset::Back { left, .. } => left.at,
-            Offset::Infeed => self.clock.at(tick).tau,
+            Offset::Off { left, .. } | Offset::Back { left, .. } => left.at - self.start,
+            Offset::Infeed => (self.clock.at(tick).tau - self.start).max(0),
         })
     }
 
@@ -276,6 +319,39 @@ impl Cut {
     pub(crate) fn can_leave(&self, tick: u64) -> bool {
         let tau = self.clock.at(tick).tau;
         self.repeats() && tau >= self.plateau.0 && tau <= self.plateau.1
+    }
+
+    /// Between its first turn and its last, where the wheel may be on the part.
+    pub(crate) fn is_turning_the_part(&self, tick: u64) -> bool {
+        let tau = self.clock.at(tick).tau;
+        tau >= self.turns.0 && tau <= self.turns.1
+    }
+
+    /// C has still to come to where it begins.
+    fn is_waiting(&self, tick: u64) -> bool {
+        self.offset == Offset::Infeed && self.clock.at(tick).tau < self.start
+    }
+
+    /// Lets the phase at which it begins go by once more, if it would begin at once.
+    pub(crate) fn let_pass(&mut self, tick: u64, curves: &Curves<'_>, machine: &MachineDescription) {
+        let (speed_rad_s, _) = curves.motion().end_speeds_rad_s();
+        if self.is_waiting(tick) && self.is_next(tick) && speed_rad_s > 0.0 {
+            self.start_counts += machine.axis(Axis::C).scale.counts(TURN_RAD);
+            self.clock.rewind(from_ticks(TURN_RAD / speed_rad_s / self.cycle_s));
+        }
+    }
+
+    /// It would begin within the next two ticks.
+    fn is_next(&self, tick: u64) -> bool {
+        self.start - self.clock.at(tick).tau < 2 * ONE
+    }
+
+    /// C turning on from its end.
+    pub(crate) fn spin(&self, curves: &Curves<'_>, facts: SpinFacts, machine: &MachineDescription) -> Option<Spin> {
+        let scale = machine.axis(Axis::C).scale;
+        let turned = in_counts(scale, curves.angle(self.seconds(self.end)).value);
+        let base = self.start_counts + self.inserted * scale.counts(TURN_RAD);
+        self.turns_on.then(|| Spin::new(self.clock, self.end, (base, turned), facts, self.cycle_s))
     }
 
     pub(crate) fn is_on_path(&self) -> bool {
@@ -358,7 +434,8 @@ impl Cut {
     }
 
     pub(crate) fn is_still(&self, tick: u64) -> bool {
-        self.clock.is_stopped(tick) || (!self.is_on_path() && self.is_off(tick) && self.clock_past_end(tick))
+        let at_end = || !self.turns_on && self.clock_past_end(tick);
+        self.clock.is_stopped(tick) || (!self.is_on_path() && self.is_off(tick) && at_end())
     }
 
     /// Off the part, in the run-down, and C has come to the end of its law.

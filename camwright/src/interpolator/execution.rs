@@ -1,6 +1,6 @@
 //! One tick of whatever is being executed, and what follows when it ends.
 
-use super::cut::{Curves, Cut, CutStart, LEAVE_RATE};
+use super::cut::{Curves, Cut, CutStart, LEAVE_RATE, clock_from};
 use super::line::{FULL, Line};
 use super::path_time::{PathClock, to_ticks, whole};
 use super::pose::{Pose, in_counts};
@@ -16,6 +16,10 @@ const LAST_LOOK_S: f64 = 0.2;
 
 impl Interpolator {
     pub(super) fn advance(&mut self, tick: u64, motion: &Prepared, out: &mut StepOutput) {
+        if let Some(spin) = &mut self.spin {
+            let rate = if self.alarm.is_some() || self.cancel { 0 } else { self.feed_override };
+            spin.set_rate(tick.saturating_sub(1), rate);
+        }
         match self.mode {
             Mode::Idle | Mode::Fault => {}
             Mode::Starting => self.begin(0, tick, motion, out),
@@ -50,7 +54,15 @@ impl Interpolator {
             Mode::Cut(cut) => self.advance_cut(cut, tick, motion, out),
             Mode::Trajectory(clock) => self.advance_trajectory(clock, tick, motion, out),
         }
+        self.put_spin(tick);
         self.watch_soft_limits(out);
+    }
+
+    /// C of a tick, where it turns on between two cuts.
+    fn put_spin(&mut self, tick: u64) {
+        if let Some(spin) = &self.spin {
+            spin.put(tick, &self.machine, &mut self.setpoint);
+        }
     }
 
     /// Begins a segment with its path time 0 at this tick; segments without length are passed over.
@@ -61,6 +73,7 @@ impl Interpolator {
             self.segment = next;
             self.segment_began = tick;
             self.caught = None;
+            self.mode = Mode::Ready;
             if self.leaves_at_rest(tick, motion, out) {
                 return;
             }
@@ -72,8 +85,8 @@ impl Interpolator {
                 self.finish(Outcome::Completed, out);
                 return;
             };
-            self.mode = Mode::Ready;
-            if self.hold {
+            let is_cut = matches!(planned.kind, SegmentKind::Cut(_));
+            if self.hold || (is_cut && self.spin.is_some_and(|spin| !spin.is_steady(tick))) {
                 return;
             }
             out.events.push(Event::Segment(next));
@@ -175,30 +188,40 @@ impl Interpolator {
                 return Err(InterpolatorAlarm::NotHomed { axis });
             }
         }
-        let (c_counts, x_counts) = (self.setpoint.counts[Axis::C.index()], self.setpoint.counts[Axis::X.index()]);
-        let turn_counts = self.machine.axis(Axis::C).scale.counts(TURN_RAD).max(1);
-        let c_off = (c_counts - cut.start_counts).rem_euclid(turn_counts);
+        let x_counts = self.setpoint.counts[Axis::X.index()];
+        let wanted = self.machine.axis(Axis::X).scale.counts(curves.x(curves.motion().start_s()).value);
         // One count: planner and interpolator round the same place by different sums.
-        if c_off.min(turn_counts - c_off) > 1 {
-            return Err(InterpolatorAlarm::NotAtStart { axis: Axis::C, wanted: cut.start_counts, actual: c_counts });
-        }
-        let wanted = self.machine.axis(Axis::X).scale.counts(curves.x(0.0).value);
         if (x_counts - wanted).abs() > 1 {
             return Err(InterpolatorAlarm::NotAtStart { axis: Axis::X, wanted, actual: x_counts });
         }
-        self.mode = Mode::Cut(Cut::new(
-            cut,
+        let (clock, c_counts) = match self.spin.take() {
+            Some(spin) => clock_from(&spin, tick, &curves, &self.machine),
+            None => (PathClock::starting(tick, self.feed_override), self.c_at_start(cut)?),
+        };
+        let cut = Cut::new(
+            &curves,
             &CutStart {
-                tick,
-                rate: self.feed_override,
+                clock,
                 c_counts,
                 stop_ticks: segment.stop_ticks,
-                end_ticks: facts.end_ticks,
                 retract_limits: facts.retract_limits,
                 cycle_s: self.machine.cycle_time_s(),
             },
-        ));
+        );
+        self.setpoint = cut.pose(tick, &curves, &self.machine, &Pose::at_rest(self.setpoint.counts)).setpoint();
+        self.mode = Mode::Cut(cut);
         Ok(())
+    }
+
+    /// C at rest where a cut begins (counts).
+    fn c_at_start(&self, cut: &CutSegment) -> Result<i64, InterpolatorAlarm> {
+        let actual = self.setpoint.counts[Axis::C.index()];
+        let turn_counts = self.machine.axis(Axis::C).scale.counts(TURN_RAD).max(1);
+        let off = (actual - cut.start_counts).rem_euclid(turn_counts);
+        if off.min(turn_counts - off) > 1 {
+            return Err(InterpolatorAlarm::NotAtStart { axis: Axis::C, wanted: cut.start_counts, actual });
+        }
+        Ok(actual)
     }
 
     /// The order of the present segment is in force.
@@ -295,12 +318,15 @@ impl Interpolator {
         let rate = if self.alarm.is_some() {
             0
         } else if self.cancel {
-            // At rest on the path there is nothing to leave: the retract that follows takes the wheel off.
-            if !(cut.is_on_path() && cut.is_still(before)) {
+            // At rest on the path there is nothing to leave: the retract that follows takes the wheel off. Nor is there on the
+            // way to the part or from it.
+            let leaves = cut.is_turning_the_part(before) && !cut.is_still(before);
+            if !cut.is_on_path() || leaves {
                 cut.retract(before, &curves);
             }
             if cut.is_on_path() || cut.is_off(before) { 0 } else { wanted.max(LEAVE_RATE) }
         } else if self.hold {
+            cut.let_pass(before, &curves, &self.machine);
             if cut.is_returning() || (cut.is_on_path() && cut.can_leave(before)) {
                 cut.hold(before, &curves);
             }
@@ -314,6 +340,8 @@ impl Interpolator {
         self.setpoint = pose.setpoint();
         self.mode = Mode::Cut(cut);
         if cut.is_done(tick) {
+            let facts = motion.facts.get(self.segment).and_then(|facts| facts.spin);
+            self.spin = facts.and_then(|facts| cut.spin(&curves, facts, &self.machine));
             self.begin(self.segment + 1, tick, motion, out);
         } else if cut.is_still(tick) && (self.alarm.is_some() || (self.cancel && rate == 0)) {
             self.rest();
@@ -345,6 +373,14 @@ impl Interpolator {
 
     /// At rest: an alarm ends the motion, a cancel takes the wheel to safety and ends it.
     fn leaves_at_rest(&mut self, tick: u64, motion: &Prepared, out: &mut StepOutput) -> bool {
+        if let Some(spin) = self.spin.filter(|_| self.alarm.is_some() || self.cancel) {
+            if !spin.is_stopped(tick) {
+                return true;
+            }
+            self.put_spin(tick);
+            self.rest();
+            self.spin = None;
+        }
         if let Some(number) = self.alarm {
             out.events.push(Event::Finished(Outcome::Failed(number)));
             self.mode = Mode::Fault;
@@ -370,10 +406,15 @@ impl Interpolator {
         out.events.push(Event::Finished(outcome));
     }
 
-    /// An alarm of the interpolator's own, at rest.
+    /// An alarm of the interpolator's own, at rest; C that turns on comes to rest first.
     fn fail(&mut self, alarm: InterpolatorAlarm, out: &mut StepOutput) {
         self.rest();
         out.events.push(Event::Alarm(alarm));
+        if self.spin.is_some() {
+            self.alarm = self.alarm.or(Some(alarm.number()));
+            self.mode = Mode::Ready;
+            return;
+        }
         out.events.push(Event::Finished(Outcome::Failed(alarm.number())));
         self.mode = Mode::Fault;
     }

@@ -11,12 +11,14 @@ mod line;
 mod path_time;
 mod pose;
 mod prepared;
+mod spin;
 mod status;
 mod tail;
 pub mod tolerance;
 pub mod trajectory;
 
 pub use prepared::{Motion, PrepareError, Prepared};
+pub(crate) use spin::change_of_speed;
 pub use status::{InterpolatorAlarm, SearchStep, State, Status};
 
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
@@ -27,12 +29,13 @@ use cut::Cut;
 use line::Line;
 use path_time::{ONE, PathClock};
 use pose::Pose;
+use spin::Spin;
 use thiserror::Error;
 
 /// What an operator or a client asks for while a motion is executed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Request {
-    /// Hold on the path; in a cut, take the wheel off the part and keep C turning.
+    /// Hold on the path; in a cut, take the wheel off the part and keep C turning, as between cuts where it turns on.
     Hold,
     /// Go on.
     Unhold,
@@ -244,6 +247,8 @@ pub struct Interpolator {
     finished: Option<Box<Prepared>>,
     feedback: FixedList<Feedback, 256>,
     mode: Mode,
+    /// C turning on between two cuts, whatever the mode.
+    spin: Option<Spin>,
     tick: u64,
     setpoint: Setpoint,
     segment: usize,
@@ -272,6 +277,7 @@ impl Interpolator {
             finished: None,
             feedback: FixedList::new(),
             mode: Mode::Idle,
+            spin: None,
             tick: 0,
             setpoint: Setpoint::default(),
             segment: 0,
@@ -293,6 +299,7 @@ impl Interpolator {
     pub fn resync(&mut self, counts: [i64; AXIS_COUNT]) {
         self.setpoint = Setpoint { counts, ..Setpoint::default() };
         self.mode = Mode::Idle;
+        self.spin = None;
         self.alarm = None;
         self.hold = false;
         self.cancel = false;

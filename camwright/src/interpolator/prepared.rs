@@ -1,6 +1,7 @@
 //! A motion made ready outside the cyclic path: checked, inputs resolved, limits of retracts computed.
 
 use super::cut::Curves;
+use super::spin::SpinFacts;
 use super::trajectory::Trajectory;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits, Scale};
 use crate::path_stop::path_stop_s;
@@ -63,6 +64,14 @@ pub enum PrepareError {
         /// Length of the speed law.
         duration_s: f64,
     },
+    /// C turns on from one cut to the next, and they do not fit.
+    #[error("segment {segment}: {what}")]
+    TurnsOn {
+        /// Index of the segment.
+        segment: usize,
+        /// What does not fit.
+        what: &'static str,
+    },
     /// A cut without a length of its stop.
     #[error("segment {segment}: a cut needs a stop of at least 1 tick")]
     NoStop {
@@ -102,8 +111,8 @@ pub(crate) struct Facts {
     pub(crate) input: Option<Input>,
     /// Limits of X that the path of a cut leaves to a retract.
     pub(crate) retract_limits: MotionLimits,
-    /// Length of a cut (ticks).
-    pub(crate) end_ticks: u64,
+    /// C between this cut and the next, where it turns on.
+    pub(crate) spin: Option<SpinFacts>,
     /// Predicted ticks of all segments before this one.
     pub(crate) ticks_before: u64,
 }
@@ -171,9 +180,10 @@ impl Prepared {
         let mut ticks_before = 0;
         let mut searched = [false; AXIS_COUNT];
         let mut safe_x_counts: Option<i64> = None;
+        let mut turns = false;
         for (index, segment) in plan.segments.iter().enumerate() {
             let mut fact =
-                Facts { input: None, retract_limits: machine.axis(Axis::X).limits, end_ticks: 0, ticks_before };
+                Facts { input: None, retract_limits: machine.axis(Axis::X).limits, spin: None, ticks_before };
             let checked = |targets: &[_]| {
                 let law = MoveLaw::new([0; AXIS_COUNT], targets, machine);
                 law.map(|_| ()).map_err(|error| PrepareError::Move { segment: index, error })
@@ -199,7 +209,9 @@ impl Prepared {
                     let curves = Curves::of(&plan, cut).ok_or(PrepareError::MissingSpline { segment: index })?;
                     check_cut(index, cut, segment, &curves)?;
                     fact.retract_limits = spare_limits(index, &curves, machine)?;
-                    fact.end_ticks = whole_ticks(curves.duration_s(), machine.cycle_time_s());
+                    check_ends(index, &curves, turns)?;
+                    fact.spin = spin_after(index, &curves, &plan, machine)?;
+                    turns = fact.spin.is_some();
                 }
                 SegmentKind::Command(Command::SetHome(axis)) if !searched[axis.index()] => {
                     return Err(PrepareError::NothingCaught { segment: index, axis: *axis });
@@ -221,7 +233,7 @@ fn input_named(name: &str, machine: &MachineDescription) -> Option<Input> {
 }
 
 fn check_cut(index: usize, cut: &CutSegment, segment: &Segment, curves: &Curves<'_>) -> Result<(), PrepareError> {
-    let duration_s = curves.duration_s();
+    let duration_s = curves.motion().end_s();
     let (begin, end) = cut.plateau_s;
     if !(begin >= 0.0
         && begin <= end
@@ -238,17 +250,63 @@ fn check_cut(index: usize, cut: &CutSegment, segment: &Segment, curves: &Curves<
     Ok(())
 }
 
+/// A cut begins as C comes: turning before time 0, or at rest at time 0.
+fn check_ends(index: usize, curves: &Curves<'_>, turns: bool) -> Result<(), PrepareError> {
+    let wrong = |what| Err(PrepareError::TurnsOn { segment: index, what });
+    let (motion, knots) = (curves.motion(), curves.motion().law.knots());
+    let (comes_rad_s, goes_rad_s) = motion.end_speeds_rad_s();
+    if comes_rad_s < 0.0 || goes_rad_s < 0.0 {
+        return wrong("a cut begins or ends with c_axis turning backwards");
+    }
+    match (turns, comes_rad_s > 0.0) {
+        (true, false) => wrong("a cut begins at rest, and c_axis turns on from the one before"),
+        (false, true) => wrong("a cut begins with c_axis turning, and it does not turn before"),
+        (false, false) if knots[0].at != 0.0 || knots[0].value != 0.0 => {
+            wrong("a cut that begins at rest must begin at time 0 and angle 0")
+        }
+        _ => Ok(()),
+    }
+}
+
+/// C from the end of a cut to the next one, where it turns on; nothing in between may move it.
+fn spin_after(
+    index: usize,
+    curves: &Curves<'_>,
+    plan: &Plan,
+    machine: &MachineDescription,
+) -> Result<Option<SpinFacts>, PrepareError> {
+    let (_, from_rad_s) = curves.motion().end_speeds_rad_s();
+    if from_rad_s <= 0.0 {
+        return Ok(None);
+    }
+    for (segment, later) in plan.segments.iter().enumerate().skip(index + 1) {
+        let moves_c = match &later.kind {
+            SegmentKind::Cut(next) => {
+                let next = Curves::of(plan, next).ok_or(PrepareError::MissingSpline { segment })?;
+                return Ok(Some(SpinFacts::new(from_rad_s, next.motion().end_speeds_rad_s().0, machine)));
+            }
+            SegmentKind::Move(targets) => targets.iter().any(|target| target.axis == Axis::C),
+            SegmentKind::Search { axis, .. } | SegmentKind::Command(Command::SetHome(axis)) => *axis == Axis::C,
+            SegmentKind::Dwell | SegmentKind::Wait | SegmentKind::Command(_) => false,
+        };
+        if moves_c {
+            return Err(PrepareError::TurnsOn { segment, what: "c_axis still turns on from the cut before" });
+        }
+    }
+    Err(PrepareError::TurnsOn { segment: index, what: "c_axis turns on, and no cut comes after" })
+}
+
 /// Limits of X that remain for a retract on top of the path; and whether both stay inside the soft limits.
 fn spare_limits(index: usize, curves: &Curves<'_>, machine: &MachineDescription) -> Result<MotionLimits, PrepareError> {
     let axis = machine.axis(Axis::X);
     // Every tick, up to a fifth of a million of them: the path is sampled no more finely when it is executed.
-    let ticks = whole_ticks(curves.duration_s(), machine.cycle_time_s());
+    let ticks = whole_ticks(curves.motion().duration_s(), machine.cycle_time_s());
     let stride = ticks / 200_000 + 1;
     let mut peaks = [0.0_f64; 3];
     let mut range = (f64::INFINITY, f64::NEG_INFINITY);
     for tick in (0..=ticks).step_by(usize::try_from(stride).unwrap_or(1)) {
         #[allow(clippy::cast_precision_loss, reason = "ticks of a cut")]
-        let time_s = tick as f64 * machine.cycle_time_s();
+        let time_s = curves.motion().start_s() + tick as f64 * machine.cycle_time_s();
         let x = curves.x(time_s);
         for (peak, value) in peaks.iter_mut().zip([x.first, x.second, x.third]) {
             *peak = peak.max(libm::fabs(value));

@@ -2,6 +2,7 @@
 
 use super::execution::trajectory_pose;
 use super::pose::Pose;
+use super::spin::Spin;
 use super::{Interpolator, Mode, Purpose};
 use crate::setpoint::StopPoint;
 
@@ -12,30 +13,33 @@ impl Interpolator {
     pub fn stop_tail(&self, out: &mut [StopPoint]) -> usize {
         let now = self.tick;
         let rest = Pose::at_rest(self.setpoint.counts);
+        // C that turns on between two cuts stops as well.
+        let stopping = self.spin.map(|spin| spin.stopping(now));
+        let (spin, spin_ticks) = (stopping.map(|(spin, _)| spin), stopping.map(|(_, end)| end.saturating_sub(now)));
         match &self.mode {
             Mode::Line(line, purpose) => {
                 let mut line = *line;
                 // The end of a retract is a rest too, and soon; so is that of a move that is nearly there.
                 debug_assert!(matches!(purpose, Purpose::Move | Purpose::Seek | Purpose::Return | Purpose::Retract));
                 line.stop_from(now);
-                let length = line.stop_ticks_left(now);
-                self.write(out, length, |tick| line.pose(tick, &self.machine))
+                let length = line.stop_ticks_left(now).max(spin_ticks.unwrap_or(0));
+                self.write(out, length, spin, |tick| line.pose(tick, &self.machine))
             }
             Mode::Cut(cut) => {
                 let Some(curves) = self.motion.as_deref().and_then(|motion| self.curves(motion)) else { return 0 };
                 let (cut, end) = cut.stopping(now);
-                self.write(out, end - now, |tick| cut.pose(tick, &curves, &self.machine, &rest))
+                self.write(out, end - now, None, |tick| cut.pose(tick, &curves, &self.machine, &rest))
             }
             Mode::Trajectory(clock) => {
                 let Some(motion) = self.motion.as_deref() else { return 0 };
                 let (clock, end) = clock.stopping(now, motion.stop_ticks);
-                self.write(out, end - now, |tick| trajectory_pose(&clock, tick, motion, &self.machine, &rest))
+                self.write(out, end - now, None, |tick| trajectory_pose(&clock, tick, motion, &self.machine, &rest))
             }
-            _ => 0,
+            _ => spin_ticks.map_or(0, |length| self.write(out, length, spin, |_| rest)),
         }
     }
 
-    fn write(&self, out: &mut [StopPoint], length: u64, pose: impl Fn(u64) -> Pose) -> usize {
+    fn write(&self, out: &mut [StopPoint], length: u64, spin: Option<Spin>, pose: impl Fn(u64) -> Pose) -> usize {
         let (Ok(room), Ok(length)) = (u32::try_from(out.len()), u32::try_from(length)) else { return 0 };
         if room == 0 || length == 0 {
             return 0;
@@ -46,7 +50,11 @@ impl Interpolator {
         let mut written = 0;
         for (point, index) in out.iter_mut().zip(1_u32..) {
             let ticks = (index * stride).min(length);
-            *point = pose(self.tick + u64::from(ticks)).stop_point(ticks, &self.machine);
+            let tick = self.tick + u64::from(ticks);
+            *point = pose(tick).stop_point(ticks, &self.machine);
+            if let Some(spin) = &spin {
+                spin.put_point(tick, &self.machine, point);
+            }
             written += 1;
             if ticks == length {
                 point.velocity = Default::default();

@@ -9,6 +9,9 @@ pub enum JobError {
     /// There is nothing to machine.
     #[error("the job has no lobes; it needs at least 1")]
     NoLobes,
+    /// C cannot turn on and be turned to a lobe.
+    #[error("c_between_lobes is turns_on and rotary_indexing is true; with rotary indexing C stops before each lobe")]
+    TurnsAndIndexes,
     /// Two lobes have one name.
     #[error("lobes {first} and {second} are both named {name}; names must differ")]
     SameName {

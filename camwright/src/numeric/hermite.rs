@@ -129,6 +129,20 @@ impl HermiteSpline {
         let right = self.knots.partition_point(|knot| knot.at <= at);
         quintic(&self.knots[right - 1], &self.knots[right], at)
     }
+
+    /// Where a spline that does not fall has a value, by bisection.
+    #[must_use]
+    pub fn place_of(&self, value: f64) -> f64 {
+        let (mut low, mut high) = (self.start(), self.end());
+        while high - low > 1e-12 * (1.0 + high) {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                break;
+            }
+            if self.sample(middle).value < value { low = middle } else { high = middle }
+        }
+        0.5 * (low + high)
+    }
 }
 
 /// The quintic between two knots, written around the left one so that a constant stays exactly constant.

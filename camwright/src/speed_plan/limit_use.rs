@@ -115,14 +115,14 @@ pub(crate) fn windows(
     turn_s: f64,
     blend: (f64, f64),
 ) -> Vec<(f64, f64)> {
-    let end = motion.duration_s();
+    let (start, end) = (motion.start_s(), motion.end_s());
     let mut windows: Vec<(f64, f64)> = Vec::with_capacity(3);
     for (from, to) in [
-        (0.0, plateau_s.0 + turn_s),
+        (start, plateau_s.0 + turn_s),
         (motion.time_of(blend.0) - 0.05 * turn_s, motion.time_of(blend.1) + 0.05 * turn_s),
         (plateau_s.1 - turn_s, end),
     ] {
-        let (from, to) = (from.max(0.0), to.min(end));
+        let (from, to) = (from.max(start), to.min(end));
         match windows.last_mut() {
             Some(last) if from <= last.1 => last.1 = last.1.max(to),
             _ => windows.push((from, to)),
@@ -193,10 +193,10 @@ pub fn uses_by_differences(
 ) -> Vec<LimitUse> {
     let mut found = [[Extreme::default(); 3]; 2];
     for (from, to) in windows {
-        // Three steps of rest before the start and after the end, so that a jump there would show.
+        // Three steps before the start and after the end, where X rests and C goes on as it does, so that a jump there would show.
         let (from, to) = (from - 3.0 * step, to + 3.0 * step);
-        let c_at = |t: f64| motion.law.sample(t).value;
-        let x_at = |t: f64| motion.over_angle(c_at(t)).value;
+        let c_at = |t: f64| motion.angle(t).value;
+        let x_at = |t: f64| motion.x_mm(t);
         for (extremes, new) in
             found.iter_mut().zip([largest_derivatives(c_at, from, to, step), largest_derivatives(x_at, from, to, step)])
         {

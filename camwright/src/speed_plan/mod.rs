@@ -13,6 +13,7 @@
 
 mod bound_use;
 mod envelope;
+mod lead;
 mod limit_use;
 mod peaks;
 mod process;
@@ -26,6 +27,7 @@ mod turn_speed;
 mod variable;
 
 pub use bound_use::{ACTIVE_SHARE, Bound, TurnBounds};
+pub use lead::{LEAD_PATH_SHARE, Turning, largest_lead_speed_rad_s, shortest_lead_s};
 pub use limit_use::{LimitUse, Quantity, uses_by_differences};
 pub(crate) use limit_use::{figures, windows};
 pub use process::{Cutting, footprint_speed_ratio_mm, largest_speed_rad_s};
@@ -36,12 +38,13 @@ use crate::cut_motion::CutMotion;
 use crate::infeed::{BLEND_SHARE, InfeedLaw, InfeedSchedule};
 use crate::job::{InfeedDirection, SpeedLaw};
 use crate::machine::description::MotionLimits;
-use crate::numeric::hermite::{HermiteSpline, Knot};
+use crate::numeric::hermite::{HermiteSpline, Knot, Sample};
 use crate::numeric::periodic_spline::PeriodicSpline;
 use crate::point_to_point::{PointToPointError, velocity_ramp};
 use crate::units::{TURN_RAD, deg_from_rad, wrap_turn};
 use alloc::string::String;
 use alloc::vec::Vec;
+use lead::{ON_PATH, lead_in};
 use limit_use::uses_by_chain_rule;
 use thiserror::Error;
 use variable::variable_speed;
@@ -84,6 +87,10 @@ pub struct SpeedRequest<'a> {
     pub spark_out_turns: u32,
     /// Speed wanted.
     pub speed: SpeedLaw,
+    /// How C comes to the cut if it turns; else from rest.
+    pub comes: Option<Turning>,
+    /// How C goes on after it if it turns; else it comes to rest.
+    pub goes: Option<Turning>,
     /// What the wheel's power allows on this lobe, as a law; every other law keeps it too.
     pub wheel_power: Option<SpeedLaw>,
     /// σ of the machine: the path angle is σ times the cam angle, which is what people are told.
@@ -105,6 +112,7 @@ pub struct SpeedRequest<'a> {
 pub struct SpeedPlan {
     law: HermiteSpline,
     infeed: InfeedLaw,
+    lead: Option<HermiteSpline>,
     turns: u32,
     plateau_s: (f64, f64),
     turn_s: f64,
@@ -180,6 +188,17 @@ pub enum SpeedPlanError {
         /// Where the cut starts and ends (deg).
         start_deg: f64,
     },
+    /// X finds no way onto the moving path, or off it.
+    #[error(
+        "with C turning at {} rad/s X finds no way between {clear_x_mm} mm, where it rests, and the path; where C stops it needs none",
+        figures(*.speed_rad_s)
+    )]
+    NoLead {
+        /// Speed of C.
+        speed_rad_s: f64,
+        /// Where X rests (mm).
+        clear_x_mm: f64,
+    },
     /// There is no ramp to the speed wanted.
     #[error("no run-up: {0}")]
     Ramp(#[from] PointToPointError),
@@ -218,6 +237,7 @@ fn round_down(value: f64) -> f64 {
 struct Candidate {
     law: HermiteSpline,
     infeed: InfeedLaw,
+    lead: Option<HermiteSpline>,
     plateau_s: (f64, f64),
     turn_s: f64,
     uses: Vec<LimitUse>,
@@ -254,6 +274,7 @@ impl SpeedPlan {
                 (candidate, turn.range_rad_s(), Some(turn.least_s()))
             }
         };
+        let candidate = request.led(candidate)?;
         let motion = request.motion(&candidate);
         let stretches = windows(&motion, candidate.plateau_s, candidate.turn_s, candidate.infeed.last_blend_rad());
         let step = (request.step(candidate.turn_s) / CHECK_FACTOR).max(SHORTEST_CHECK_STEP_S);
@@ -270,6 +291,7 @@ impl SpeedPlan {
             least_turn_s,
             law: candidate.law,
             infeed: candidate.infeed,
+            lead: candidate.lead,
             plateau_s: candidate.plateau_s,
             turn_s: candidate.turn_s,
             uses: candidate.uses,
@@ -277,10 +299,16 @@ impl SpeedPlan {
         })
     }
 
-    /// Angle of C since the start over time (rad over s), at rest at both ends.
+    /// Angle of C since the cut begins over time (rad over s), from rest to rest or from turning to turning.
     #[must_use]
     pub const fn law(&self) -> &HermiteSpline {
         &self.law
+    }
+
+    /// Distance of X from path and infeed over time where C comes or goes turning (mm over s).
+    #[must_use]
+    pub const fn lead(&self) -> Option<&HermiteSpline> {
+        self.lead.as_ref()
     }
 
     /// The infeed law that goes with it: its blend depends on the speed.
@@ -311,6 +339,13 @@ impl SpeedPlan {
     #[must_use]
     pub const fn speed_range_rad_s(&self) -> (f64, f64) {
         self.speed_range_rad_s
+    }
+
+    /// Speed of C in a turn at the programmed speed where the angle since the cut began is as given, whole turns apart (rad/s).
+    #[must_use]
+    pub fn speed_in_turn_rad_s(&self, angle_rad: f64) -> f64 {
+        let begins_rad = self.law.sample(self.plateau_s.0).value;
+        self.law.sample(self.law.place_of(begins_rad + wrap_turn(angle_rad - begins_rad))).first
     }
 
     /// A time below which no turn under the law can be (s), where the law lets the speed vary.
@@ -361,8 +396,53 @@ impl<'a> SpeedRequest<'a> {
             path_start_rad: self.path_start_rad,
             infeed: candidate.infeed.law(),
             ratio: self.ratio,
+            lead: candidate.lead.as_ref(),
             law: &candidate.law,
         }
+    }
+
+    /// Speeds of C at the ends of the cut (rad/s), 0 for rest.
+    fn end_speeds_rad_s(&self) -> (f64, f64) {
+        let speed = |turning: Option<Turning>| turning.map_or(0.0, |turning| turning.speed_rad_s);
+        (speed(self.comes), speed(self.goes))
+    }
+
+    /// A cut with the ways of X onto it and off it where C turns on.
+    fn led(&self, candidate: Candidate) -> Result<Candidate, SpeedPlanError> {
+        if self.comes.is_none() && self.goes.is_none() {
+            return Ok(candidate);
+        }
+        let no_lead = |turning: &Turning| SpeedPlanError::NoLead {
+            speed_rad_s: turning.speed_rad_s,
+            clear_x_mm: turning.clear_x_mm,
+        };
+        let total_rad = f64::from(self.turns()) * TURN_RAD;
+        let motion = self.motion(&candidate);
+        let end_s = motion.end_s();
+        let mut law = candidate.law.knots().to_vec();
+        let mut lead = alloc::vec![ON_PATH, Knot { at: end_s, ..ON_PATH }];
+        if let Some(turning) = &self.comes {
+            let limits = lead::beside(self.path, &self.x, turning).ok_or_else(|| no_lead(turning))?;
+            let way = lead_in(turning, &limits, |angle| motion.over_angle(angle)).ok_or_else(|| no_lead(turning))?;
+            let (at, w) = (way[0].at, turning.speed_rad_s);
+            law.insert(0, Knot { at, value: w * at, first: w, second: 0.0 });
+            lead.splice(0..1, way);
+        }
+        if let Some(turning) = &self.goes {
+            let limits = lead::beside(self.path, &self.x, turning).ok_or_else(|| no_lead(turning))?;
+            let backwards = |angle: f64| {
+                let x = motion.over_angle(total_rad - angle);
+                Sample { first: -x.first, third: -x.third, ..x }
+            };
+            let way = lead_in(turning, &limits, backwards).ok_or_else(|| no_lead(turning))?;
+            let (at, w) = (end_s - way[0].at, turning.speed_rad_s);
+            law.push(Knot { at, value: total_rad + w * (at - end_s), first: w, second: 0.0 });
+            let out = way.iter().rev().skip(1);
+            lead.extend(out.map(|knot| Knot { at: end_s - knot.at, first: -knot.first, ..*knot }));
+        }
+        let spline = |knots| HermiteSpline::new(knots).expect("knots before, in and after the cut, all finite");
+        let (law, lead) = (spline(law), Some(spline(lead)));
+        Ok(Candidate { law, lead, ..candidate })
     }
 
     /// Path angles become cam angles.
@@ -402,7 +482,8 @@ impl<'a> SpeedRequest<'a> {
 
     /// The infeed at a largest speed: its steps lie on the base circle, path angle 0.
     fn infeed_for(&self, speed_rad_s: f64) -> InfeedLaw {
-        self.infeed.law_for(speed_rad_s, self.x, wrap_turn(-self.path_start_rad))
+        let law = self.infeed.law_for(speed_rad_s, self.x, wrap_turn(-self.path_start_rad));
+        if self.comes.is_some() { law.begun_at_speed() } else { law }
     }
 }
 
@@ -412,19 +493,20 @@ fn constant_speed(request: &SpeedRequest<'_>, speed: f64) -> Result<Candidate, M
         return Err(Misfit::Power(allowed, angle));
     }
     let infeed = request.infeed_for(speed);
+    let (comes_rad_s, goes_rad_s) = request.end_speeds_rad_s();
     let total = f64::from(request.turns()) * TURN_RAD;
     let mut misfit = None;
     for share in RAMP_SHARES {
         let limits = MotionLimits { velocity: request.c.velocity.max(speed), ..request.c.with_share(share) };
-        let ramp = velocity_ramp(0.0, speed, &limits).map_err(Misfit::Ramp)?;
-        let ramp_rad = ramp.knots()[ramp.knots().len() - 1].value;
+        let ramps = (ramp(comes_rad_s, speed, &limits)?, ramp(goes_rad_s, speed, &limits)?);
+        let ramps_rad = ramps.0[ramps.0.len() - 1].value + ramps.1[ramps.1.len() - 1].value;
         // Less than a turn of plateau could not be previewed, nor a turn put in.
-        if 2.0 * ramp_rad > total - TURN_RAD {
-            return Err(misfit.unwrap_or(Misfit::NoPlateau(2.0 * ramp_rad)));
+        if ramps_rad > total - TURN_RAD {
+            return Err(misfit.unwrap_or(Misfit::NoPlateau(ramps_rad)));
         }
-        let (law, plateau_s) = mirrored(&ramp, speed, total);
-        let candidate =
-            Candidate { law, infeed: infeed.clone(), plateau_s, turn_s: TURN_RAD / speed, uses: Vec::new() };
+        let (law, plateau_s) = between(&ramps.0, &ramps.1, speed, total);
+        let (infeed, turn_s) = (infeed.clone(), TURN_RAD / speed);
+        let candidate = Candidate { law, infeed, lead: None, plateau_s, turn_s, uses: Vec::new() };
         let motion = request.motion(&candidate);
         let uses = request.seen_from_lobe(uses_by_chain_rule(
             &motion,
@@ -448,14 +530,22 @@ fn constant_speed(request: &SpeedRequest<'_>, speed: f64) -> Result<Candidate, M
     Err(misfit.unwrap_or(Misfit::NoPlateau(0.0)))
 }
 
-/// Run-up, plateau, and the run-up mirrored as run-down, over `total` rad exactly.
-fn mirrored(ramp: &HermiteSpline, speed: f64, total: f64) -> (HermiteSpline, (f64, f64)) {
-    let (ramp_s, ramp_rad) = (ramp.end(), ramp.knots()[ramp.knots().len() - 1].value);
-    let begin = ramp_s;
-    let end = begin + (total - 2.0 * ramp_rad) / speed;
-    let mut knots: Vec<Knot> = ramp.knots().to_vec();
-    knots.extend(ramp.knots().iter().rev().map(|knot| Knot {
-        at: end + (ramp_s - knot.at),
+/// From one speed to another, from angle 0 at time 0 on; where they are the same, that one knot.
+fn ramp(from: f64, to: f64, limits: &MotionLimits) -> Result<Vec<Knot>, Misfit> {
+    if from.to_bits() == to.to_bits() {
+        return Ok(alloc::vec![Knot { at: 0.0, value: 0.0, first: to, second: 0.0 }]);
+    }
+    velocity_ramp(from, to, limits).map(|ramp| ramp.knots().to_vec()).map_err(Misfit::Ramp)
+}
+
+/// Run-up, plateau, and run-down, which is given as the run-up that it is backwards, over `total` rad exactly.
+fn between(up: &[Knot], down: &[Knot], speed: f64, total: f64) -> (HermiteSpline, (f64, f64)) {
+    let (up_end, down_end) = (up[up.len() - 1], down[down.len() - 1]);
+    let begin = up_end.at;
+    let end = begin + (total - (up_end.value + down_end.value)) / speed;
+    let mut knots: Vec<Knot> = up.to_vec();
+    knots.extend(down.iter().rev().map(|knot| Knot {
+        at: end + (down_end.at - knot.at),
         value: total - knot.value,
         first: knot.first,
         second: -knot.second,

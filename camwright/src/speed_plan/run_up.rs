@@ -1,8 +1,8 @@
-//! From rest onto a turn whose speed varies. A run-down is the same backwards.
+//! Onto a turn whose speed varies, from rest or from another speed. A run-down is the same backwards.
 //!
-//! Two kinds are tried and the one that loses less time is taken. A single quintic in time from rest onto a knot of the turn, with
+//! From rest two kinds are tried and the one that loses less time is taken. A single quintic in time onto a knot of the turn, with
 //! its speed and acceleration, is short where X moves little. Elsewhere the turn itself is followed from its first angle on while the
-//! rate of its time rises from 0 to 1: where a turn can be run, it can be run slower.
+//! rate of its time rises from 0 to 1: where a turn can be run, it can be run slower. From a speed it is a quintic.
 
 use crate::cut_motion::chain;
 use crate::machine::description::MotionLimits;
@@ -11,11 +11,11 @@ use crate::path_stop::{rate_step, rate_step_area, rate_step_bend, rate_step_slop
 use crate::units::TURN_RAD;
 use alloc::vec::Vec;
 
-/// A run-up from rest.
+/// A run-up.
 pub(super) struct RunUp {
     /// The knot of the turn that it meets.
     pub(super) knot: usize,
-    /// Its own knots from rest at time 0 on, without the one it meets.
+    /// Its own knots from time 0 on, without the one it meets.
     pub(super) way: Vec<Knot>,
     /// How long it takes (s).
     pub(super) time_s: f64,
@@ -24,7 +24,7 @@ pub(super) struct RunUp {
 /// Points at which a ramp is looked at: few to see that it does not fit, many to see that it does.
 const RAMP_POINTS: [u32; 2] = [24, 400];
 
-/// How long a quintic may take, in times of its angle at its final speed; a run-up at constant acceleration takes 2.
+/// How long a quintic may take, in times of its angle at the sum of its speeds; a run-up at constant acceleration takes 2.
 const QUINTIC_FACTORS: [f64; 12] = [1.5, 1.6, 1.7, 1.8, 1.9, 2.0, 2.1, 2.2, 2.4, 2.6, 2.8, 3.2];
 
 /// Knots of the turn tried beyond the first that a quintic can meet: a later one may cost less time.
@@ -36,8 +36,6 @@ const NEXT_RISE: f64 = 1.05;
 
 /// Knots of a rising rate: fine against the changes of speed that it passes.
 const RISE_KNOTS: u32 = 256;
-
-const REST: Knot = Knot { at: 0.0, value: 0.0, first: 0.0, second: 0.0 };
 
 /// What a ramp has to keep.
 struct Bounds<A> {
@@ -65,10 +63,11 @@ impl<A: Fn(f64) -> (Sample, f64)> Bounds<A> {
     }
 }
 
-/// The run-up within limits that loses least time onto a turn given by its knots, angles since the start. `along` gives X and the speed that the
-/// process allows over that angle.
+/// The run-up from a speed (rad/s), or from rest, within limits that loses least time onto a turn given by its knots, angles since
+/// the start. `along` gives X and the speed that the process allows over that angle.
 pub(super) fn run_up(
     knots: &[Knot],
+    from_rad_s: f64,
     c: MotionLimits,
     x: MotionLimits,
     along: impl Fn(f64) -> (Sample, f64),
@@ -76,9 +75,13 @@ pub(super) fn run_up(
     let bounds = Bounds { c, x, along };
     let first_turn = &knots[..knots.iter().position(|knot| knot.value > TURN_RAD).unwrap_or(knots.len())];
     let turn = Turn::from(first_turn)?;
-    let quintic = by_quintic(&turn, &bounds);
+    let start = Knot { at: 0.0, value: 0.0, first: from_rad_s, second: 0.0 };
+    let quintic = by_quintic(&turn, start, &bounds);
+    if from_rad_s > 0.0 {
+        return quintic;
+    }
     let least_lost_s = quintic.as_ref().map_or(f64::INFINITY, |quintic| turn.lost_s(quintic));
-    by_rising_rate(&turn, &bounds, least_lost_s).or(quintic)
+    by_rising_rate(&turn, start, &bounds, least_lost_s).or(quintic)
 }
 
 /// The first turn from the start on.
@@ -110,7 +113,7 @@ impl<'a> Turn<'a> {
     }
 }
 
-fn by_quintic<A: Fn(f64) -> (Sample, f64)>(turn: &Turn<'_>, bounds: &Bounds<A>) -> Option<RunUp> {
+fn by_quintic<A: Fn(f64) -> (Sample, f64)>(turn: &Turn<'_>, start: Knot, bounds: &Bounds<A>) -> Option<RunUp> {
     let mut best: Option<(RunUp, f64)> = None;
     let mut left = usize::MAX;
     for (knot, target) in turn.knots.iter().enumerate().filter(|(_, knot)| knot.value > 1e-6) {
@@ -119,12 +122,12 @@ fn by_quintic<A: Fn(f64) -> (Sample, f64)>(turn: &Turn<'_>, bounds: &Bounds<A>) 
         }
         left = left.saturating_sub(1);
         for factor in QUINTIC_FACTORS {
-            let time_s = factor * target.value / target.first;
-            let found = RunUp { knot, way: alloc::vec![REST], time_s };
+            let time_s = factor * target.value / (start.first + target.first);
+            let found = RunUp { knot, way: alloc::vec![start], time_s };
             let lost_s = turn.lost_s(&found);
             let is_worse = best.as_ref().is_some_and(|(_, least_s)| lost_s >= *least_s);
             let to = Knot { at: time_s, ..*target };
-            if is_worse || !bounds.keeps(|u| quintic(&REST, &to, time_s * u)) {
+            if is_worse || !bounds.keeps(|u| quintic(&start, &to, time_s * u)) {
                 continue;
             }
             if best.is_none() {
@@ -139,6 +142,7 @@ fn by_quintic<A: Fn(f64) -> (Sample, f64)>(turn: &Turn<'_>, bounds: &Bounds<A>) 
 /// The turn from its first angle on, at a rate that rises by a quintic smoothstep; if that loses less than `least_lost_s`.
 fn by_rising_rate<A: Fn(f64) -> (Sample, f64)>(
     turn: &Turn<'_>,
+    rest: Knot,
     bounds: &Bounds<A>,
     least_lost_s: f64,
 ) -> Option<RunUp> {
@@ -165,7 +169,7 @@ fn by_rising_rate<A: Fn(f64) -> (Sample, f64)>(
                 let here = angle_at(u);
                 Knot { at: time_s * u, value: here.value, first: here.first, second: here.second }
             });
-            let way = [REST].into_iter().chain(rises).collect();
+            let way = [rest].into_iter().chain(rises).collect();
             return Some(RunUp { knot, way, time_s });
         }
         rise_s *= NEXT_RISE;

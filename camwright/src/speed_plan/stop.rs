@@ -119,23 +119,24 @@ fn keeps_limits(points: &[[[f64; 3]; 2]], rates: &[Rate], stop_s: f64, limits: [
 
 /// Differences the positions of stops, and of their reverse, that begin all over the first and last turns.
 fn passes_check(motion: &CutMotion<'_>, stop_s: f64, turn_s: f64, limits: [&MotionLimits; 2]) -> bool {
-    let duration = motion.duration_s();
+    let (begin, end) = (motion.start_s(), motion.end_s());
     let step = (stop_s / 512.0).max(1e-5);
-    let first_turns = (2.0 * turn_s).min(duration);
+    // The turns that a cut begins and ends with, and what is before and after them where C turns on.
+    let first_turns = (2.0 * turn_s + (-begin).max(0.0)).min(end - begin);
     // A golden-section sequence falls between the points of any grid.
     (0..192_u32).all(|k| {
         let share = f64::from(k) * 0.618_033_988_749_894_9;
         let into = (share - libm::floor(share)) * first_turns;
-        let start = if k % 2 == 0 { into } else { duration - into };
+        let start = if k % 2 == 0 { begin + into } else { end - into };
         let time = |t: f64| {
             let u = (t / stop_s).clamp(0.0, 1.0);
             let advanced = if k % 4 < 2 { u - rate_step_area(u) } else { rate_step_area(u) };
             start + stop_s * advanced
         };
-        let c_at = |t: f64| motion.law.sample(time(t)).value;
+        let c_at = |t: f64| motion.angle(time(t)).value;
         let found = [
             largest_derivatives(c_at, 0.0, stop_s, step),
-            largest_derivatives(|t| motion.over_angle(c_at(t)).value, 0.0, stop_s, step),
+            largest_derivatives(|t| motion.x_mm(time(t)), 0.0, stop_s, step),
         ];
         found
             .iter()

@@ -91,6 +91,7 @@ fn around(request: &SpeedRequest<'_>, turn: &TurnSpeed, ramp_share: f64) -> Resu
     let knots = turn.knots(request.path_start_rad, 0.0, total);
     let (_, fastest) = turn.range_rad_s();
     let infeed = request.infeed_for(fastest);
+    let (comes_rad_s, goes_rad_s) = request.end_speeds_rad_s();
     let along = |angle: f64, backwards: bool| {
         let at = request.path_start_rad + if backwards { total - angle } else { angle };
         let mut x = request.over_path(at, !backwards);
@@ -105,8 +106,8 @@ fn around(request: &SpeedRequest<'_>, turn: &TurnSpeed, ramp_share: f64) -> Resu
         .map(|knot| Knot { at: -knot.at, value: total - knot.value, first: knot.first, second: -knot.second })
         .collect();
     let (c, x) = (request.c.with_share(ramp_share * PATH_SHARE), request.x.with_share(ramp_share * PATH_SHARE));
-    let up = run_up(&knots, c, x, |angle| along(angle, false)).ok_or(Misfit::NoRunUp)?;
-    let down = run_up(&reversed, c, x, |angle| along(angle, true)).ok_or(Misfit::NoRunUp)?;
+    let up = run_up(&knots, comes_rad_s, c, x, |angle| along(angle, false)).ok_or(Misfit::NoRunUp)?;
+    let down = run_up(&reversed, goes_rad_s, c, x, |angle| along(angle, true)).ok_or(Misfit::NoRunUp)?;
     let last = knots.len() - 1 - down.knot;
     // Less than a turn of plateau could not be previewed, nor a turn put in.
     if last <= up.knot || knots[last].value - knots[up.knot].value < TURN_RAD {
@@ -126,7 +127,7 @@ fn around(request: &SpeedRequest<'_>, turn: &TurnSpeed, ramp_share: f64) -> Resu
         second: -knot.second,
     }));
     let law = HermiteSpline::new(law).map_err(|_| Misfit::NoRunUp)?;
-    let mut candidate = Candidate { law, infeed, plateau_s, turn_s: turn.turn_s(), uses: Vec::new() };
+    let mut candidate = Candidate { law, infeed, lead: None, plateau_s, turn_s: turn.turn_s(), uses: Vec::new() };
     let motion = request.motion(&candidate);
     let stretches = windows(&motion, plateau_s, candidate.turn_s, candidate.infeed.last_blend_rad());
     let uses = super::uses_by_chain_rule(&motion, &stretches, request.step(candidate.turn_s), &request.c, &request.x);

@@ -12,7 +12,7 @@ use camwright::machine::description::{
 use camwright::numeric::periodic_spline::PeriodicSpline;
 use camwright::plan::{AxisTarget, Command, CutSegment, Phase, Plan, Segment, SegmentKind};
 use camwright::setpoint::{Input, Latch, Setpoint};
-use camwright::speed_plan::{SpeedPlan, SpeedRequest};
+use camwright::speed_plan::{SpeedPlan, SpeedRequest, Turning};
 use camwright::units::TURN_RAD;
 use std::sync::Arc;
 
@@ -132,6 +132,17 @@ pub(crate) fn cut(machine: &MachineDescription, e: f64, work_speed_rad_s: f64) -
 }
 
 fn cut_under(machine: &MachineDescription, e: f64, speed: SpeedLaw) -> (Plan, CutSegment, u64) {
+    cut_between(machine, e, speed, None, None)
+}
+
+/// A cut from where C comes turning, or from rest, to where it goes on turning, or to rest.
+fn cut_between(
+    machine: &MachineDescription,
+    e: f64,
+    speed: SpeedLaw,
+    comes: Option<Turning>,
+    goes: Option<Turning>,
+) -> (Plan, CutSegment, u64) {
     let path = eccentric(e);
     let infeed = InfeedSchedule::new(0.36, 0.000_05, 3600, machine.axis(Axis::X).scale).expect("2 turns");
     let speed = SpeedPlan::new(&SpeedRequest {
@@ -145,6 +156,8 @@ fn cut_under(machine: &MachineDescription, e: f64, speed: SpeedLaw) -> (Plan, Cu
         spark_out_turns: 2,
         speed,
         c: machine.axis(Axis::C).limits,
+        comes,
+        goes,
         wheel_power: None,
         rotation_sense: machine.rotation_sense,
         x: machine.axis(Axis::X).limits,
@@ -156,6 +169,7 @@ fn cut_under(machine: &MachineDescription, e: f64, speed: SpeedLaw) -> (Plan, Cu
         speed: 0,
         infeed: 0,
         ratio: None,
+        lead: speed.lead().map(|_| 1),
         start_counts: 0,
         path_start_rad: START_RAD,
         turns: speed.turns(),
@@ -168,7 +182,7 @@ fn cut_under(machine: &MachineDescription, e: f64, speed: SpeedLaw) -> (Plan, Cu
     let stop_ticks = speed.stop_ticks();
     let plan = Plan {
         paths: vec![path],
-        time_laws: vec![speed.law().clone()],
+        time_laws: [speed.law()].into_iter().chain(speed.lead()).cloned().collect(),
         angle_laws: vec![speed.infeed().law().clone()],
         ..Plan::default()
     };
@@ -208,6 +222,42 @@ pub(crate) fn whole_job(machine: &MachineDescription, work_speed_rad_s: f64) -> 
         segment(SegmentKind::Command(Command::WheelStop), Phase::Return, 40, 1, 0.0),
     ];
     plan
+}
+
+/// Two cuts with C turning on in between, at another speed, and where the first starts: the table goes to its switch meanwhile.
+pub(crate) fn two_cuts(machine: &MachineDescription, speed: SpeedLaw) -> (Plan, [i64; AXIS_COUNT]) {
+    let turning = |speed_rad_s| Turning { speed_rad_s, clear_x_mm: 40.0, rapid_mm_s: 150.0 };
+    let (mut plan, first, first_stop) = cut_between(machine, 4.2, speed, None, Some(turning(4.0)));
+    let (second_plan, mut second, second_stop) = cut_between(machine, 4.2, speed, Some(turning(3.0)), None);
+    second.start_counts = TURN / 3;
+    second.speed = plan.time_laws.len();
+    second.lead = Some(second.speed + 1);
+    second.infeed = 1;
+    plan.time_laws.extend(second_plan.time_laws);
+    plan.angle_laws.extend(second_plan.angle_laws);
+    let x = plan.paths[0].sample(START_RAD).value + plan.angle_laws[0].sample(0.0).value;
+    let ticks = |law: usize| {
+        let law = &plan.time_laws[law];
+        ((law.end() - law.start()) / machine.cycle_time_s()).ceil() as u64
+    };
+    let (first_ticks, second_ticks) = (ticks(first.speed), ticks(second.speed));
+    let limits = machine.axis(Axis::Z).limits.at_most(machine.axis(Axis::Z).search_velocity);
+    let search = SegmentKind::Search {
+        axis: Axis::Z,
+        input: "LS1".into(),
+        travel_counts: 60 * PER_MM,
+        offset_counts: 0,
+        limits,
+    };
+    plan.segments = vec![
+        segment(SegmentKind::Cut(first), Phase::Cut, first_ticks, first_stop, 0.36),
+        segment(SegmentKind::Move(vec![to(machine, Axis::Z, 100 * PER_MM)]), Phase::Index, 700, 1, 0.0),
+        segment(search, Phase::Index, 900, 1, 0.0),
+        segment(SegmentKind::Dwell, Phase::Position, 37, 1, 0.0),
+        segment(SegmentKind::Cut(second), Phase::Cut, second_ticks, second_stop, 0.36),
+        segment(SegmentKind::Move(vec![to(machine, Axis::X, SAFE_X)]), Phase::Retract, 200, 1, 0.0),
+    ];
+    (plan, [0, machine.axis(Axis::X).scale.counts(x), 0])
 }
 
 /// A plan that is the cut alone, and where it starts.

@@ -7,6 +7,7 @@ mod feedback;
 mod on_the_machine;
 mod tails;
 mod trajectories;
+mod turning_on;
 
 use bench::{Bench, PER_MM, SAFE_X, TURN, cut_only, machine, whole_job};
 use camwright::interpolator::{InterpolatorAlarm, Motion, Outcome, PrepareError, Prepared, State};

@@ -1,7 +1,8 @@
 //! The stop at the end of every chunk.
 
-use crate::bench::{Bench, PER_MM, START_RAD, TURN, machine, whole_job};
+use crate::bench::{Bench, PER_MM, START_RAD, TURN, machine, two_cuts, whole_job};
 use camwright::interpolator::Request;
+use camwright::job::SpeedLaw;
 use camwright::machine::description::{AXIS_COUNT, Axis};
 use camwright::numeric::hermite::{HermiteSpline, Knot};
 use camwright::setpoint::StopPoint;
@@ -64,6 +65,21 @@ fn assert_tail(bench: &Bench, what: &str) -> Vec<StopPoint> {
         }
     }
     tail.to_vec()
+}
+
+/// C that turns on between two cuts stops with whatever else moves.
+#[test]
+fn the_stop_after_any_tick_stops_c_that_turns_on_too() {
+    let (plan, start) = two_cuts(&machine(), SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: 6.0 });
+    let mut bench = Bench::at(machine(), start);
+    bench.start_plan(plan);
+    while bench.outcome.is_none() {
+        let at = bench.rows.len();
+        bench.step(&[]);
+        if at.is_multiple_of(17) {
+            assert_tail(&bench, &format!("after {at} ticks, {:?}", bench.last().status));
+        }
+    }
 }
 
 #[test]

@@ -58,6 +58,21 @@ fn ground(job: &JobSpec, planned: &PlannedJob, plan: Plan, description: &Machine
     (errors, machine)
 }
 
+/// With C turning on, the table at the dresser meanwhile, the lobes come out as they do with C stopping.
+#[test]
+fn lobes_are_ground_as_exactly_with_c_turning_on_from_one_to_the_next() {
+    let (machine, stopping) = (with_dresser(), dressed());
+    let turning = JobSpec { c_between_lobes: BetweenLobes::TurnsOn { margin_s: 0.02 }, ..stopping.clone() };
+    let [(stops, _), (turns, _)] = [&stopping, &turning].map(|job| {
+        let planned = plan_on(job, &machine);
+        ground(job, &planned, planned.plan.clone(), &machine)
+    });
+    assert!(turns.iter().all(|error| error.abs() < 3e-4), "{turns:?}");
+    for (stops, turns) in stops.iter().zip(&turns) {
+        assert!((stops.abs() - turns.abs()).abs() < 5e-5, "{stops} {turns}");
+    }
+}
+
 #[test]
 fn lobes_after_a_dress_are_ground_as_exactly_as_those_before_it() {
     let (machine, job) = (with_dresser(), dressed());

@@ -127,6 +127,7 @@ fn job() -> JobSpec {
         retract_clearance_mm: 2.0,
         hold_in_cut: HoldInCut::Retract,
         wheel_power: None,
+        c_between_lobes: BetweenLobes::Stops,
         rotary_indexing: false,
         home: HomePosition { x_mm: 150.0, z_mm: 0.0 },
         dressing: None,
@@ -178,6 +179,7 @@ mod infeeds;
 mod order;
 mod passes;
 mod refusals;
+mod turning;
 
 /// The steps of JPS6156064B2, Fig. 6, in its order, lobe by lobe.
 #[test]
