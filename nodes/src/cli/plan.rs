@@ -116,6 +116,10 @@ fn as_text(summary: &planning::Summary) -> String {
             summary.duration_with_indexing_s, summary.saved_s
         )
     };
+    let compared = compared
+        + &summary.saved_by_turning_on_s.map_or_else(String::new, |saved_s| {
+            format!("; {:.3} s with C stopping between lobes, {saved_s:.3} s saved", summary.duration_s + saved_s)
+        });
     text + &format!("job      {:.3} s ({compared})\nplan     {}\n", summary.duration_s, summary.plan_hash)
 }
 

@@ -10,7 +10,7 @@ use super::wheel_file::{DressingFile, ObstacleFile, wishes};
 use super::yaml::Document;
 use camwright::cycle::{LobeOrder, fastest_order};
 use camwright::follower::Follower;
-use camwright::job::{HoldInCut, HomePosition, JobSpec, LobeSpec, ProfileSpec, WheelPower};
+use camwright::job::{BetweenLobes, HoldInCut, HomePosition, JobSpec, LobeSpec, ProfileSpec, WheelPower};
 use camwright::units::rad_from_deg;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
@@ -49,6 +49,10 @@ struct JobFile {
     hold_in_cut: HoldFile,
     wheel_power: Option<WheelPowerFile>,
     #[serde(default)]
+    c_between_lobes: BetweenLobesFile,
+    #[serde(default = "default_arrival_margin")]
+    arrival_margin_ms: f64,
+    #[serde(default)]
     rotary_indexing: bool,
     #[serde(default)]
     lobe_order: LobeOrderFile,
@@ -85,6 +89,19 @@ enum HoldFile {
     #[default]
     Retract,
     StopInfeed,
+}
+
+/// What C does between two lobes.
+#[derive(Debug, Default, Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum BetweenLobesFile {
+    #[default]
+    Stops,
+    TurnsOn,
+}
+
+fn default_arrival_margin() -> f64 {
+    20.0
 }
 
 fn default_retract() -> f64 {
@@ -258,6 +275,10 @@ fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks
             specific_energy_j_mm3: power.specific_energy_j_mm3,
             rubbing_n_mm2: power.rubbing_n_mm2,
         }),
+        c_between_lobes: match file.c_between_lobes {
+            BetweenLobesFile::Stops => BetweenLobes::Stops,
+            BetweenLobesFile::TurnsOn => BetweenLobes::TurnsOn { margin_s: file.arrival_margin_ms / 1e3 },
+        },
         rotary_indexing: file.rotary_indexing,
         home: HomePosition { x_mm: file.home.x_mm, z_mm: file.home.z_mm },
         dressing: file.dressing.as_ref().map(DressingFile::spec),
@@ -288,6 +309,10 @@ fn ranges(document: &Document, file: &JobFile) -> Vec<ConfigError> {
         if !(value.is_finite() && value > 0.0) {
             refuse(key, format!("{key} is {value}; it must be a positive number"));
         }
+    }
+    if !(0.0..=1000.0).contains(&file.arrival_margin_ms) {
+        let value = file.arrival_margin_ms;
+        refuse("arrival_margin_ms", format!("arrival_margin_ms is {value}; it must be 0 to 1000"));
     }
     for (key, value) in [("home.x_mm", file.home.x_mm), ("home.z_mm", file.home.z_mm)] {
         if !value.is_finite() {

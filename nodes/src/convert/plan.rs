@@ -176,6 +176,7 @@ fn segment_to(plan: &Plan, index: u32, segment: &Segment) -> PlanSegment {
             speed: count(laws_at + cut.speed),
             infeed: count(laws_at + plan.time_laws.len() + cut.infeed),
             ratio: cut.ratio.and_then(|ratio| i32::try_from(ratios_at + ratio).ok()).unwrap_or(-1),
+            lead: cut.lead.and_then(|lead| i32::try_from(laws_at + lead).ok()).unwrap_or(-1),
             start_counts: cut.start_counts,
             path_start: cut.path_start_rad,
             turns: f64::from(cut.turns),
@@ -420,6 +421,10 @@ fn kind_from(
             infeed: spline(message.infeed, PlanSpline::ANGLE_LAW)?,
             ratio: match u32::try_from(message.ratio) {
                 Ok(ratio) => Some(spline(ratio, PlanSpline::PERIODIC_RATIO)?),
+                Err(_) => None,
+            },
+            lead: match u32::try_from(message.lead) {
+                Ok(lead) => Some(spline(lead, PlanSpline::TIME_LAW)?),
                 Err(_) => None,
             },
             start_counts: message.start_counts,

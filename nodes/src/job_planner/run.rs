@@ -160,7 +160,12 @@ impl Run {
     fn told(&self, result: &RunJobResult) -> String {
         let (lobes, predicted_s) = (result.lobes.len(), self.prepared.planned.plan.duration_s);
         let late_s = result.duration - predicted_s;
-        let took = format!("{lobes} lobes in {:.2} s, predicted {predicted_s:.2} s ({late_s:+.2} s)", result.duration);
+        let mut took =
+            format!("{lobes} lobes in {:.2} s, predicted {predicted_s:.2} s ({late_s:+.2} s)", result.duration);
+        if let Some(saved_s) = self.prepared.planned.saved_by_turning_on_s() {
+            let stops_s = result.duration + saved_s;
+            took += &format!("; with C stopping between lobes {stops_s:.2} s: {saved_s:.2} s saved");
+        }
         if self.prepared.job.spec.rotary_indexing {
             return format!("{took}, with rotary indexing before each");
         }

@@ -15,7 +15,7 @@ type Range = Option<(f64, f64)>;
 const ABOVE_0: Range = Some((1e-6, 1e6));
 
 /// Parameters that carry the name of the key they override: type, range, text.
-const KEYS: [(&str, ParameterValue, Range, &str); 21] = [
+const KEYS: [(&str, ParameterValue, Range, &str); 23] = [
     ("rapid_advance_mm", ParameterValue::Double(0.0), None, "R0, rapid advance (mm)"),
     ("rapid_speed_mm_s", ParameterValue::Double(0.0), None, "F0, speed of the rapid advance (mm/s)"),
     ("infeed.total_mm", ParameterValue::Double(0.0), None, "RT, total infeed (mm)"),
@@ -91,6 +91,18 @@ const KEYS: [(&str, ParameterValue, Range, &str); 21] = [
         ParameterValue::Double(0.0),
         Some((0.0, 1e3)),
         "how far the wheel keeps from everything but the lobe it grinds (mm)",
+    ),
+    (
+        "c_between_lobes",
+        ParameterValue::String(String::new()),
+        None,
+        "stops, or turns_on: the next cut begins at the phase with which C is predicted to arrive",
+    ),
+    (
+        "arrival_margin_ms",
+        ParameterValue::Double(0.0),
+        Some((0.0, 1e3)),
+        "how much later than predicted the table may arrive without the phase being missed (ms)",
     ),
     (
         "rotary_indexing",

@@ -45,6 +45,9 @@ fn key(job: &Job, error: &PlanError) -> String {
         PlanError::WheelTooFast { lobe, .. } => lobe_key(lobe),
         PlanError::Infeed { pass, .. } => pass_key(job, pass, "infeed.total_mm"),
         PlanError::TouchesBlank { .. } => "infeed.total_mm".into(),
+        PlanError::NoArrival { .. } | PlanError::Speed { source: SpeedPlanError::NoLead { .. }, .. } => {
+            "c_between_lobes".into()
+        }
         PlanError::Speed { pass, source: SpeedPlanError::Turn(_) | SpeedPlanError::NoRunUp { .. }, .. } => {
             pass_key(job, pass, "speed")
         }
@@ -71,6 +74,7 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::NeighbourInReach { lobe, .. } | JobError::UnknownStation { lobe, .. } => {
             format!("{}.station", lobe_key(lobe))
         }
+        JobError::TurnsAndIndexes => "c_between_lobes".into(),
         JobError::UnknownProfile { lobe, .. } => format!("{}.profile", lobe_key(lobe)),
         JobError::WiderThanWheel { lobe, .. } => format!("{}.width_mm", lobe_key(lobe)),
         JobError::NoSparkOut { .. } => "infeed.spark_out_turns".into(),
@@ -88,6 +92,7 @@ fn job_key(job: &Job, error: &JobError) -> String {
                 "footprint_speed_mm_s" => "speed.footprint_speed_mm_s",
                 "removal_rate_mm2_s" => "speed.removal_rate_mm2_s",
                 "phase_rad" => "phase_deg",
+                "c_between_lobes.margin_s" => "arrival_margin_ms",
                 other => other,
             };
             named_lobe(place).map_or_else(|| key.into(), |lobe| format!("{}.{key}", lobe_key(lobe)))

@@ -16,7 +16,7 @@ pub(super) struct Row {
     pub(super) removal_mm2_s: f64,
 }
 
-/// A pass over a lobe, at every interpolation period from its start to its end.
+/// A pass over a lobe, at every interpolation period from its start to its end, lead-in and lead-out included.
 pub(super) fn pass_rows<'a>(
     prepared: &'a PreparedJob,
     index: usize,
@@ -27,33 +27,43 @@ pub(super) fn pass_rows<'a>(
     let sense = f64::from(prepared.machine.rotation_sense);
     let plan = &prepared.planned.plan;
     let scale = prepared.machine.axis(Axis::C).scale;
-    let cut =
-        plan.cuts_of(index).nth(pass).and_then(|cut| Some((plan.motion_of(cut)?, scale.position(cut.start_counts))));
-    cut.into_iter().flat_map(move |(motion, start_rad)| {
+    let cut = plan
+        .cuts_of(index)
+        .nth(pass)
+        .and_then(|cut| Some((plan.motion_of(cut)?, cut.turns, scale.position(cut.start_counts))));
+    cut.into_iter().flat_map(move |(motion, turns, start_rad)| {
         // Before the first turn the blank stands there, later what the pass before has left.
         let blank_mm = prepared.job.spec.stock_mm;
         let before_mm = if pass == 0 { blank_mm } else { blank_mm.min(motion.infeed.sample(0.0).value) };
-        let end_s = motion.duration_s();
+        let (start_s, end_s) = (motion.start_s(), motion.end_s());
+        let turns_rad = f64::from(turns) * TURN_RAD;
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the duration of a cut is positive")]
-        let last = (end_s * 1e9 / cycle_ns as f64).ceil() as u64;
+        let last = ((end_s - start_s) * 1e9 / cycle_ns as f64).ceil() as u64;
         (0..=last).map(move |tick| {
             // Whole nanoseconds first, so that tick 3 of a millisecond is 0.003 and not 0.0030000000000000001.
             #[allow(clippy::cast_precision_loss, reason = "far below 2^53 ns")]
             let t_s = (tick * cycle_ns) as f64 / 1e9;
-            let sample = motion.at(t_s.min(end_s));
+            let sample = motion.at((start_s + t_s).min(end_s));
+            let angle = sample.c.value;
+            // On the way to the part and from it, with C turning on, nothing is cut.
+            let on_part = (0.0..=turns_rad).contains(&angle);
             Row {
                 c_deg: deg_from_rad(start_rad + sample.c.value),
                 t_s,
                 c: [sample.c.first, sample.c.second, sample.c.third],
                 x: [sample.x.first, sample.x.second, sample.x.third],
-                removal_mm2_s: removal_mm2_s(&motion, lobe, sense, before_mm, sample.c.value, sample.c.first),
+                removal_mm2_s: if on_part {
+                    removal_mm2_s(&motion, lobe, sense, before_mm, angle, sample.c.first)
+                } else {
+                    0.0
+                },
             }
         })
     })
 }
 
 /// Specific removal rate Q'w (mm³ per mm of width and s): depth of cut along the normal times the speed of the footprint
-/// along the contour, `|W|·Ċ/(cos β·(1 + κR))` (`PROCESS_MATH` 1.c).
+/// along the contour, `|W|·Ċ/(cos β·(1 + κR))`.
 ///
 /// What stands above the contour at the wheel is what the wheel left there one turn ago, RT less the infeed until then,
 /// seen along the normal (cos β), and never more than the stock of the blank.

@@ -50,6 +50,9 @@ pub struct Summary {
     pub duration_s: f64,
     /// The same job with rotary indexing before each lobe, the conventional way.
     pub duration_with_indexing_s: f64,
+    /// Predicted time saved by C turning on between the lobes (s), where it does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub saved_by_turning_on_s: Option<f64>,
     /// The difference: what not turning the part saves.
     pub saved_s: f64,
     /// Whether the job itself goes the conventional way.
@@ -179,6 +182,7 @@ pub fn summary(prepared: &PreparedJob) -> Summary {
         plan_hash: prepared.plan_hash().to_owned(),
         duration_s: plan.duration_s,
         duration_with_indexing_s: plan.duration_with_indexing_s,
+        saved_by_turning_on_s: prepared.planned.saved_by_turning_on_s(),
         saved_s: prepared.planned.saved_by_not_indexing_s(),
         rotary_indexing: prepared.job.spec.rotary_indexing,
         saved_by_order_s: prepared.job.lobe_order.as_ref().map(|order| {

@@ -89,6 +89,10 @@ impl PreparedJob {
         } else {
             format!("{conventional:.2} s with rotary indexing, {:.2} s saved", self.planned.saved_by_not_indexing_s())
         };
+        let stops = self.planned.saved_by_turning_on_s().map_or_else(String::new, |saved_s| {
+            format!(", {:.2} s with C stopping between lobes, {saved_s:.2} s saved", plan.duration_s + saved_s)
+        });
+        let compared = compared + &stops;
         format!(
             "{}: {} lobes, {:.2} s ({compared}), plan {:.12}",
             plan.job,
