@@ -138,6 +138,41 @@ fn ideal_drives_grind_four_lobes_within_a_micrometre() {
     assert!(ordinary > ideal, "{ordinary} m");
 }
 
+/// C turns on: every lobe after the first is met at the phase that was predicted, and told so.
+#[test]
+fn c_that_turns_on_arrives_at_every_lobe_as_predicted() {
+    let cell = Cell::start(&[]);
+    let settings = [
+        "c_between_lobes=turns_on",
+        "infeed.per_block_um=0.05",
+        "speed.law=constant_removal_rate",
+        "speed.removal_rate_mm2_s=10",
+    ];
+    let (goal, feedback) = cell.client.send("four_lobe_camshaft", &settings);
+    assert!(goal.accepted(), "{:?}", cell.client.statuses.try_iter().last());
+    let (status, result) = goal.result(PATIENCE).expect("a result");
+    assert_eq!(status, GoalStatus::Succeeded, "{}", result.message);
+    assert!(result.message.contains("with C stopping between lobes"), "{}", result.message);
+    let prepared = planning::prepare("four_lobe_camshaft", &settings.map(String::from), None).expect("the same plan");
+    assert_eq!(prepared.plan_hash(), result.plan_hash);
+    assert!(prepared.planned.saved_by_turning_on_s().expect("C turns on") > 1.0);
+    let times = planning::compare_times(&prepared, &result.lobes, result.duration);
+    for lobe in ["E1", "I2", "E2"] {
+        let time = times.iter().find(|time| time.what == lobe).expect("a lobe");
+        assert!(time.late_s().abs() < 0.01, "{time}");
+    }
+    for lobe in &result.lobes {
+        assert!(lobe.form_error_max.abs() < 5e-6, "{}: {} m", lobe.name, lobe.form_error_max);
+    }
+    // Approach and retract are parts of a cut now.
+    let phases: Vec<String> = feedback.try_iter().map(|feedback| feedback.phase_name).collect();
+    assert!(
+        phases.iter().any(|phase| phase == "approach") && phases.iter().any(|phase| phase == "retract"),
+        "{phases:?}"
+    );
+    cell.stop();
+}
+
 /// A goal's overrides beat parameters, which beat the file; a parameter that is unset leaves the file's value.
 #[test]
 fn settings_come_from_the_goal_then_the_parameters_then_the_file() {

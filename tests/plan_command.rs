@@ -185,8 +185,21 @@ fn at_a_constant_removal_rate_no_tick_exceeds_it_or_a_limit() {
     const RATE_MM2_S: f64 = 10.0;
     const PERIOD_S: f64 = 1e-3;
     let folder = Folder::new("removal");
-    let set = ["speed.law=constant_removal_rate", "speed.removal_rate_mm2_s=10.0", "work_speed_rpm=300.0"];
-    let summary = planned("four_lobe_camshaft", &folder.0, &set.map(String::from));
+    let law = ["speed.law=constant_removal_rate", "speed.removal_rate_mm2_s=10.0", "work_speed_rpm=300.0"];
+    let stops = planned("four_lobe_camshaft", &folder.0, &law.map(String::from));
+    check_turns(&stops, &folder.0, RATE_MM2_S, PERIOD_S);
+    assert!(stops.get("saved_by_turning_on_s").is_none(), "{stops}");
+    // On the way onto the path and off it, too.
+    let folder = Folder::new("turning-on");
+    let set: Vec<String> = law.into_iter().chain(["c_between_lobes=turns_on"]).map(String::from).collect();
+    let turns = planned("four_lobe_camshaft", &folder.0, &set);
+    check_turns(&turns, &folder.0, RATE_MM2_S, PERIOD_S);
+    let seconds = |summary: &serde_json::Value, key: &str| summary[key].as_f64().expect("a number");
+    let saved_s = seconds(&stops, "duration_s") - seconds(&turns, "duration_s");
+    assert!(saved_s > 1.0 && (saved_s - seconds(&turns, "saved_by_turning_on_s")).abs() < 1e-9, "{saved_s}");
+}
+
+fn check_turns(summary: &serde_json::Value, folder: &Path, rate_mm2_s: f64, period_s: f64) {
     for lobe in summary["lobes"].as_array().expect("a list") {
         let name = lobe["name"].as_str().expect("a name");
         let pass = &lobe["passes"][0];
@@ -196,12 +209,12 @@ fn at_a_constant_removal_rate_no_tick_exceeds_it_or_a_limit() {
         for limit in pass["limits"].as_array().expect("a list") {
             assert!(limit["ratio"].as_f64().expect("a number") <= 1.0, "{name}: {limit}");
         }
-        let (_, rows) = table(&folder.0.join(name).join("speed_plan.csv"));
+        let (_, rows) = table(&folder.join(name).join("speed_plan.csv"));
         let largest = rows.iter().map(|row| row[8]).fold(0.0, f64::max);
-        assert!(largest <= 1.001 * RATE_MM2_S && largest > 0.99 * RATE_MM2_S, "{name}: {largest} mm2/s");
+        assert!(largest <= 1.001 * rate_mm2_s && largest > 0.99 * rate_mm2_s, "{name}: {largest} mm2/s");
         // Differences over a tick are means over it: they exceed no limit that the motion keeps.
         for pair in rows.windows(2) {
-            let difference = |column: usize| (pair[1][column] - pair[0][column]) / PERIOD_S;
+            let difference = |column: usize| (pair[1][column] - pair[0][column]) / period_s;
             assert!(difference(2).abs() <= 300.0 && difference(3).abs() <= 3e4, "{name} at {} s", pair[0][1]);
             assert!(difference(5).abs() <= 1e4 && difference(6).abs() <= 1e6, "{name} at {} s", pair[0][1]);
         }
