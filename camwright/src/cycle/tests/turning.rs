@@ -200,3 +200,55 @@ fn every_lobe_gets_its_whole_infeed_and_its_spark_out() {
         }
     }
 }
+
+/// Any job that C turns on in is planned whole and faster than with stops, or refused in a sentence; it runs to its end.
+#[test]
+fn random_jobs_with_c_turning_on_are_planned_whole_or_refused_in_a_sentence() {
+    let seed = 0x5851_F42D_4C95_7F2D_u64;
+    let mut random = random_between(seed);
+    let (mut made, mut refused) = (0, 0);
+    for round in 0..10_u32 {
+        let what = format!("seed {seed} round {round}");
+        let mut job = turning_job();
+        job.profiles = vec![lobe_profile("p", random(1.0, 7.0), random(65.0, 85.0))];
+        job.lobes = (0..2 + round % 3)
+            .map(|i| lobe(&format!("L{i}"), &format!("LS{}", i + 1), random(-400.0, 400.0), 0))
+            .collect();
+        job.passes[0].speed = match round % 4 {
+            0 => SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: rad_s_from_rpm(random(10.0, 120.0)) },
+            1 => SpeedLaw::TimeOptimal { most_rad_s: rad_s_from_rpm(random(50.0, 300.0)) },
+            _ => SpeedLaw::ConstantRemovalRate {
+                removal_rate_mm2_s: random(1.0, 20.0),
+                most_rad_s: rad_s_from_rpm(random(50.0, 300.0)),
+            },
+        };
+        if round % 5 == 4 {
+            job.passes[0].infeed_direction = InfeedDirection::Normal;
+        }
+        if round % 3 == 2 {
+            job.passes[0].infeed_course = InfeedCourse::PerTurn;
+        }
+        let machine = MachineDescription { rotation_sense: if round % 2 == 0 { 1 } else { -1 }, ..machine() };
+        let wheel_mm = random(40.0, 70.0);
+        match plan_job(&job, &machine, wheel_mm, None) {
+            Ok(planned) => {
+                made += 1;
+                assert!(planned.report.max_ratio() <= 1.0 + 1e-6, "{what}");
+                assert!(planned.saved_by_turning_on_s().expect("C turns on") > 0.0, "{what}");
+                let stopping = JobSpec { c_between_lobes: BetweenLobes::Stops, ..job };
+                let stopping = plan_job(&stopping, &machine, wheel_mm, None).expect("what turns on can stop");
+                let late_s =
+                    |planned: &PlannedJob| run(planned, &machine).duration_s(&machine) - planned.plan.duration_s;
+                // Nothing is later than predicted but the search for the origin.
+                let (turning, stopping) = (late_s(&planned), late_s(&stopping));
+                assert!((turning - stopping).abs() < 0.03, "{what}: {turning} s, {stopping} s with stops");
+            }
+            Err(error) => {
+                refused += 1;
+                let text = error.to_string();
+                assert!(text.len() > 20 && !text.contains("forward check"), "{what}: {text}");
+            }
+        }
+    }
+    assert!(made >= 5, "made {made}, refused {refused}");
+}
