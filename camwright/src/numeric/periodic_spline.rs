@@ -82,6 +82,14 @@ impl PeriodicSpline {
     #[must_use]
     pub fn sample(&self, angle_rad: f64) -> Sample {
         let x = angle_rad * self.per_rad();
+        // Within the turn, as nearly always: the same numbers without rounding and division.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index within the turn")]
+        let inside = if x >= 0.0 { x as usize } else { usize::MAX };
+        if inside < self.coefficients.len() {
+            #[allow(clippy::cast_precision_loss, reason = "coefficient counts are far below 2^53")]
+            let floor = inside as f64;
+            return self.combine(inside, &Weights::at(x - floor));
+        }
         let floor = libm::floor(x);
         #[allow(clippy::cast_possible_truncation, reason = "angles are far inside i64 knots")]
         let knot = (floor as i64).rem_euclid(i64::try_from(self.coefficients.len()).unwrap_or(i64::MAX));
@@ -91,12 +99,55 @@ impl PeriodicSpline {
     /// As [`PeriodicSpline::sample`], at `parts` equal steps from every knot to the next, from angle 0 on round the turn.
     #[must_use]
     pub fn samples(&self, parts: u32) -> Vec<Sample> {
-        let weights: Vec<Weights> = (0..parts).map(|part| Weights::at(f64::from(part) / f64::from(parts))).collect();
-        (0..self.coefficients.len()).flat_map(|knot| weights.iter().map(move |w| self.combine(knot, w))).collect()
+        let weights = Weights::at_parts(parts);
+        let mut samples = Vec::with_capacity(self.coefficients.len() * weights.len());
+        for knot in 0..self.coefficients.len() {
+            samples.extend(weights.iter().map(|w| self.combine(knot, w)));
+        }
+        samples
+    }
+
+    /// Largest magnitudes that the first, second and third derivative can have from knot `from` up to knot `to` (which may lie
+    /// beyond the turn): a spline lies within the hull of its control points.
+    pub(crate) fn largest_derivatives(&self, from: usize, to: usize) -> [f64; 3] {
+        let n = self.coefficients.len();
+        let mut index = (from + n - 2) % n;
+        let mut next = || {
+            let here = self.coefficients[index];
+            index = if index + 1 < n { index + 1 } else { 0 };
+            here
+        };
+        // Differences of the first three coefficients, then one more of each kind with every further coefficient.
+        let (a, b, mut last) = (next(), next(), next());
+        let (mut d1, mut largest) = (last - b, [(b - a).abs().max((last - b).abs()), 0.0_f64, 0.0_f64]);
+        let mut d2 = d1 - (b - a);
+        largest[1] = d2.abs();
+        for _ in 0..to - from + 2 {
+            let c = next();
+            let new1 = c - last;
+            let new2 = new1 - d1;
+            largest[0] = largest[0].max(new1.abs());
+            largest[1] = largest[1].max(new2.abs());
+            largest[2] = largest[2].max((new2 - d2).abs());
+            (last, d1, d2) = (c, new1, new2);
+        }
+        let per_rad = self.per_rad();
+        [largest[0] * per_rad, largest[1] * per_rad * per_rad, largest[2] * per_rad * per_rad * per_rad]
+    }
+
+    /// Largest magnitude of the fourth derivative between a knot and the next, and that of the fifth, which is constant there.
+    pub(crate) fn fourth_and_fifth(&self, knot: usize) -> (f64, f64) {
+        let [a, b, m, p, q, r] = self.around(knot);
+        let d2 = [(m - b) - (b - a), (p - m) - (m - b), (q - p) - (p - m), (r - q) - (q - p)];
+        let d3 = [d2[1] - d2[0], d2[2] - d2[1], d2[3] - d2[2]];
+        let d4 = [d3[1] - d3[0], d3[2] - d3[1]];
+        let per_rad = self.per_rad();
+        let fourth = per_rad * per_rad * per_rad * per_rad;
+        (d4[0].abs().max(d4[1].abs()) * fourth, (d4[1] - d4[0]).abs() * fourth * per_rad)
     }
 
     /// Knots per rad.
-    fn per_rad(&self) -> f64 {
+    pub(crate) fn per_rad(&self) -> f64 {
         #[allow(clippy::cast_precision_loss, reason = "coefficient counts are far below 2^53")]
         let count = self.coefficients.len() as f64;
         count / TURN_RAD
@@ -112,8 +163,9 @@ impl PeriodicSpline {
         }
     }
 
+    /// Value and derivatives at a place between a knot and the next.
     #[inline]
-    fn combine(&self, knot: usize, w: &Weights) -> Sample {
+    pub(crate) fn combine(&self, knot: usize, w: &Weights) -> Sample {
         let per_rad = self.per_rad();
         // Differences first: a constant spline is then exactly constant, and derivatives lose no digits.
         let [a, b, m, p, q, r] = self.around(knot);
@@ -135,7 +187,7 @@ impl PeriodicSpline {
 }
 
 /// What coefficients, their first, second and third differences count between two knots.
-struct Weights {
+pub(crate) struct Weights {
     value: [f64; 6],
     first: [f64; 5],
     second: [f64; 4],
@@ -143,6 +195,11 @@ struct Weights {
 }
 
 impl Weights {
+    /// At equal steps from the left knot on, the right one not included.
+    pub(crate) fn at_parts(parts: u32) -> Vec<Self> {
+        (0..parts).map(|part| Self::at(f64::from(part) / f64::from(parts))).collect()
+    }
+
     /// At `u` in 0..1 from the left knot.
     #[inline]
     fn at(u: f64) -> Self {
@@ -245,6 +302,34 @@ mod tests {
             assert!((sample.value - wanted.value).abs() < 1e-7 && (sample.third - wanted.third).abs() < 1e-4, "{i}");
         }
         assert_eq!(spline.samples(4).len(), 200);
+    }
+
+    /// No sample of a derivative is beyond the hull, nor that of the third derivative's differences beyond fourth and fifth.
+    #[test]
+    fn derivatives_stay_within_their_hulls() {
+        let spline = PeriodicSpline::from_coefficients((0..50).map(|i| libm::sin(f64::from(i * i))).collect()).unwrap();
+        let step = TURN_RAD / 50.0;
+        for (from, to) in [(0, 1), (7, 9), (45, 53), (49, 50), (0, 50)] {
+            let hull = spline.largest_derivatives(from, to);
+            let mut found = [0.0_f64; 3];
+            for i in 0..=200 {
+                let x = spline.sample((from as f64 + (to - from) as f64 * f64::from(i) / 200.0) * step);
+                for (most, x) in found.iter_mut().zip([x.first, x.second, x.third]) {
+                    *most = most.max(x.abs());
+                }
+            }
+            for (hull, found) in hull.into_iter().zip(found) {
+                assert!(found <= hull * (1.0 + 1e-12) && hull < 8.0 * found, "{from} to {to}: {found} {hull}");
+            }
+        }
+        for knot in 0..50 {
+            let third = |u: f64| spline.sample((knot as f64 + u) * step).third;
+            let (fourth, fifth) = spline.fourth_and_fifth(knot);
+            let slopes = [(third(0.01) - third(0.0)) / (0.01 * step), (third(0.99) - third(0.98)) / (0.01 * step)];
+            assert!(slopes.iter().all(|slope| slope.abs() <= fourth * 1.001), "{knot}: {slopes:?} {fourth}");
+            let curvature = (slopes[1] - slopes[0]).abs() / (0.98 * step);
+            assert!((curvature - fifth).abs() <= 1e-6 * (fifth + fourth), "{knot}: {curvature} {fifth}");
+        }
     }
 
     /// Derivatives agree with finite differences of the value.

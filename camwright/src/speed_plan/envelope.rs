@@ -24,23 +24,30 @@ impl Envelope {
         let d = spacing(count);
         let rise = 2.0 * c.acceleration * d;
         let mut square: Vec<f64> = per_bound.iter().map(|per| 1.0 / per).collect();
-        for i in 1..2 * count {
-            square[i % count] = square[i % count].min(square[(i - 1) % count] + rise);
+        // Twice round, so that what is slow at the end of the turn is felt at its beginning, and the other way about.
+        for _ in 0..2 {
+            let mut before = square[count - 1];
+            for z in &mut square {
+                before = z.min(before + rise);
+                *z = before;
+            }
         }
-        for i in (0..2 * count - 1).rev() {
-            square[i % count] = square[i % count].min(square[(i + 1) % count] + rise);
+        for _ in 0..2 {
+            let mut after = square[0];
+            for z in square.iter_mut().rev() {
+                after = z.min(after + rise);
+                *z = after;
+            }
         }
-        // Between two points z is below both tents; a straight z takes 2d/(v0 + v1).
-        let least_s = (0..count)
-            .map(|i| {
-                let (a, b) = (square[i], square[(i + 1) % count]);
-                let peak = 0.5 * (a + b + rise);
-                let (up, down) = ((peak - a) / rise * d, (peak - b) / rise * d);
-                let root = libm::sqrt(peak);
-                2.0 * up / (libm::sqrt(a) + root) + 2.0 * down / (root + libm::sqrt(b))
-            })
-            .sum();
-        Self { square, least_s }
+        // Between two points z is below both tents; a straight z takes 2d/(v0 + v1), which from a to the peak, on the rise, is
+        // 2d (√peak − √a)/rise.
+        let mut sum = 0.0;
+        let mut a = square[count - 1];
+        for &b in &square {
+            sum += libm::sqrt(0.5 * (a + b + rise)) - libm::sqrt(b);
+            a = b;
+        }
+        Self { square, least_s: 4.0 * d / rise * sum }
     }
 
     /// A time that no plan goes below (s).
@@ -65,9 +72,12 @@ impl Envelope {
         let weight = |z: f64| 1.0 / (step_s * libm::sqrt(z)) + 1.0 / widest_rad;
         let mut sums = Vec::with_capacity(count + 1);
         let mut sum = 0.0;
+        let mut left = weight(self.square[0]);
         for i in 0..count {
             sums.push(sum);
-            sum += 0.5 * d * (weight(self.square[i]) + weight(self.square[(i + 1) % count]));
+            let right = weight(self.square[if i + 1 < count { i + 1 } else { 0 }]);
+            sum += 0.5 * d * (left + right);
+            left = right;
         }
         sums.push(sum);
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some hundred knots")]

@@ -1,8 +1,11 @@
 //! Where a turn uses its limits most, between the points on which it was planned.
 
-use super::square_speed::SquareSpeed;
-use super::table::{Derivatives, Table};
+use super::square_speed::{Knots, SquareSpeed, to_f64};
+use super::table::Table;
 use super::turn_request::TurnRequest;
+use crate::numeric::hermite::Sample;
+use crate::numeric::periodic_spline::Weights;
+use crate::units::TURN_RAD;
 use alloc::vec::Vec;
 
 /// Largest ratios to their limits.
@@ -34,88 +37,223 @@ impl Peaks {
     }
 }
 
-/// From which share of its limit on the jerk of X is looked at between those points too, and into how many parts they are divided.
-const NEAR_JERK: f64 = 0.7;
+/// Points of a turn on which the path is looked at, at least, and at least two in each of its intervals.
+const POINTS: usize = 14_400;
+
+/// Parts into which what lies between two of those is divided where the jerk of X may have its peak there.
 const JERK_PARTS: u32 = 8;
 
 /// Parts of an interval between which the bound is looked at besides: a notch that a concave flank makes in it may be narrower than
 /// the table is fine, and there the knots of a turn are close.
-const BOUND_PARTS: u32 = 4;
+const BOUND_PARTS: usize = 4;
 
-/// What peaks in each interval of a turn: at its ends, at the points of the table within, and between them
-/// where jerk is near its limit.
-pub(super) fn peaks(request: &TurnRequest<'_>, table: &Table, speed: &SquareSpeed) -> Vec<Peaks> {
-    let knots = speed.knots();
-    let at_knots: Vec<(Derivatives, f64)> = (0..knots.count())
-        .map(|i| {
-            let path = request.path.sample(knots.at(i));
-            let x = request.with_infeed(path);
-            (Derivatives::from(x), request.per_square_bound(knots.at(i), path))
-        })
-        .collect();
-    let spacing = table.spacing();
-    let mut point = 0;
-    let mut in_interval = |i: usize| {
-        let (begin, length) = (knots.at(i), knots.length(i));
-        let start = speed.within(i, 0.0);
-        // z is a parabola within the interval.
-        let (first, second) = (start.first, start.second);
-        let z_at = |along: f64| start.z + along * (first + 0.5 * along * second);
-        let mut found = Peaks::default();
-        let mut largest_c_square = 0.0_f64;
-        let mut look = |along: f64, x: Derivatives, per_bound: Option<f64>| {
-            let (z, slope) = (z_at(along), first + along * second);
-            let x_acceleration = x.second * z + 0.5 * x.first * slope;
-            let x_jerk = libm::sqrt(z) * (x.third * z + 1.5 * x.second * slope + 0.5 * x.first * second);
-            found.x_acceleration = found.x_acceleration.max(x_acceleration.abs());
-            found.x_jerk = found.x_jerk.max(x_jerk.abs());
-            found.c_acceleration = found.c_acceleration.max(0.5 * slope.abs());
-            largest_c_square = largest_c_square.max(z);
-            if let Some(per) = per_bound {
-                found.bound = found.bound.max(per * z);
-            }
-            x_jerk.abs()
-        };
-        let near = NEAR_JERK * request.x.jerk;
-        let (x, per_bound) = at_knots[i];
-        let mut before = (0.0, look(0.0, x, Some(per_bound)));
-        let mut step_to = |along: f64, x: Derivatives, per_bound: Option<f64>| {
-            let here = look(along, x, per_bound);
-            if here.max(before.1) > near {
-                for part in 1..JERK_PARTS {
-                    let between = before.0 + (along - before.0) * f64::from(part) / f64::from(JERK_PARTS);
-                    look(between, derivatives(request, begin + between), None);
-                }
-            }
-            before = (along, here);
-        };
-        while point < table.count() {
-            #[allow(clippy::cast_precision_loss, reason = "some ten thousand points")]
-            let along = point as f64 * spacing - begin;
-            if along >= length {
-                break;
-            }
-            if along > 0.0 {
-                step_to(along, table.path(point), table.per_bound(point));
-            }
-            point += 1;
-        }
-        let (x, per_bound) = at_knots[knots.beside(i).1];
-        step_to(length, x, Some(per_bound));
-        for part in 1..BOUND_PARTS {
-            let along = length * f64::from(part) / f64::from(BOUND_PARTS);
-            let angle = begin + along;
-            found.bound = found.bound.max(z_at(along) * request.per_square_bound(angle, request.path.sample(angle)));
-        }
-        found.x_jerk /= request.x.jerk;
-        found.c_jerk = 0.5 * libm::sqrt(largest_c_square) * second.abs() / request.c.jerk;
-        found.c_acceleration /= request.c.acceleration;
-        found.x_acceleration /= request.x.acceleration;
-        found
-    };
-    (0..knots.count()).map(&mut in_interval).collect()
+/// By how many times the spread of the bound in an interval a point between those looked at may be above them all.
+const SPREADS: f64 = 4.0;
+
+/// What is known of the path and its bound in one interval, whatever the speed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reach {
+    /// Largest magnitudes that X′, X″ and X‴ can have (mm over rad).
+    pub(super) x: [f64; 3],
+    /// Largest 1/bound² at the points where it is looked at, and how much smaller the least is there.
+    per_bound: f64,
+    per_bound_spread: f64,
+    /// 1/bound² at equal parts from the first end to the last.
+    per_bounds: [f64; BOUND_PARTS + 1],
 }
 
-fn derivatives(request: &TurnRequest<'_>, angle_rad: f64) -> Derivatives {
-    Derivatives::from(request.with_infeed(request.path.sample(angle_rad)))
+impl Reach {
+    /// 1/bound² at the beginning and in the middle.
+    pub(super) fn per_bound_at_points(&self) -> [f64; 2] {
+        [self.per_bounds[0], self.per_bounds[BOUND_PARTS / 2]]
+    }
+
+    /// 1/bound² that no point between those where it was looked at is expected above: a notch between them shows in their spread.
+    pub(super) fn expected_per_bound(&self) -> f64 {
+        self.per_bound + SPREADS * self.per_bound_spread
+    }
+
+    /// Largest share of its acceleration and jerk that X can use while C keeps its own limits and z is not above this.
+    pub(super) fn largest_x_use(&self, request: &TurnRequest<'_>, z: f64) -> f64 {
+        let ([x1, x2, x3], c) = (self.x, request.c);
+        let acceleration = x2 * z + x1 * c.acceleration;
+        let jerk = libm::sqrt(z) * (x3 * z + 3.0 * x2 * c.acceleration) + x1 * c.jerk;
+        (acceleration / request.x.acceleration).max(jerk / request.x.jerk)
+    }
+}
+
+/// Where a turn may use its limits, for given knots.
+pub(super) struct Between<'a> {
+    request: &'a TurnRequest<'a>,
+    table: &'a Table,
+    reach: Vec<Reach>,
+    /// Weights at the points of an interval of the path.
+    weights: Vec<Weights>,
+}
+
+impl<'a> Between<'a> {
+    pub(super) fn new(request: &'a TurnRequest<'a>, table: &'a Table, knots: &Knots) -> Self {
+        let per_bound = |angle: f64| request.per_square_bound(angle, request.path.sample(angle));
+        let at_knots: Vec<f64> = (0..knots.count()).map(|i| per_bound(knots.at(i))).collect();
+        let reach = (0..knots.count()).map(|i| {
+            let (begin, length) = (knots.at(i), knots.length(i));
+            let per_bounds: [f64; BOUND_PARTS + 1] = core::array::from_fn(|part| match part {
+                0 => at_knots[i],
+                BOUND_PARTS => at_knots[knots.beside(i).1],
+                _ => per_bound(begin + length * to_f64(part) / to_f64(BOUND_PARTS)),
+            });
+            let within = points_within(table, begin, length).map(|(_, per)| per);
+            let all = per_bounds.into_iter().chain(within);
+            let (least, largest) =
+                all.fold((f64::INFINITY, 0.0), |(least, largest), per| (f64::min(least, per), f64::max(largest, per)));
+            let (from, to) = knots_of_path(request, begin, length);
+            let mut x = request.path.largest_derivatives(from, to);
+            x[0] += request.infeed_slope_mm_rad.abs();
+            Reach { x, per_bound: largest, per_bound_spread: largest - least, per_bounds }
+        });
+        let parts = 2 * POINTS.div_ceil(2 * request.path.coefficients().len());
+        let weights = Weights::at_parts(u32::try_from(parts).unwrap_or(u32::MAX));
+        Self { request, table, reach: reach.collect(), weights }
+    }
+
+    /// What is known of every interval.
+    pub(super) fn reach(&self) -> &[Reach] {
+        &self.reach
+    }
+
+    /// What peaks in each interval of a turn. What cannot be above 1 is not looked at more closely than to know that.
+    pub(super) fn peaks(&self, speed: &SquareSpeed) -> Vec<Peaks> {
+        (0..speed.knots().count()).map(|i| self.in_interval(speed, i)).collect()
+    }
+
+    fn in_interval(&self, speed: &SquareSpeed, i: usize) -> Peaks {
+        let (request, reach) = (self.request, &self.reach[i]);
+        let (begin, length) = (speed.knots().at(i), speed.knots().length(i));
+        let z = Parabola::of(speed, i);
+        let (largest, steepest) = (z.largest(length), z.first.abs().max((z.first + length * z.second).abs()));
+        let root = libm::sqrt(largest);
+        let [x1, x2, x3] = reach.x;
+        let mut found = Peaks {
+            bound: largest * reach.per_bound,
+            c_acceleration: 0.5 * steepest / request.c.acceleration,
+            c_jerk: 0.5 * root * z.second.abs() / request.c.jerk,
+            x_acceleration: (x2 * largest + 0.5 * x1 * steepest) / request.x.acceleration,
+            x_jerk: root * (x3 * largest + 1.5 * x2 * steepest + 0.5 * x1 * z.second.abs()) / request.x.jerk,
+        };
+        if found.bound > 1.0 {
+            let parts = reach.per_bounds.iter().enumerate();
+            let parts = parts.map(|(part, per)| per * z.at(length * to_f64(part) / to_f64(BOUND_PARTS)));
+            let within = points_within(self.table, begin, length).map(|(along, per)| per * z.at(along));
+            found.bound = parts.chain(within).fold(0.0, f64::max);
+        }
+        if found.x_acceleration > 1.0 || found.x_jerk > 1.0 {
+            (found.x_acceleration, found.x_jerk) = self.x_peaks(begin, length, &z);
+        }
+        found
+    }
+
+    /// Largest acceleration and jerk of X over their limits: at the points of the path, and between them where jerk can be larger.
+    fn x_peaks(&self, begin: f64, length: f64, z: &Parabola) -> (f64, f64) {
+        let (request, path) = (self.request, self.request.path);
+        let (n, parts) = (path.coefficients().len(), self.weights.len());
+        let spacing = TURN_RAD / to_f64(n * parts);
+        let (mut acceleration, mut jerk) = (0.0_f64, 0.0_f64);
+        // Magnitude of the jerk over √z, and √z.
+        let mut look = |along: f64, x: Sample| {
+            let x = request.with_infeed(x);
+            let (z0, slope) = (z.at(along), z.first + along * z.second);
+            let over_root = (x.third * z0 + 1.5 * x.second * slope + 0.5 * x.first * z.second).abs();
+            let root = libm::sqrt(z0);
+            acceleration = acceleration.max((x.second * z0 + 0.5 * x.first * slope).abs());
+            jerk = jerk.max(root * over_root);
+            (over_root, root, jerk)
+        };
+        let mut before = (0.0, look(0.0, path.sample(begin)));
+        let largest = z.largest(length);
+        let steepest = z.first.abs().max((z.first + length * z.second).abs());
+        let largest_third = |knot: usize| path.largest_derivatives(knot, knot + 1)[2];
+        let (from, to) = knots_of_path(request, begin, length);
+        for knot in from..to {
+            let in_turn = if knot < n { knot } else { knot - n };
+            let (fourth, fifth) = path.fourth_and_fifth(in_turn);
+            // Second derivative of X‴z + 3/2·X″z′ + 1/2·X′z″, an eighth of which times the square of a distance is what a chord misses.
+            let bend = fifth * largest + 3.5 * fourth * steepest + 4.5 * largest_third(in_turn) * z.second.abs();
+            for part in 1..=parts {
+                let along = to_f64(knot * parts + part) * spacing - begin;
+                let is_last = along >= length;
+                if along <= before.0 {
+                    continue;
+                }
+                let along = along.min(length);
+                let x = match self.weights.get(part) {
+                    _ if is_last => path.sample(begin + along),
+                    Some(weights) => path.combine(in_turn, weights),
+                    None => path.combine(if in_turn + 1 < n { in_turn + 1 } else { 0 }, &self.weights[0]),
+                };
+                let here = look(along, x);
+                let ((left, left_root, _), (right, right_root, so_far)) = (before.1, here);
+                let step = along - before.0;
+                let chord = 0.125 * step * step;
+                let root = left_root.max(right_root) + chord * z.second.abs() / left_root.min(right_root);
+                if root * (left.max(right) + chord * bend) > so_far.max(request.x.jerk) {
+                    for between in 1..JERK_PARTS {
+                        let between = before.0 + step * f64::from(between) / f64::from(JERK_PARTS);
+                        look(between, path.sample(begin + between));
+                    }
+                }
+                before = (along, here);
+                if is_last {
+                    break;
+                }
+            }
+        }
+        (acceleration / request.x.acceleration, jerk / request.x.jerk)
+    }
+}
+
+/// z within an interval over the angle from its first knot.
+struct Parabola {
+    z: f64,
+    first: f64,
+    second: f64,
+}
+
+impl Parabola {
+    fn of(speed: &SquareSpeed, interval: usize) -> Self {
+        let start = speed.within(interval, 0.0);
+        Self { z: start.z, first: start.first, second: start.second }
+    }
+
+    fn at(&self, along: f64) -> f64 {
+        self.z + along * (self.first + 0.5 * along * self.second)
+    }
+
+    fn largest(&self, length: f64) -> f64 {
+        let ends = self.z.max(self.at(length));
+        let is_inside = self.second < 0.0 && self.first > 0.0 && self.first + length * self.second < 0.0;
+        if is_inside { self.z - 0.5 * self.first * self.first / self.second } else { ends }
+    }
+}
+
+/// Points of the table within an interval: the angle from its first knot, and 1/bound².
+fn points_within(table: &Table, begin: f64, length: f64) -> impl Iterator<Item = (f64, f64)> {
+    let (spacing, per_bounds) = (table.spacing(), table.per_bounds());
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some ten thousand points")]
+    let first = (begin / spacing) as usize + 1;
+    let mut index = first % per_bounds.len();
+    (first..).map(move |point| to_f64(point) * spacing - begin).take_while(move |along| *along < length).map(
+        move |along| {
+            let per = per_bounds[index];
+            index = if index + 1 < per_bounds.len() { index + 1 } else { 0 };
+            (along, per)
+        },
+    )
+}
+
+/// The knots of the path before and after an interval; the latter may be beyond the turn.
+fn knots_of_path(request: &TurnRequest<'_>, begin: f64, length: f64) -> (usize, usize) {
+    let per_rad = request.path.per_rad();
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some ten thousand knots")]
+    let knot = |angle: f64| (angle * per_rad) as usize;
+    (knot(begin), knot(begin + length) + 1)
 }

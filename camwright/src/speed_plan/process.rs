@@ -9,7 +9,10 @@ use crate::numeric::hermite::Sample;
 pub fn footprint_speed_ratio_mm(x: Sample, wheel_radius_mm: f64) -> f64 {
     let centre = x.value + wheel_radius_mm;
     let square = centre * centre + x.first * x.first;
-    let length = libm::sqrt(square);
+    footprint_ratio(x, wheel_radius_mm, centre, square, libm::sqrt(square))
+}
+
+fn footprint_ratio(x: Sample, wheel_radius_mm: f64, centre: f64, square: f64, length: f64) -> f64 {
     let curvature = (square + x.first * x.first - centre * x.second) / (square * length);
     length * (1.0 - wheel_radius_mm * curvature)
 }
@@ -51,8 +54,10 @@ struct Contact {
 impl Contact {
     fn at(x: Sample, radius: f64, infeed_per_turn_mm: f64, direction: InfeedDirection) -> Self {
         let centre = x.value + radius;
-        let cos_beta = centre / libm::hypot(centre, x.first);
-        let ratio_mm = footprint_speed_ratio_mm(x, radius);
+        let square = centre * centre + x.first * x.first;
+        let length = libm::sqrt(square);
+        let cos_beta = centre / length;
+        let ratio_mm = footprint_ratio(x, radius, centre, square, length);
         // The ratio is |W|/(cos β (1 + κR)) and |W| = centre: solved for 1 + κR = R (1/R + κ).
         let one_plus = centre / (cos_beta * ratio_mm);
         let depth_mm = match direction {

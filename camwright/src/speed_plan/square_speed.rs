@@ -59,8 +59,8 @@ impl Knots {
 
     /// Index of the interval before and of that after one.
     pub(super) fn beside(&self, interval: usize) -> (usize, usize) {
-        let n = self.at.len();
-        ((interval + n - 1) % n, (interval + 1) % n)
+        let last = self.at.len() - 1;
+        (if interval == 0 { last } else { interval - 1 }, if interval == last { 0 } else { interval + 1 })
     }
 
     /// Weights of the coefficients before, of and after an interval at the share `u` of it: of z, z′ and z″.

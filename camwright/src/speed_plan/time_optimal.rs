@@ -7,10 +7,9 @@
 //! problem is not convex: what is found is the best nearby.
 
 use super::envelope::Envelope;
-use super::peaks::Peaks;
+use super::peaks::{Between, Peaks};
 use super::square_speed::{Knots, SquareSpeed, Weights, to_f64};
 use super::turn_request::TurnRequest;
-use crate::machine::description::MotionLimits;
 use crate::numeric::banded::CyclicBand;
 use crate::numeric::hermite::Sample;
 use alloc::vec;
@@ -22,9 +21,21 @@ const SHARES: [f64; 3] = [0.0, 0.5, 1.0];
 /// Simpson's rule over them.
 const SIMPSON: [f64; 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0];
 
-/// Limits of one interval: at the first two points the bound and X acceleration (2); at the first C acceleration (2); C jerk
-/// at the ends (2 each), X jerk at all three (2 each).
-const ROOMS: usize = 2 * (1 + 2) + 2 + 2 * 2 + 3 * 2;
+/// Limits on both sides of 0 in one interval, in this order: C acceleration at the first point, C jerk at the ends; X acceleration
+/// at the first two points, X jerk at all three.
+const PAIRS: usize = 3 + 2 + 3;
+
+/// Those of C, which are all that an interval has where X can do whatever C can.
+const PAIRS_OF_C: usize = 3;
+
+/// Points of the pairs whose right side is √z there; what has another is at a point of its own.
+const POINT: [usize; PAIRS] = [3, 0, 2, 3, 3, 0, 1, 2];
+
+/// Points at which the bound is held.
+const BOUNDS: usize = 2;
+
+/// Share of X's limits up to which the largest acceleration and jerk that X can have in an interval leave them out of it.
+const X_IS_FREE: f64 = 0.9;
 
 /// Share of the turn's time by which it may still be improved nearby when the search ends.
 const GAP: f64 = 5e-4;
@@ -60,85 +71,127 @@ const NEARER: f64 = 0.3;
 /// A peak between points by which it is worth while to plan again; a smaller one slows the whole turn down by as much.
 const WORTH_IT: f64 = 1.0005;
 
-/// To begin with; jerk of X keeps a thousandth for what peaks between the points that are looked at.
-const LOOSE: Peaks = Peaks { bound: 1.0, c_acceleration: 1.0, x_acceleration: 1.0, c_jerk: 1.0, x_jerk: 1.001 };
+/// Jerk of X keeps a thousandth for what peaks between the points that are looked at.
+const LOOSE_X_JERK: f64 = 1.001;
 
 /// What one interval knows.
 struct Interval {
     length: f64,
-    /// Weights of z and z′ at the points, and of z″.
-    z: [Weights; 3],
-    first: [Weights; 3],
-    second: Weights,
-    /// X′, X″, X‴ over the limits of X, at the points.
-    x: [[f64; 3]; 3],
-    /// X″ and X′ over the jerk limit of X.
-    x_jerk: [[f64; 2]; 3],
+    /// Weights of z at the points; none at the point of those that have another right side.
+    z: [Weights; 4],
+    /// Weights of the values that are limited, in the order of pairs, factors of `tight` included.
+    values: [Weights; PAIRS],
+    /// How many of the pairs there are.
+    pairs: usize,
     /// 1/bound² at the first two points.
-    per_bound: [f64; 2],
-    /// Factors on what is held at the points, for what happens between them.
-    tight: Peaks,
+    per_bound: [f64; BOUNDS],
     /// Scale that brings the limits of jerk to the order of 1: √z as expected here.
     root: f64,
 }
 
-/// A limit at a point: what is left to it, and how that changes with the interval's three coefficients.
+/// A number for every limit of an interval: of each pair for its upper and for its lower side.
 #[derive(Clone, Copy)]
-struct Room {
-    left: f64,
-    slope: Weights,
+struct Each {
+    upper: [f64; PAIRS],
+    lower: [f64; PAIRS],
+    bound: [f64; BOUNDS],
+}
+
+impl Each {
+    const NONE: Each = Each { upper: [0.0; PAIRS], lower: [0.0; PAIRS], bound: [0.0; BOUNDS] };
+
+    /// Room that is left to every limit.
+    fn least(&self, pairs: usize) -> f64 {
+        let sides = self.upper[..pairs].iter().chain(&self.lower[..pairs]).chain(&self.bound);
+        sides.fold(f64::INFINITY, |least, room| least.min(*room))
+    }
 }
 
 fn dot(w: &Weights, c: &Weights) -> f64 {
     w[0] * c[0] + w[1] * c[1] + w[2] * c[2]
 }
 
-/// a·u + b·v.
-fn mix(a: f64, u: &Weights, b: f64, v: &Weights) -> Weights {
-    [a * u[0] + b * v[0], a * u[1] + b * v[1], a * u[2] + b * v[2]]
+fn times(factor: f64, w: &Weights) -> Weights {
+    w.map(|w| factor * w)
+}
+
+fn sum<const N: usize>(all: [Weights; N]) -> Weights {
+    all.iter().fold([0.0; 3], |sum, w| [sum[0] + w[0], sum[1] + w[1], sum[2] + w[2]])
 }
 
 /// The plan that is being improved, with the room it leaves to every limit and the price of that.
 struct Iterate {
     coefficients: Vec<f64>,
-    rooms: Vec<[Room; ROOMS]>,
-    prices: Vec<[f64; ROOMS]>,
+    at: Vec<At>,
+    /// How much the prices change with the step at hand.
+    changes: Vec<Each>,
+    /// Sum of all prices times rooms (s): how far the plan is from the best nearby.
+    gap: f64,
+}
+
+/// An interval under the plan at hand.
+#[derive(Clone, Copy)]
+struct At {
+    /// 1/z at the points.
+    per_z: [f64; 3],
+    /// Slope of the right side of jerk by z, at the points.
+    right_slope: [f64; 4],
+    /// 1/room of every limit, and the price of it.
+    per_room: Each,
+    price: Each,
 }
 
 /// The limits of a turn on given knots.
 pub(super) struct Problem {
     knots: Knots,
     intervals: Vec<Interval>,
-    c: MotionLimits,
 }
 
 impl Problem {
-    pub(super) fn new(request: &TurnRequest<'_>, envelope: &Envelope, knots: Knots) -> Self {
+    pub(super) fn new(request: &TurnRequest<'_>, envelope: &Envelope, between: &Between<'_>, knots: Knots) -> Self {
         let at_knots: Vec<Sample> = (0..knots.count()).map(|i| request.path.sample(knots.at(i))).collect();
+        let (c, limits) = (request.c, request.x);
         let intervals = (0..knots.count())
             .map(|i| {
                 let (begin, length) = (knots.at(i), knots.length(i));
                 let weights = SHARES.map(|u| knots.weights(i, u));
                 let path = [at_knots[i], request.path.sample(begin + SHARES[1] * length), at_knots[knots.beside(i).1]];
-                let per_bound = [0, 1].map(|k| request.per_square_bound(begin + SHARES[k] * length, path[k]));
-                let path = path.map(|path| request.with_infeed(path));
-                Interval {
-                    length,
-                    z: weights.map(|w| w[0]),
-                    first: weights.map(|w| w[1]),
-                    second: weights[0][2],
-                    x: path.map(|x| {
-                        let limits = request.x;
-                        [0.5 * x.first / limits.acceleration, x.second / limits.acceleration, x.third / limits.jerk]
-                    }),
-                    x_jerk: path.map(|x| [0.5 * x.first / request.x.jerk, 1.5 * x.second / request.x.jerk]),
-                    per_bound,
-                    tight: LOOSE,
-                    root: libm::sqrt(envelope.square_at(begin + 0.5 * length)),
+                let reach = &between.reach()[i];
+                let x = path.map(|path| request.with_infeed(path));
+                let root = libm::sqrt(envelope.square_at(begin + 0.5 * length));
+                let mut values = [[0.0; 3]; PAIRS];
+                let (first, second) = (weights.map(|w| w[1]), weights[0][2]);
+                values[0] = times(0.5 / c.acceleration, &first[0]);
+                // Limits of jerk times root: root/√z ∓ root·z″/(2j) ≥ 0, by the tangent of the first term.
+                values[1] = times(root * 0.5 / c.jerk, &second);
+                values[2] = values[1];
+                for k in 0..3 {
+                    let [z, first, second] = weights[k];
+                    if k < 2 {
+                        values[3 + k] = sum([
+                            times(x[k].second / limits.acceleration, &z),
+                            times(0.5 * x[k].first / limits.acceleration, &first),
+                        ]);
+                    }
+                    values[5 + k] = times(
+                        root * LOOSE_X_JERK / limits.jerk,
+                        &sum([
+                            times(x[k].third, &z),
+                            times(1.5 * x[k].second, &first),
+                            times(0.5 * x[k].first, &second),
+                        ]),
+                    );
                 }
+                let z = [weights[0][0], weights[1][0], weights[2][0], [0.0; 3]];
+                // The envelope may rise and fall by the acceleration of C within the interval.
+                let largest = envelope.square_at(begin + 0.5 * length) + c.acceleration * length;
+                let per_bound = reach.per_bound_at_points();
+                let is_free = reach.largest_x_use(request, largest) <= X_IS_FREE;
+                let pairs = if is_free { PAIRS_OF_C } else { PAIRS };
+                Interval { length, z, values, pairs, per_bound, root }
             })
             .collect();
-        Self { knots, intervals, c: request.c }
+        Self { knots, intervals }
     }
 
     fn around(&self, values: &[f64], interval: usize) -> Weights {
@@ -146,55 +199,23 @@ impl Problem {
         [values[before], values[interval], values[after]]
     }
 
-    /// Every limit of an interval.
+    /// The plan at hand in an interval, without prices, and the room of every limit.
     #[inline]
-    fn rooms(&self, interval: &Interval, c: &Weights) -> [Room; ROOMS] {
-        let mut rooms = [Room { left: 0.0, slope: [0.0; 3] }; ROOMS];
-        let mut count = 0;
-        let mut put = |left: f64, slope: Weights| {
-            rooms[count] = Room { left, slope };
-            count += 1;
-        };
-        let second = dot(&interval.second, c);
-        for k in 0..3 {
-            let (z, first) = (dot(&interval.z[k], c), dot(&interval.first[k], c));
-            let mut both = |right: f64, right_slope: f64, value: f64, slope: Weights| {
-                put(right - value, mix(right_slope, &interval.z[k], -1.0, &slope));
-                put(right + value, mix(right_slope, &interval.z[k], 1.0, &slope));
-            };
-            let [x1, x2, x3] = interval.x[k];
-            if k < 2 {
-                let (x1, x2) = (x1 * interval.tight.x_acceleration, x2 * interval.tight.x_acceleration);
-                both(1.0, 0.0, x2 * z + x1 * first, mix(x2, &interval.z[k], x1, &interval.first[k]));
-            }
-            if k == 0 {
-                let per = 0.5 / self.c.acceleration;
-                both(1.0, 0.0, per * first, mix(per, &interval.first[k], 0.0, &interval.first[k]));
-            }
-            // Limits of jerk times root: root/√z ∓ root·z″/(2j) ≥ 0, by the tangent of the first term.
-            let right = interval.root / libm::sqrt(z);
-            let right_slope = -0.5 * right / z;
-            if k != 1 {
-                let per = interval.root * interval.tight.c_jerk * 0.5 / self.c.jerk;
-                both(right, right_slope, per * second, mix(per, &interval.second, 0.0, &interval.second));
-            }
-            let [j1, j2] = interval.x_jerk[k];
-            let root = interval.root * interval.tight.x_jerk;
-            let value = root * (x3 * z + j2 * first + j1 * second);
-            let outer = mix(root * x3, &interval.z[k], root * j2, &interval.first[k]);
-            both(right, right_slope, value, mix(1.0, &outer, root * j1, &interval.second));
-            if k < 2 {
-                let per = interval.per_bound[k] * interval.tight.bound;
-                put(1.0 - per * z, mix(-per, &interval.z[k], 0.0, &interval.z[k]));
-            }
+    fn rooms(interval: &Interval, c: &Weights) -> (At, Each) {
+        let z = [0, 1, 2].map(|k| dot(&interval.z[k], c));
+        let per_z = z.map(|z| 1.0 / z);
+        let right = per_z.map(|per_z| interval.root * libm::sqrt(per_z));
+        let right_slope = [0, 1, 2].map(|k| -0.5 * right[k] * per_z[k]);
+        let right = [right[0], right[1], right[2], 1.0];
+        let mut room = Each::NONE;
+        for p in 0..interval.pairs {
+            let value = dot(&interval.values[p], c);
+            room.upper[p] = right[POINT[p]] - value;
+            room.lower[p] = right[POINT[p]] + value;
         }
-        rooms
-    }
-
-    /// Every limit of every interval.
-    fn all_rooms(&self, coefficients: &[f64]) -> Vec<[Room; ROOMS]> {
-        let each = self.intervals.iter().enumerate();
-        each.map(|(i, interval)| self.rooms(interval, &self.around(coefficients, i))).collect()
+        room.bound = [0, 1].map(|k| 1.0 - interval.per_bound[k] * z[k]);
+        let right_slope = [right_slope[0], right_slope[1], right_slope[2], 0.0];
+        (At { per_z, right_slope, per_room: Each::NONE, price: Each::NONE }, room)
     }
 
     fn time(&self, coefficients: &[f64]) -> f64 {
@@ -211,25 +232,36 @@ impl Problem {
     fn keeps(&self, coefficients: &[f64], spare: f64) -> bool {
         self.intervals.iter().enumerate().all(|(i, interval)| {
             let c = self.around(coefficients, i);
-            interval.z.iter().all(|w| dot(w, &c) > 0.0) && self.rooms(interval, &c).iter().all(|room| room.left > spare)
+            let is_positive = interval.z[..3].iter().all(|w| dot(w, &c) > 0.0);
+            is_positive && Self::rooms(interval, &c).1.least(interval.pairs) > spare
         })
+    }
+
+    /// How many limits there are.
+    fn limits(&self) -> f64 {
+        to_f64(self.intervals.iter().map(|interval| 2 * interval.pairs + BOUNDS).sum())
     }
 
     /// Holds an interval tighter where something peaked between its points. Tells whether it did.
     pub(super) fn tighten(&mut self, peaks: &[Peaks]) -> bool {
         let mut is_tighter = false;
         for (interval, found) in self.intervals.iter_mut().zip(peaks) {
-            let tight = &mut interval.tight;
-            for (factor, ratio) in [
-                (&mut tight.bound, found.bound),
-                (&mut tight.x_acceleration, found.x_acceleration),
-                (&mut tight.c_jerk, found.c_jerk),
-                (&mut tight.x_jerk, found.x_jerk),
-            ] {
+            let (jerk_of_c, acceleration_of_x, jerk_of_x) = (1..3, 3..5, 5..8);
+            for (ratio, pairs) in
+                [(found.c_jerk, jerk_of_c), (found.x_acceleration, acceleration_of_x), (found.x_jerk, jerk_of_x)]
+            {
                 if ratio > WORTH_IT {
-                    *factor *= ratio;
+                    interval.values[pairs].iter_mut().for_each(|value| *value = times(ratio, value));
                     is_tighter = true;
                 }
+            }
+            if found.bound > WORTH_IT {
+                interval.per_bound.iter_mut().for_each(|per| *per *= found.bound);
+                is_tighter = true;
+            }
+            // X was thought to be free there.
+            if found.x_acceleration.max(found.x_jerk) > WORTH_IT {
+                interval.pairs = PAIRS;
             }
         }
         is_tighter
@@ -273,12 +305,14 @@ fn over_neighbours(values: &[f64], reach: usize, fold: impl Fn(f64, f64) -> f64,
 ///
 /// `from` is where to begin, slowed down as need be.
 pub(super) fn solve(problem: &Problem, from: Vec<f64>, begin: &Begin) -> Option<SquareSpeed> {
-    let limits = to_f64(problem.knots.count() * ROOMS);
+    let limits = problem.limits();
     let coefficients = problem.slowed_down(from, begin)?;
     let mut mu = begin.far * problem.time(&coefficients) / limits;
-    let rooms = problem.all_rooms(&coefficients);
-    let prices = rooms.iter().map(|rooms| rooms.map(|room| mu / room.left)).collect();
-    let mut it = Iterate { coefficients, rooms, prices };
+    let n = problem.knots.count();
+    let none = At { per_z: [0.0; 3], right_slope: [0.0; 4], per_room: Each::NONE, price: Each::NONE };
+    let mut it = Iterate { coefficients, at: vec![none; n], changes: vec![Each::NONE; n], gap: 0.0 };
+    // All prices at first are those of the central path: whatever is not there yet is brought to it.
+    it.look(problem, mu, 0.0, f64::INFINITY);
     for _ in 0..MOST_ITERATIONS {
         let Some(stepped) = step(problem, &mut it, mu) else { break };
         if stepped.primal.min(stepped.dual) > TAKEN {
@@ -305,26 +339,113 @@ struct Stepped {
     gap: f64,
 }
 
+impl Iterate {
+    /// Rooms of the coefficients at hand, and prices after a share of their change, none farther from those of the central path
+    /// than by this factor: prices that have strayed from what the rooms now say hold the next steps back.
+    fn look(&mut self, problem: &Problem, mu: f64, share: f64, astray: f64) {
+        let is_first = astray.is_infinite();
+        let (low, high) = if is_first { (mu, mu) } else { (mu / astray, mu * astray) };
+        self.gap = 0.0;
+        for (i, interval) in problem.intervals.iter().enumerate() {
+            let (mut at, room) = Problem::rooms(interval, &problem.around(&self.coefficients, i));
+            let (old, change) = (&self.at[i].price, &self.changes[i]);
+            let mut gap = 0.0;
+            let mut side = |room: &[f64], old: &[f64], change: &[f64], per_room: &mut [f64], price: &mut [f64]| {
+                for p in 0..room.len() {
+                    let per = 1.0 / room[p].max(LEAST_ROOM);
+                    per_room[p] = per;
+                    price[p] = (old[p] + share * change[p]).max(low * per).min(high * per);
+                    gap += price[p] * room[p];
+                }
+            };
+            let n = interval.pairs;
+            let (per, price) = (&mut at.per_room, &mut at.price);
+            side(&room.upper[..n], &old.upper[..n], &change.upper[..n], &mut per.upper[..n], &mut price.upper[..n]);
+            side(&room.lower[..n], &old.lower[..n], &change.lower[..n], &mut per.lower[..n], &mut price.lower[..n]);
+            side(&room.bound, &old.bound, &change.bound, &mut per.bound, &mut price.bound);
+            self.gap += gap;
+            self.at[i] = at;
+        }
+    }
+}
+
+/// Adds an interval's part of the Newton matrix, upper half (0,0) (0,1) (0,2) (1,1) (1,2) (2,2), and of its right side.
+#[inline]
+fn assemble(interval: &Interval, at: &At, mu: f64) -> ([f64; 6], [f64; 3]) {
+    let (mut h, mut g) = ([0.0; 6], [0.0; 3]);
+    // A side's slope is that of its right side along z, less or more the value's: what goes with z is gathered by point.
+    let (mut square, mut pull, mut cross) = ([0.0; 4], [0.0; 4], [[0.0; 3]; 4]);
+    let (price, per) = (&at.price, &at.per_room);
+    for (p, &point) in POINT.iter().enumerate().take(interval.pairs) {
+        let value = &interval.values[p];
+        let (upper, lower) = (price.upper[p] * per.upper[p], price.lower[p] * per.lower[p]);
+        let slope = at.right_slope[point];
+        square[point] += (upper + lower) * slope * slope;
+        pull[point] += mu * (per.upper[p] + per.lower[p]) * slope;
+        let by = (upper - lower) * slope;
+        for (cross, value) in cross[point].iter_mut().zip(value) {
+            *cross += by * value;
+        }
+        add(&mut h, &mut g, value, upper + lower, mu * (per.lower[p] - per.upper[p]));
+    }
+    for k in 0..BOUNDS {
+        let slope = interval.per_bound[k];
+        square[k] += price.bound[k] * per.bound[k] * slope * slope;
+        pull[k] -= mu * per.bound[k] * slope;
+    }
+    for k in 0..3 {
+        // Simpson's part of the time, 1/√z: its slope is that of the right side of jerk.
+        let slope = -at.right_slope[k] * SIMPSON[k] * interval.length / interval.root;
+        let [a, b, c] = interval.z[k];
+        let [u, v, w] = cross[k];
+        add(&mut h, &mut g, &interval.z[k], square[k] + 1.5 * slope * at.per_z[k], pull[k] + slope);
+        h[0] -= 2.0 * a * u;
+        h[1] -= a * v + b * u;
+        h[2] -= a * w + c * u;
+        h[3] -= 2.0 * b * v;
+        h[4] -= b * w + c * v;
+        h[5] -= 2.0 * c * w;
+    }
+    (h, g)
+}
+
+/// How the prices of an interval change with a step of its coefficients; and the largest rates at which the step uses up rooms,
+/// prices, and z, as shares of them.
+#[inline]
+fn follow(interval: &Interval, at: &At, moved: &Weights, mu: f64, change: &mut Each) -> (f64, f64, f64) {
+    let z = [0, 1, 2].map(|k| dot(&interval.z[k], moved));
+    let (mut primal, mut dual, mut by_z) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for (z, per_z) in z.iter().zip(&at.per_z) {
+        by_z = by_z.max(-z * per_z);
+    }
+    let along_z = [z[0], z[1], z[2], 0.0];
+    let mut side = |along: f64, per: f64, price: f64| {
+        let rate = along * per;
+        let new = mu * per - price * (1.0 + rate);
+        primal = primal.max(-rate);
+        dual = dual.max(-new / price);
+        new
+    };
+    for p in 0..interval.pairs {
+        let right = at.right_slope[POINT[p]] * along_z[POINT[p]];
+        let value = dot(&interval.values[p], moved);
+        change.upper[p] = side(right - value, at.per_room.upper[p], at.price.upper[p]);
+        change.lower[p] = side(right + value, at.per_room.lower[p], at.price.lower[p]);
+    }
+    for (k, z) in z.iter().enumerate().take(BOUNDS) {
+        change.bound[k] = side(-interval.per_bound[k] * z, at.per_room.bound[k], at.price.bound[k]);
+    }
+    (primal, dual, by_z)
+}
+
 /// One Newton step towards the point of the central path at μ.
 fn step(problem: &Problem, it: &mut Iterate, mu: f64) -> Option<Stepped> {
     let n = problem.knots.count();
     let mut band = CyclicBand::<3>::circulant(n, [0.0; 3]);
     let mut right = vec![0.0; n];
-    let mut gap = 0.0;
-    for (i, interval) in problem.intervals.iter().enumerate() {
-        let c = problem.around(&it.coefficients, i);
-        // Upper half: (0,0) (0,1) (0,2) (1,1) (1,2) (2,2).
-        let (mut h, mut g) = ([0.0; 6], [0.0; 3]);
-        for (w, part) in interval.z.iter().zip(SIMPSON) {
-            let z = dot(w, &c);
-            let per = part * interval.length / (z * libm::sqrt(z));
-            add(&mut h, &mut g, w, 0.75 * per / z, 0.5 * per);
-        }
-        for (room, price) in it.rooms[i].iter().zip(&it.prices[i]) {
-            let per = 1.0 / room.left.max(LEAST_ROOM);
-            gap += price * room.left;
-            add(&mut h, &mut g, &room.slope, price * per, mu * per);
-        }
+    let gap = it.gap;
+    for (i, (interval, at)) in problem.intervals.iter().zip(&it.at).enumerate() {
+        let (h, g) = assemble(interval, at, mu);
         let (before, after) = problem.knots.beside(i);
         let rows = band.rows_mut();
         rows[before][0] += h[0];
@@ -339,49 +460,23 @@ fn step(problem: &Problem, it: &mut Iterate, mu: f64) -> Option<Stepped> {
     }
     band.factor().ok()?.solve(&mut right);
     let change = right;
-    let (mut primal, mut dual) = (1.0_f64, 1.0_f64);
+    // Largest rates; a step uses up 0.99 of a room or a price and 0.9 of z at most.
+    let (mut primal, mut dual, mut by_z) = (0.99_f64, 0.99_f64, 0.9_f64);
     // Coefficients are the middle Bézier points of z: above 0 with both ends they keep it so in between.
     for (coefficient, along) in it.coefficients.iter().zip(&change) {
-        if *along < 0.0 {
-            primal = primal.min(-0.9 * coefficient / along);
-        }
+        by_z = by_z.max(-along / coefficient);
     }
-    let mut price_changes = vec![[0.0; ROOMS]; n];
-    for (i, interval) in problem.intervals.iter().enumerate() {
-        let (c, moved) = (problem.around(&it.coefficients, i), problem.around(&change, i));
-        for w in &interval.z {
-            let (z, along) = (dot(w, &c), dot(w, &moved));
-            if along < 0.0 {
-                primal = primal.min(-0.9 * z / along);
-            }
-        }
-        for ((room, price), new) in it.rooms[i].iter().zip(&it.prices[i]).zip(&mut price_changes[i]) {
-            let along = dot(&room.slope, &moved);
-            if along < 0.0 {
-                primal = primal.min(-0.99 * room.left / along);
-            }
-            *new = (mu - price * along) / room.left.max(LEAST_ROOM) - price;
-            if *new < 0.0 {
-                dual = dual.min(-0.99 * price / *new);
-            }
-        }
+    for (i, ((interval, at), new)) in problem.intervals.iter().zip(&it.at).zip(&mut it.changes).enumerate() {
+        let rates = follow(interval, at, &problem.around(&change, i), mu, new);
+        primal = primal.max(rates.0);
+        dual = dual.max(rates.1);
+        by_z = by_z.max(rates.2);
     }
+    let (primal, dual) = ((0.99 / primal).min(0.9 / by_z), 0.99 / dual);
     for (coefficient, along) in it.coefficients.iter_mut().zip(&change) {
         *coefficient += primal * along;
     }
-    for (prices, changes) in it.prices.iter_mut().zip(&price_changes) {
-        for (price, along) in prices.iter_mut().zip(changes) {
-            *price += dual * along;
-        }
-    }
-    // Prices that have strayed from what the rooms now say hold the next steps back.
-    it.rooms = problem.all_rooms(&it.coefficients);
-    for (prices, rooms) in it.prices.iter_mut().zip(&it.rooms) {
-        for (price, room) in prices.iter_mut().zip(rooms) {
-            let central = mu / room.left.max(LEAST_ROOM);
-            *price = price.clamp(central / ASTRAY, central * ASTRAY);
-        }
-    }
+    it.look(problem, mu, dual, ASTRAY);
     Some(Stepped { primal, dual, gap })
 }
 

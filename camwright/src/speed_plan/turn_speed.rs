@@ -1,7 +1,7 @@
 //! The fastest turn of a lobe, over and over again.
 
 use super::envelope::Envelope;
-use super::peaks::{Peaks, peaks};
+use super::peaks::{Between, Peaks, Reach};
 use super::square_speed::{SquareSample, SquareSpeed};
 use super::table::Table;
 use super::time_optimal::{Begin, Problem, solve};
@@ -27,6 +27,9 @@ const MORE_ROUNDS: u32 = 3;
 /// How much finer than the knots limits are checked: beside a corner of the bound the rest is 3e-5.
 const CHECK_FACTOR: u32 = 16;
 
+/// Up to which share of the bound that is expected in an interval, in z, the speed there is not looked at more closely.
+const FAR_FROM_BOUND: f64 = 0.95;
+
 /// C's speed over one turn, periodic, near the fastest that keeps every limit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TurnSpeed {
@@ -47,7 +50,7 @@ pub struct TurnPoint {
 
 impl TurnSpeed {
     /// The fastest turn that keeps the limits. Checked afterwards on a grid sixteen times finer than its own, as the quintic
-    /// in time that drives the axes, and slowed down by what is found there.
+    /// in time that drives the axes, wherever that is not proven by hulls, and slowed down by what is found there.
     ///
     /// # Errors
     /// A bound or a limit that is not a positive number.
@@ -63,30 +66,26 @@ impl TurnSpeed {
         let change_s = request.c.acceleration / request.c.jerk;
         let step_s = (change_s / KNOTS_PER_CHANGE).max(SHORTEST_STEP_S);
         let knots = envelope.knots(step_s, rad_from_deg(WIDEST_DEG));
-        let mut problem = Problem::new(request, &envelope, knots);
+        let between = Between::new(request, &table, &knots);
+        let mut problem = Problem::new(request, &envelope, &between, knots);
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some ten intervals")]
         let round = libm::ceil(2.0 * change_s / step_s) as usize;
         let mut fastest = solve(&problem, problem.start(round), &Begin::COLD).ok_or(TurnError::NoStart)?;
+        let mut peaks = between.peaks(&fastest);
         for _ in 0..MORE_ROUNDS {
-            if !problem.tighten(&peaks(request, &table, &fastest)) {
+            if !problem.tighten(&peaks) {
                 break;
             }
             let again = solve(&problem, fastest.coefficients().to_vec(), &Begin::WARM);
             let again = again.or_else(|| solve(&problem, problem.start(round), &Begin::COLD));
             fastest = again.ok_or(TurnError::NoStart)?;
+            peaks = between.peaks(&fastest);
         }
-        let mut turn = Self::from_square(fastest, envelope.least_s());
-        // What is left is little; the last time proves it.
-        for _ in 0..4 {
-            let between = peaks(request, &table, &turn.speed).into_iter().reduce(Peaks::larger);
-            let excess = between.map_or(0.0, Peaks::excess).max(turn.excess(request));
-            if excess <= 1.0 {
-                break;
-            }
-            turn.speed.scale(1.0 / (excess * (1.0 + 1e-12)));
-            turn = Self::from_square(turn.speed, turn.least_s);
-        }
-        Ok(turn)
+        let turn = Self::from_square(fastest, envelope.least_s());
+        // What is left is little. A slower turn runs through the same positions at other times: every use falls with the scale of z
+        // as it should, and nothing has to be looked at again.
+        let worst = peaks.into_iter().fold(turn.used_in_time(request, between.reach()), Peaks::larger).excess();
+        Ok(if worst > 1.0 { turn.slower(worst * (1.0 + 1e-9)) } else { turn })
     }
 
     fn from_square(speed: SquareSpeed, least_s: f64) -> Self {
@@ -168,26 +167,54 @@ impl TurnSpeed {
         knots
     }
 
-    /// Largest factor by which z is beyond what the limits allow, on a grid finer than the knots.
-    fn excess(&self, request: &TurnRequest<'_>) -> f64 {
+    /// How much of the limits the quintics in time use at most, on a grid finer than the knots; where their hulls say that it is not
+    /// all of a limit, only that.
+    fn used_in_time(&self, request: &TurnRequest<'_>, reach: &[Reach]) -> Peaks {
         let knots = self.knots(0.0, 0.0, 2.0 * TURN_RAD);
-        let n = self.times.len() - 1;
         let mut found = Peaks::default();
-        for pair in knots.windows(2).take(n) {
+        for (pair, reach) in knots.windows(2).zip(reach) {
+            let hull = within_hull(&pair[0], &pair[1], request, reach);
+            let is_c_free = hull.c_acceleration.max(hull.c_jerk) <= 1.0;
+            let is_x_free = hull.x_acceleration.max(hull.x_jerk) <= 1.0 && hull.bound <= FAR_FROM_BOUND;
+            if is_c_free && is_x_free {
+                continue;
+            }
             for k in 0..CHECK_FACTOR {
                 let at = pair[0].at + (pair[1].at - pair[0].at) * f64::from(k) / f64::from(CHECK_FACTOR);
                 let c = quintic(&pair[0], &pair[1], at);
+                found.c_acceleration = found.c_acceleration.max(c.second.abs() / request.c.acceleration);
+                found.c_jerk = found.c_jerk.max(c.third.abs() / request.c.jerk);
+                if is_x_free {
+                    continue;
+                }
                 let path = request.path.sample(c.value);
                 let x = chain(request.with_infeed(path), c);
-                found = found.larger(Peaks {
-                    bound: c.first * c.first * request.per_square_bound(c.value, path),
-                    c_acceleration: c.second.abs() / request.c.acceleration,
-                    x_acceleration: x.second.abs() / request.x.acceleration,
-                    c_jerk: c.third.abs() / request.c.jerk,
-                    x_jerk: x.third.abs() / request.x.jerk,
-                });
+                found.bound = found.bound.max(c.first * c.first * request.per_square_bound(c.value, path));
+                found.x_acceleration = found.x_acceleration.max(x.second.abs() / request.x.acceleration);
+                found.x_jerk = found.x_jerk.max(x.third.abs() / request.x.jerk);
             }
         }
-        found.excess()
+        found
+    }
+}
+
+/// What the quintic between two knots can use of the limits at most: its derivatives lie within the hulls of their control points.
+fn within_hull(left: &Knot, right: &Knot, request: &TurnRequest<'_>, reach: &Reach) -> Peaks {
+    let h = right.at - left.at;
+    let (v0, v1) = (left.first, left.first + 0.25 * h * left.second);
+    let (v3, v4) = (right.first - 0.25 * h * right.second, right.first);
+    // The mean of the control points is the mean speed.
+    let v = [v0, v1, 5.0 * (right.value - left.value) / h - (v0 + v1 + v3 + v4), v3, v4];
+    let a: [f64; 4] = core::array::from_fn(|i| 4.0 / h * (v[i + 1] - v[i]));
+    let j: [f64; 3] = core::array::from_fn(|i| 3.0 / h * (a[i + 1] - a[i]));
+    let largest = |values: &[f64]| values.iter().fold(0.0, |most, value| f64::max(most, value.abs()));
+    let (v, a, j) = (largest(&v), largest(&a), largest(&j));
+    let [x1, x2, x3] = reach.x;
+    Peaks {
+        bound: v * v * reach.expected_per_bound(),
+        c_acceleration: a / request.c.acceleration,
+        c_jerk: j / request.c.jerk,
+        x_acceleration: (x2 * v * v + x1 * a) / request.x.acceleration,
+        x_jerk: (x3 * v * v * v + 3.0 * x2 * v * a + x1 * j) / request.x.jerk,
     }
 }
