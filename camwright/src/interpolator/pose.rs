@@ -26,7 +26,7 @@ impl Pose {
     #[allow(clippy::cast_possible_truncation, reason = "travel in counts is below 2^53")]
     pub(crate) fn setpoint(&self) -> Setpoint {
         Setpoint {
-            counts: core::array::from_fn(|axis| self.base[axis] + libm::round(self.offset[axis]) as i64),
+            counts: core::array::from_fn(|axis| self.base[axis].saturating_add(libm::round(self.offset[axis]) as i64)),
             velocity: self.velocity,
             acceleration: self.acceleration,
         }

@@ -4,10 +4,12 @@ use super::cut::Curves;
 use super::spin::SpinFacts;
 use super::trajectory::Trajectory;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits, Scale};
+use crate::numeric::hermite::Knot;
 use crate::path_stop::path_stop_s;
 use crate::plan::{Command, CutSegment, Phase, Plan, Segment, SegmentKind};
 use crate::point_to_point::{MOVE_SHARE, MoveLaw, PointToPointError, whole_ticks};
 use crate::setpoint::Input;
+use crate::units::TURN_RAD;
 use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
@@ -64,9 +66,9 @@ pub enum PrepareError {
         /// Length of the speed law.
         duration_s: f64,
     },
-    /// C turns on from one cut to the next, and they do not fit.
+    /// A cut that no machine could follow, or one that does not fit to the one before or after it.
     #[error("segment {segment}: {what}")]
-    TurnsOn {
+    BadCut {
         /// Index of the segment.
         segment: usize,
         /// What does not fit.
@@ -208,8 +210,8 @@ impl Prepared {
                 SegmentKind::Cut(cut) => {
                     let curves = Curves::of(&plan, cut).ok_or(PrepareError::MissingSpline { segment: index })?;
                     check_cut(index, cut, segment, &curves)?;
+                    check_ends(index, &curves, turns, machine)?;
                     fact.retract_limits = spare_limits(index, &curves, machine)?;
-                    check_ends(index, &curves, turns)?;
                     fact.spin = spin_after(index, &curves, &plan, machine)?;
                     turns = fact.spin.is_some();
                 }
@@ -250,13 +252,37 @@ fn check_cut(index: usize, cut: &CutSegment, segment: &Segment, curves: &Curves<
     Ok(())
 }
 
+/// Longest cut (s), and a speed that no headstock has (rad/s): beyond them a plan is damaged, and counts no longer fit into their
+/// numbers.
+const LONGEST_CUT_S: f64 = 86_400.0;
+const FASTEST_RAD_S: f64 = 1e4;
+const FARTHEST_MM: f64 = 1e6;
+
 /// A cut begins as C comes: turning before time 0, or at rest at time 0.
-fn check_ends(index: usize, curves: &Curves<'_>, turns: bool) -> Result<(), PrepareError> {
-    let wrong = |what| Err(PrepareError::TurnsOn { segment: index, what });
+fn check_ends(
+    index: usize,
+    curves: &Curves<'_>,
+    turns: bool,
+    machine: &MachineDescription,
+) -> Result<(), PrepareError> {
+    let wrong = |what| Err(PrepareError::BadCut { segment: index, what });
     let (motion, knots) = (curves.motion(), curves.motion().law.knots());
     let (comes_rad_s, goes_rad_s) = motion.end_speeds_rad_s();
-    if comes_rad_s < 0.0 || goes_rad_s < 0.0 {
-        return wrong("a cut begins or ends with c_axis turning backwards");
+    let longest_turn_rad_s = TURN_RAD / LONGEST_CUT_S;
+    let turns_so = |speed: f64| speed == 0.0 || (longest_turn_rad_s..=FASTEST_RAD_S).contains(&speed);
+    if !(turns_so(comes_rad_s) && turns_so(goes_rad_s)) {
+        return wrong("a cut begins or ends with c_axis turning backwards, too slowly or too fast to be met");
+    }
+    if !(0..machine.axis(Axis::C).scale.counts(TURN_RAD)).contains(&curves.cut.start_counts) {
+        return wrong("the start of a cut must lie within one turn of c_axis");
+    }
+    if !(0.0..=FARTHEST_MM).contains(&curves.cut.retract_mm) || !(0.0..=FARTHEST_MM).contains(&curves.cut.hold_mm) {
+        return wrong("a cut is left by less than nothing or by more than a kilometre");
+    }
+    let is_short = knots[0].at.abs() <= LONGEST_CUT_S && motion.end_s().abs() <= LONGEST_CUT_S;
+    let is_near = |knot: &Knot| knot.value.abs() <= FASTEST_RAD_S * LONGEST_CUT_S;
+    if !(is_short && knots.iter().all(is_near)) {
+        return wrong("a cut takes longer than a day or turns c_axis farther than it could in one");
     }
     match (turns, comes_rad_s > 0.0) {
         (true, false) => wrong("a cut begins at rest, and c_axis turns on from the one before"),
@@ -290,10 +316,10 @@ fn spin_after(
             SegmentKind::Dwell | SegmentKind::Wait | SegmentKind::Command(_) => false,
         };
         if moves_c {
-            return Err(PrepareError::TurnsOn { segment, what: "c_axis still turns on from the cut before" });
+            return Err(PrepareError::BadCut { segment, what: "c_axis still turns on from the cut before" });
         }
     }
-    Err(PrepareError::TurnsOn { segment: index, what: "c_axis turns on, and no cut comes after" })
+    Err(PrepareError::BadCut { segment: index, what: "c_axis turns on, and no cut comes after" })
 }
 
 /// Limits of X that remain for a retract on top of the path; and whether both stay inside the soft limits.
@@ -312,6 +338,10 @@ fn spare_limits(index: usize, curves: &Curves<'_>, machine: &MachineDescription)
             *peak = peak.max(libm::fabs(value));
         }
         range = (range.0.min(x.value), range.1.max(x.value));
+        if !(x.value.abs() <= FARTHEST_MM && curves.angle(time_s).value.abs() <= FASTEST_RAD_S * LONGEST_CUT_S) {
+            let what = "x_axis would go farther than a kilometre, or c_axis turn farther than it could in a day";
+            return Err(PrepareError::BadCut { segment: index, what });
+        }
     }
     if let Some((low, high)) = axis.soft_limits {
         let farthest = range.1 + curves.cut.retract_mm.max(curves.cut.hold_mm);
@@ -352,7 +382,7 @@ fn homing_plan(axes: &[Axis], machine: &MachineDescription) -> Result<Plan, Prep
         };
         let limits = description.limits.at_most(description.search_velocity);
         // On average half a turn; at the longest, a start just inside the window, a whole one.
-        let half_turn_s = 0.5 * crate::units::TURN_RAD / limits.velocity;
+        let half_turn_s = 0.5 * TURN_RAD / limits.velocity;
         plan.segments.push(segment(
             SegmentKind::Search {
                 axis: *axis,

@@ -85,7 +85,7 @@ impl Spin {
     pub(crate) fn put(&self, tick: u64, machine: &MachineDescription, setpoint: &mut Setpoint) {
         let c = Axis::C.index();
         let (base, offset) = self.place(tick, machine);
-        setpoint.counts[c] = base + libm::round(offset) as i64;
+        setpoint.counts[c] = base.saturating_add(libm::round(offset) as i64);
         (setpoint.velocity[c], setpoint.acceleration[c]) = self.rates(tick);
     }
 

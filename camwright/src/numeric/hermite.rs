@@ -126,7 +126,8 @@ impl HermiteSpline {
                 third: 0.0,
             };
         }
-        let right = self.knots.partition_point(|knot| knot.at <= at);
+        // An abscissa that is not a number lies nowhere, and gives what is not a number.
+        let right = self.knots.partition_point(|knot| knot.at <= at).max(1);
         quintic(&self.knots[right - 1], &self.knots[right], at)
     }
 

@@ -1,10 +1,13 @@
 //! C turning on from one cut to the next: undisturbed, held, slowed down, cancelled and stopped at any tick.
 
 use crate::bench::{Bench, Random, SAFE_X, TURN, machine, two_cuts};
-use camwright::interpolator::{Outcome, Request, State};
+use camwright::interpolator::{Interpolator, Motion, Outcome, Prepared, Request, State, TickInputs};
 use camwright::job::SpeedLaw;
-use camwright::machine::description::AXIS_COUNT;
-use camwright::plan::Plan;
+use camwright::machine::description::{AXIS_COUNT, Axis};
+use camwright::numeric::hermite::HermiteSpline;
+use camwright::plan::{Plan, SegmentKind};
+use camwright::setpoint::StopPoint;
+use std::sync::Arc;
 
 fn speeds() -> [SpeedLaw; 2] {
     [
@@ -179,11 +182,81 @@ fn an_alarm_anywhere_brings_c_to_rest_too() {
 fn a_station_that_is_not_found_brings_c_to_rest_before_the_motion_ends() {
     let (mut plan, start) = two_cuts(&machine(), speeds()[0]);
     // The table searches from behind its switch.
-    let far = crate::bench::to(&machine(), camwright::machine::description::Axis::Z, 200 * crate::bench::PER_MM);
-    plan.segments[1].kind = camwright::plan::SegmentKind::Move(vec![far]);
+    let far = crate::bench::to(&machine(), Axis::Z, 200 * crate::bench::PER_MM);
+    plan.segments[1].kind = SegmentKind::Move(vec![far]);
     let mut bench = started(&plan, start);
     assert_eq!(bench.finish(20_000), Outcome::Failed(91));
     bench.assert_limits("no station");
     bench.assert_at_rest("no station");
     assert_eq!(bench.last().status.state, State::Fault);
+}
+
+/// Numbers that no planner writes are refused before anything moves, or followed without a panic, whatever they stand for.
+#[test]
+fn a_plan_with_numbers_that_cannot_be_is_refused() {
+    let (plan, start) = two_cuts(&machine(), speeds()[0]);
+    let mut refused = 0;
+    let mut follow = |plan: Plan| {
+        let Ok(prepared) = Prepared::new(Motion::Plan(Arc::new(plan)), &machine()) else {
+            refused += 1;
+            return;
+        };
+        let mut interpolator = Interpolator::new(&machine());
+        interpolator.resync(start);
+        interpolator.set_homed(Axis::C, true);
+        interpolator.start(Box::new(prepared)).unwrap();
+        let mut tail = [StopPoint::default(); 32];
+        for tick in 0..9_000 {
+            let requests: &[Request] = match tick {
+                2000 | 4800 => &[Request::Hold],
+                2200 | 5000 => &[Request::Unhold],
+                _ => &[],
+            };
+            interpolator.step(&TickInputs { tick, requests });
+            interpolator.stop_tail(&mut tail);
+        }
+    };
+    for huge in [1e-300, -1e300] {
+        for law in 0..plan.time_laws.len() + plan.angle_laws.len() {
+            let laws = |plan: &mut Plan| match law.checked_sub(plan.time_laws.len()) {
+                None => std::mem::take(&mut plan.time_laws),
+                Some(_) => std::mem::take(&mut plan.angle_laws),
+            };
+            let index = law.checked_sub(plan.time_laws.len()).unwrap_or(law);
+            let count = laws(&mut plan.clone())[index].knots().len();
+            for (knot, field) in (0..count).flat_map(|knot| (0..3).map(move |field| (knot, field))) {
+                let mut changed = plan.clone();
+                let mut all = laws(&mut changed);
+                let mut knots = all[index].knots().to_vec();
+                match field {
+                    0 => knots[knot].value = huge,
+                    1 => knots[knot].first = huge,
+                    _ => knots[knot].at = huge,
+                }
+                let Ok(law_of_it) = HermiteSpline::new(knots) else { continue };
+                all[index] = law_of_it;
+                if law < plan.time_laws.len() {
+                    changed.time_laws = all;
+                } else {
+                    changed.angle_laws = all;
+                }
+                follow(changed);
+            }
+        }
+        for field in 0..7 {
+            let mut changed = plan.clone();
+            let SegmentKind::Cut(cut) = &mut changed.segments[4].kind else { panic!("segment 4 is the second cut") };
+            match field {
+                0 => cut.start_counts = if huge < 0.0 { i64::MIN } else { i64::MAX },
+                1 => cut.path_start_rad = huge,
+                2 => cut.turn_s = huge,
+                3 => cut.plateau_s.1 = huge,
+                4 => cut.hold_mm = huge,
+                5 => cut.retract_mm = huge,
+                _ => cut.turns = u32::MAX,
+            }
+            follow(changed);
+        }
+    }
+    assert!(refused > 100, "{refused}");
 }
