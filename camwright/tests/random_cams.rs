@@ -19,8 +19,10 @@ fn random_cams_are_refused_or_planned_and_never_wrong() {
             Verdict::Wrong(text) => panic!("seed {seed}: {text}"),
         }
     }
-    // Notches in the bound narrower than the grid it was looked at on; a speed that all but vanished between two points.
-    for seed in [321, 697, 2005, 5017, 5466, 5795, 35_113] {
+    // Notches in the bound narrower than the grid it was looked at on, or with their bottom between its points; and a speed that
+    // all but vanished between two points.
+    let notches = [321, 697, 2005, 5017, 5466, 5795, 50_637, 55_826, 79_148, 79_956, 93_573];
+    for seed in notches.into_iter().chain([35_113]) {
         assert_eq!(judge(seed), Verdict::Planned, "seed {seed}");
     }
     assert!(planned >= 10 && refused >= 10, "both kinds are met: {planned} planned, {refused} refused");

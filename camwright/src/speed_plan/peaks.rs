@@ -102,7 +102,7 @@ impl<'a> Between<'a> {
                 BOUND_PARTS => at_knots[knots.beside(i).1],
                 _ => per_bound(begin + length * to_f64(part) / to_f64(BOUND_PARTS)),
             });
-            let within = points_within(table, begin, length).map(|(_, per)| per);
+            let within = table.within(begin, length).map(|(_, per)| per);
             let all = per_bounds.into_iter().chain(within);
             let (least, largest) =
                 all.fold((f64::INFINITY, 0.0), |(least, largest), per| (f64::min(least, per), f64::max(largest, per)));
@@ -143,7 +143,7 @@ impl<'a> Between<'a> {
         if found.bound > 1.0 {
             let parts = reach.per_bounds.iter().enumerate();
             let parts = parts.map(|(part, per)| per * z.at(length * to_f64(part) / to_f64(BOUND_PARTS)));
-            let within = points_within(self.table, begin, length).map(|(along, per)| per * z.at(along));
+            let within = self.table.within(begin, length).map(|(along, per)| per * z.at(along));
             found.bound = parts.chain(within).fold(0.0, f64::max);
         }
         if found.x_acceleration > 1.0 || found.x_jerk > 1.0 {
@@ -233,21 +233,6 @@ impl Parabola {
         let is_inside = self.second < 0.0 && self.first > 0.0 && self.first + length * self.second < 0.0;
         if is_inside { self.z - 0.5 * self.first * self.first / self.second } else { ends }
     }
-}
-
-/// Points of the table within an interval: the angle from its first knot, and 1/bound².
-fn points_within(table: &Table, begin: f64, length: f64) -> impl Iterator<Item = (f64, f64)> {
-    let (spacing, per_bounds) = (table.spacing(), table.per_bounds());
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some ten thousand points")]
-    let first = (begin / spacing) as usize + 1;
-    let mut index = first % per_bounds.len();
-    (first..).map(move |point| to_f64(point) * spacing - begin).take_while(move |along| *along < length).map(
-        move |along| {
-            let per = per_bounds[index];
-            index = if index + 1 < per_bounds.len() { index + 1 } else { 0 };
-            (along, per)
-        },
-    )
 }
 
 /// The knots of the path before and after an interval; the latter may be beyond the turn.
