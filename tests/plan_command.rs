@@ -59,7 +59,7 @@ fn settings(e: f64, r: f64, wheel: f64) -> Vec<String> {
     ]
 }
 
-/// The figures of seed 003 (E 4.2, D 38, tool R 15) and others, the lift given as a formula.
+/// The eccentric of E 4.2, D 38 with a tool of R 15, and others, the lift given as a formula.
 #[test]
 fn an_eccentric_disc_is_planned_to_a_millionth_of_a_micrometre() {
     let folder = Folder::new("formula");

@@ -4,6 +4,7 @@
 #![no_std]
 extern crate alloc;
 
+pub mod contact_law;
 pub mod contour;
 pub mod cut_motion;
 pub mod cycle;

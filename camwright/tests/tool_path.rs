@@ -17,7 +17,7 @@ fn angles(count: u32) -> impl Iterator<Item = f64> {
 const ROLLER: Follower = Follower::Roller { radius_mm: 8.5, offset_mm: 0.0 };
 
 /// X(θ) = E cos θ + √((r + R)² − E² sin² θ) for a disc of radius r at eccentricity E and a wheel of radius R, to 1e-9 mm:
-/// the figures of seed 003 (E 4.2, D 38, tool 15) and others, from the disc itself and from its lift as a formula.
+/// the eccentric of E 4.2, D 38 with a tool of radius 15 and others, from the disc itself and from its lift as a formula.
 #[test]
 fn eccentric_disc_has_its_closed_form() {
     for (e, r, wheel) in

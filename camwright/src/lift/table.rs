@@ -21,7 +21,7 @@ pub struct LiftRow {
 /// What the values of a table are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LiftForm {
-    /// Increment per block, as on the tape of seed 000: block k takes the lift from k·Δθ to (k + 1)·Δθ; block 0 begins at
+    /// Increment per block, as on the tape of JPS6156064B2: block k takes the lift from k·Δθ to (k + 1)·Δθ; block 0 begins at
     /// the base centre, where the lift is 0.
     Increments,
     /// Lift at each angle.
@@ -163,7 +163,7 @@ impl LiftTable {
         self.lifts[block % self.lifts.len()]
     }
 
-    /// Increment over a block, Xn of seed 000 (units of the last digit).
+    /// Increment over a block, Xn of JPS6156064B2 (units of the last digit).
     #[must_use]
     pub fn increment_units(&self, block: usize) -> i64 {
         self.lift_units(block + 1) - self.lift_units(block)

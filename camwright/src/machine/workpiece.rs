@@ -15,7 +15,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
 
-/// Azimuths of an outline unless somebody wants another number: 0.1° apart, the seed's block.
+/// Azimuths of an outline unless somebody wants another number: 0.1° apart, the block of JPS6156064B2.
 pub const DEFAULT_AZIMUTHS: usize = 3600;
 
 /// Azimuths that are looked at together. Larger blocks are rejected less often, smaller ones cost more looking.

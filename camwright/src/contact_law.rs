@@ -1,0 +1,181 @@
+//! How wheel and part give way to each other where they touch: three numbers, and what follows from them turn after turn.
+//!
+//! ```text
+//!  spring  km·T ──► presses the wheel on the part ──► F0 is lost to rubbing ──► kg·U cuts:  km·T = F0 + kg·U
+//! ```
+//! T is the deflection (mm), U the depth of cut (mm), both along the contour's normal, and E = T + U is the engagement: how deep the
+//! wheel would stand in the surface that it meets, did nothing give way. Of a phase that was at radius r before the cut and meets a
+//! wheel at L (undeflected, from the same axis) E = r − L, and after the cut
+//!
+//! ```text
+//!  r′ = (kg·r + km·L + F0)/(kg + km)     where km·E > F0; else the wheel rubs and takes nothing.
+//! ```
+//! The force balance is JTEKT's (method of measuring the actual depth of cut, machining method and machine tool). T is counted from
+//! the surface after the cut, where the wheel's face is; so what is left of a deviation after a turn at constant L is kg/(kg + km) of
+//! it exactly, of which 1 − km/kg is the first term.
+
+use thiserror::Error;
+
+/// Stiffness of machine and part together, of the cut, and the force below which nothing is cut.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactLaw {
+    machine_n_mm: f64,
+    grinding_n_mm: f64,
+    threshold_n: f64,
+}
+
+/// Why three numbers make no contact law.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum ContactLawError {
+    /// A stiffness must be a number above 0.
+    #[error("{what} must be positive and finite, not {value_n_mm} N/mm")]
+    Stiffness {
+        /// Which.
+        what: &'static str,
+        /// Its value (N/mm).
+        value_n_mm: f64,
+    },
+    /// The threshold force must be a number and not negative.
+    #[error("threshold force must be finite and not negative, not {value_n} N")]
+    Threshold {
+        /// Its value (N).
+        value_n: f64,
+    },
+}
+
+impl ContactLaw {
+    /// From km, the stiffness of machine and part at the contact (N/mm), kg, the normal force per depth of cut (N/mm), and F0, the
+    /// force at which the wheel begins to cut (N).
+    ///
+    /// # Errors
+    /// A stiffness that is not a number above 0, a force that is not a number from 0 on.
+    pub fn new(machine_n_mm: f64, grinding_n_mm: f64, threshold_n: f64) -> Result<Self, ContactLawError> {
+        for (what, value_n_mm) in [("machine stiffness", machine_n_mm), ("grinding stiffness", grinding_n_mm)] {
+            if !(value_n_mm > 0.0 && value_n_mm.is_finite()) {
+                return Err(ContactLawError::Stiffness { what, value_n_mm });
+            }
+        }
+        if !(threshold_n >= 0.0 && threshold_n.is_finite()) {
+            return Err(ContactLawError::Threshold { value_n: threshold_n });
+        }
+        Ok(Self { machine_n_mm, grinding_n_mm, threshold_n })
+    }
+
+    /// km (N/mm).
+    #[must_use]
+    pub const fn machine_n_mm(&self) -> f64 {
+        self.machine_n_mm
+    }
+
+    /// kg (N/mm).
+    #[must_use]
+    pub const fn grinding_n_mm(&self) -> f64 {
+        self.grinding_n_mm
+    }
+
+    /// F0 (N).
+    #[must_use]
+    pub const fn threshold_n(&self) -> f64 {
+        self.threshold_n
+    }
+
+    /// λ = kg/(kg + km): what is left of a deviation after a turn at constant wheel position.
+    #[must_use]
+    pub fn decay(&self) -> f64 {
+        self.grinding_n_mm / (self.grinding_n_mm + self.machine_n_mm)
+    }
+
+    /// U of an engagement (mm).
+    #[must_use]
+    pub fn depth_of_cut_mm(&self, engagement_mm: f64) -> f64 {
+        let pressing_n = self.machine_n_mm * engagement_mm - self.threshold_n;
+        if pressing_n > 0.0 { pressing_n / (self.grinding_n_mm + self.machine_n_mm) } else { 0.0 }
+    }
+
+    /// T of an engagement (mm); 0 where wheel and part do not touch.
+    #[must_use]
+    pub fn deflection_mm(&self, engagement_mm: f64) -> f64 {
+        engagement_mm.max(0.0) - self.depth_of_cut_mm(engagement_mm)
+    }
+
+    /// Normal force of a deflection (N).
+    #[must_use]
+    pub fn force_n(&self, deflection_mm: f64) -> f64 {
+        self.machine_n_mm * deflection_mm
+    }
+
+    /// Radius of a phase after a cut (mm), from that before and the position of the undeflected wheel, all from one axis.
+    #[must_use]
+    pub fn radius_after_mm(&self, before_mm: f64, wheel_mm: f64) -> f64 {
+        before_mm - self.depth_of_cut_mm(before_mm - wheel_mm)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// km/kg = 1/5.
+    fn law(threshold_n: f64) -> ContactLaw {
+        ContactLaw::new(1.0e4, 5.0e4, threshold_n).expect("three good numbers")
+    }
+
+    #[test]
+    fn the_spring_carries_what_cuts_and_what_rubs() {
+        let law = law(15.0);
+        for engagement_mm in [1e-6, 1.4e-3, 1.6e-3, 0.01, 0.3] {
+            let (depth, deflection) = (law.depth_of_cut_mm(engagement_mm), law.deflection_mm(engagement_mm));
+            assert!((depth + deflection - engagement_mm).abs() < 1e-15);
+            let (spring_n, cut_n) = (law.force_n(deflection), law.grinding_n_mm() * depth);
+            match depth > 0.0 {
+                true => assert!((spring_n - 15.0 - cut_n).abs() < 1e-9, "{spring_n} N, {cut_n} N"),
+                false => assert!(spring_n <= 15.0, "{spring_n} N"),
+            }
+        }
+        assert_eq!((law.depth_of_cut_mm(-1.0), law.deflection_mm(-1.0)), (0.0, 0.0));
+    }
+
+    /// At constant wheel position every turn leaves λ of a deviation; the end is F0/km outside the wheel.
+    #[test]
+    fn spark_out_decays_by_the_same_share_every_turn() {
+        for (machine_n_mm, decay) in [(2.5e3, 1.0 / 1.05), (5e3, 1.0 / 1.1), (1e4, 1.0 / 1.2), (2.5e4, 1.0 / 1.5)] {
+            let law = ContactLaw::new(machine_n_mm, 5.0e4, 15.0).expect("three good numbers");
+            assert!((law.decay() - decay).abs() < 1e-15);
+            let end_mm = 20.0 + 15.0 / machine_n_mm;
+            let mut radius_mm = end_mm + 0.05;
+            for turn in 1..=40 {
+                radius_mm = law.radius_after_mm(radius_mm, 20.0);
+                let left = (radius_mm - end_mm) / 0.05;
+                assert!((left - libm::pow(decay, f64::from(turn))).abs() < 1e-12, "turn {turn}: {left}");
+            }
+        }
+        // Euler's method, where T is counted from the surface before the cut, would leave (1 − km/kg)³ = 0.125.
+        assert!((libm::pow(ContactLaw::new(1.0, 2.0, 0.0).expect("good").decay(), 3.0) - 8.0 / 27.0).abs() < 1e-15);
+    }
+
+    /// Fed by f per turn from where the force reaches F0 on, the depth of cut is f (1 − λⁿ), and at last the deflection is
+    /// (kg f + F0)/km.
+    #[test]
+    fn a_plunge_comes_to_its_depth_of_cut_exponentially() {
+        let (law, feed_mm) = (law(15.0), 0.01);
+        let mut radius_mm = 20.0;
+        let mut wheel_mm = radius_mm - 15.0 / law.machine_n_mm();
+        for turn in 1..=200 {
+            wheel_mm -= feed_mm;
+            let after_mm = law.radius_after_mm(radius_mm, wheel_mm);
+            let wanted_mm = feed_mm * (1.0 - libm::pow(law.decay(), f64::from(turn)));
+            assert!((radius_mm - after_mm - wanted_mm).abs() < 1e-13, "turn {turn}");
+            radius_mm = after_mm;
+        }
+        assert!((radius_mm - wheel_mm - (5.0e4 * feed_mm + 15.0) / 1.0e4).abs() < 1e-12);
+    }
+
+    #[test]
+    fn numbers_that_are_no_stiffness_are_refused() {
+        for (machine, grinding) in [(0.0, 1.0), (1.0, -1.0), (f64::NAN, 1.0), (1.0, f64::INFINITY)] {
+            assert!(matches!(ContactLaw::new(machine, grinding, 0.0), Err(ContactLawError::Stiffness { .. })));
+        }
+        assert!(matches!(ContactLaw::new(1.0, 1.0, -1.0), Err(ContactLawError::Threshold { .. })));
+        assert!(matches!(ContactLaw::new(1.0, 1.0, f64::NAN), Err(ContactLawError::Threshold { .. })));
+    }
+}
