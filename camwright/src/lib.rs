@@ -25,6 +25,7 @@ pub mod plan_check;
 pub mod point_to_point;
 pub mod rehearsal;
 pub mod setpoint;
+pub mod spark_out;
 pub mod speed_plan;
 pub mod tool_path;
 pub mod units;

@@ -3,7 +3,7 @@
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::buffer::{Chunk, SetpointBuffer, TailPoint};
-use camwright::machine::description::Axis;
+use camwright::machine::description::{Axis, ContactDescription, MachineDescription, StiffnessAt};
 use camwright::machine::fault::Fault;
 use camwright::machine::reference::cam_grinder;
 use camwright::machine::state::LastingState;
@@ -16,7 +16,17 @@ static ALLOCATOR: AllocDisabler = AllocDisabler;
 /// Chunks come, setpoints run, the wheel cuts, edges are caught, faults strike, alarms are raised.
 #[test]
 fn a_tick_does_not_allocate_whatever_happens_in_it() {
-    let description = cam_grinder();
+    let contact = ContactDescription {
+        stiffness: vec![StiffnessAt { z_mm: 60.0, n_mm: 4e4 }, StiffnessAt { z_mm: 90.0, n_mm: 3e4 }],
+        grinding_n_mm2: 1.5e3,
+        threshold_n_mm: 0.8,
+    };
+    for contact in [None, Some(contact)] {
+        run_through_everything(MachineDescription { contact, ..cam_grinder() });
+    }
+}
+
+fn run_through_everything(description: MachineDescription) {
     let mut machine = Machine::new(description.clone(), LastingState::new(&description)).expect("valid");
     machine.load_lobe("I1", "LS1", 15.0, vec![23.0; 3600]).expect("a round blank");
     machine.place([0, 2_290_000, 600_000]);

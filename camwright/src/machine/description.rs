@@ -6,6 +6,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
 
+pub use crate::machine::contact_description::{ContactDescription, StiffnessAt};
 pub use crate::machine::wheel_description::{WheelDescription, WheelTooFast};
 
 /// Index of an axis in everything that has one value per axis. The order is that of the setpoint message.
@@ -184,6 +185,32 @@ pub struct Station {
     pub position_mm: f64,
 }
 
+/// What leaves an error on the part, and can be left out of a simulation to see how much.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effect {
+    /// Axes lag behind their setpoints.
+    Servo,
+    /// Wheel and part give way to each other.
+    Deflection,
+    /// The wheel loses what it is worn by.
+    Wear,
+}
+
+impl Effect {
+    /// All of them.
+    pub const ALL: [Effect; 3] = [Effect::Servo, Effect::Deflection, Effect::Wear];
+
+    /// For people.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Effect::Servo => "servo",
+            Effect::Deflection => "deflection",
+            Effect::Wear => "wear",
+        }
+    }
+}
+
 /// A whole machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MachineDescription {
@@ -210,6 +237,8 @@ pub struct MachineDescription {
     pub origin_half_window_rad: f64,
     /// The wheel.
     pub wheel: WheelDescription,
+    /// How wheel and part give way to each other; `None`: not at all.
+    pub contact: Option<ContactDescription>,
     /// What it is dressed with; `None` is a machine without.
     pub dresser: Option<Dresser>,
     /// Room of the headstock with its chuck, where the wheel must not go; `None` where nobody says.
@@ -237,6 +266,16 @@ impl MachineDescription {
     #[must_use]
     pub fn station(&self, switch: &str) -> Option<&Station> {
         self.stations.iter().find(|station| station.switch == switch)
+    }
+
+    /// This machine without an effect that leaves an error on the part.
+    #[must_use]
+    pub fn without(self, effect: Effect) -> Self {
+        match effect {
+            Effect::Servo => self.with_drives(DriveSettings::IDEAL),
+            Effect::Deflection => Self { contact: None, ..self },
+            Effect::Wear => Self { wheel: WheelDescription { grinding_ratio: None, ..self.wheel }, ..self },
+        }
     }
 
     /// This machine with the same drive settings on every axis.
@@ -286,6 +325,7 @@ impl MachineDescription {
         ] {
             value.map_or(Ok(()), |value| positive(what, value))?;
         }
+        self.contact.as_ref().map_or(Ok(()), ContactDescription::validate)?;
         self.dresser.map_or(Ok(()), |dresser| dresser.validate())?;
         for (what, extent) in [("headstock", self.headstock), ("tailstock", self.tailstock)] {
             if let Some(Extent { from_mm: low, to_mm: high, radius_mm: value }) = extent {
@@ -361,7 +401,7 @@ impl AxisDescription {
 /// Most stations a machine may have: their switches are one word of inputs.
 pub const MAX_STATIONS: usize = 64;
 
-fn ordered(what: &'static str, low: f64, high: f64) -> Result<(), DescriptionError> {
+pub(super) fn ordered(what: &'static str, low: f64, high: f64) -> Result<(), DescriptionError> {
     if low < high { Ok(()) } else { Err(DescriptionError::NotOrdered { what, low, high }) }
 }
 

@@ -11,7 +11,7 @@
 pub mod alarm;
 mod axis;
 pub mod buffer;
-pub mod contact;
+mod contact_description;
 mod cyclic;
 pub mod description;
 pub mod fault;

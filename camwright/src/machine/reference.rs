@@ -83,6 +83,7 @@ pub fn cam_grinder() -> MachineDescription {
             max_speed_rad_s: None,
             grinding_ratio: None,
         },
+        contact: None,
         dresser: None,
         headstock: None,
         tailstock: None,

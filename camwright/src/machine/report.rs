@@ -36,7 +36,8 @@ pub struct AxisReport {
     pub position: f64,
     /// Velocity (mm/s or rad/s).
     pub velocity: f64,
-    /// Mean force (N) or torque (N m) that accelerated the axis in this tick.
+    /// Force (N) or torque (N m) of the motor: what accelerated the axis in this tick, in the mean, and for `x_axis` what holds
+    /// against the wheel's force on the part.
     pub effort: f64,
     /// Setpoint minus actual (mm or rad), finer than a count.
     pub following_error: f64,
@@ -98,6 +99,8 @@ pub struct TickReport {
     pub lobe: Option<usize>,
     /// What the wheel took from it.
     pub removal: Removal,
+    /// Normal force of the wheel on the part at the end of the tick (N); 0 where nothing gives way, and nothing can be told of it.
+    pub normal_force_n: f64,
     /// Speed of the wheel (rad/s).
     pub wheel_rad_s: f64,
 }

@@ -105,6 +105,7 @@ pub(crate) fn machine() -> MachineDescription {
             max_speed_rad_s: None,
             grinding_ratio: None,
         },
+        contact: None,
         dresser: None,
         headstock: None,
         tailstock: None,

@@ -2,6 +2,7 @@
 
 mod grinding;
 mod motion;
+mod pressing;
 
 use camwright::machine::Machine;
 use camwright::machine::description::{AXIS_COUNT, Axis, DriveSettings, MachineDescription};

@@ -93,6 +93,11 @@ fn as_text(summary: &planning::Summary) -> String {
     text += &by_lobes(summary, "Q' mm2/s, share of a turn's time", removal_text);
     text += &by_lobes(summary, "what sets the speed, share of a turn's time: where, in deg of c_axis", bounds_text);
     text.push('\n');
+    for lobe in &summary.lobes {
+        if let Some(way) = &lobe.giving_way {
+            text += &format!("{:<8} wheel and part give way {way}\n", lobe.name);
+        }
+    }
     for dress in &summary.dresses {
         text += &format!("{dress}\n");
     }

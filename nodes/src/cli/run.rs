@@ -2,17 +2,17 @@
 
 use crate::axis_interpolator::AxisInterpolator;
 use crate::config::job_file;
+use crate::convert::mm_from_m;
 use crate::job_planner::JobPlanner;
 use crate::machine_sim::MachineSim;
-use crate::planning::{self, PreparedJob, TimeCompared};
+use crate::planning::{self, FORM_TOLERANCE_MM, PreparedJob, TimeCompared, Without};
 use crate::ros::{
     ClientGoal, GoalStatus, Lifecycle, Node, NodeOptions, ParameterValue, Qos, RosArgs, RosLayer, Shutdown,
     Subscription, Transition,
 };
 use crate::run_logger::RunLogger;
 use crate::running::NodeError;
-use camwright::machine::description::DriveSettings;
-use camwright::units::deg_from_rad;
+use camwright::units::{deg_from_rad, um_from_mm};
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobFeedback, RunJobGoal, RunJobResult};
 use camwright_msgs::camwright_msgs::msg::{JobStatus, LobeResult, RecorderStatus};
 use camwright_msgs::lifecycle_msgs::msg::State;
@@ -29,8 +29,6 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 const MEETING: Duration = Duration::from_secs(20);
 /// How long a cancelled job may take to come to rest.
 const STOPPING: Duration = Duration::from_secs(30);
-/// The lobes of a good part lie within this of the design (µm): the usual tolerance of a lift is ±5 µm.
-const TOLERANCE_UM: f64 = 5.0;
 
 /// Arguments of `camwright run`.
 #[derive(Debug, Clone, Args, Default)]
@@ -101,12 +99,12 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let (status, result) = outcome?;
     let took = started.elapsed();
     let prepared = if result.success { planned_again(&job, args) } else { None };
-    let ideal = prepared.as_ref().and_then(on_ideal_drives);
+    let causes = prepared.as_ref().and_then(|prepared| planning::causes(prepared).ok()).unwrap_or_default();
     // The same plan, or what it predicts is not what was predicted.
     let same = prepared.as_ref().filter(|prepared| prepared.plan_hash() == result.plan_hash);
     let times = same.map(|prepared| planning::compare_times(prepared, &result.lobes, result.duration));
     let bag = (!args.attach).then_some(&bag);
-    let report = Report { job: &job, status, result: &result, times: times.unwrap_or_default(), ideal, bag, took };
+    let report = Report { job: &job, status, result: &result, times: times.unwrap_or_default(), causes, bag, took };
     if args.json {
         report.print_json();
     } else {
@@ -332,7 +330,7 @@ fn show(progress: &ProgressBar, feedback: &RunJobFeedback) {
 
 /// A length for people (µm) from a message (m).
 fn um(m: f64) -> f64 {
-    camwright::units::um_from_mm(crate::convert::mm_from_m(m))
+    um_from_mm(mm_from_m(m))
 }
 
 /// The same job without ROS, for the machine with its overrides.
@@ -340,11 +338,6 @@ fn planned_again(job: &str, args: &RunArgs) -> Option<PreparedJob> {
     let mut job = job_file::load(job, &args.set).ok()?;
     job.machine = job.machine.with_overrides(&args.set_machine).ok()?;
     planning::plan(job, None).ok()
-}
-
-/// What a job grinds on ideal drives, by a rehearsal.
-fn on_ideal_drives(prepared: &PreparedJob) -> Option<Vec<LobeResult>> {
-    planning::rehearse_job(prepared, Some(DriveSettings::IDEAL), |_, _| {}).ok().map(|(_, lobes)| lobes)
 }
 
 /// A predicted time with what came on top of it.
@@ -359,7 +352,8 @@ struct Report<'a> {
     result: &'a RunJobResult,
     /// Every lobe, the rest, the job; empty where what was predicted is not known here.
     times: Vec<TimeCompared>,
-    ideal: Option<Vec<LobeResult>>,
+    /// What the same job leaves where effects are left out, the last without any.
+    causes: Vec<Without>,
     bag: Option<&'a PathBuf>,
     took: Duration,
 }
@@ -376,7 +370,7 @@ impl Report<'_> {
     fn is_good(&self) -> bool {
         self.status == GoalStatus::Succeeded
             && self.result.success
-            && self.worst().is_some_and(|lobe| um(lobe.form_error_max.abs()) <= TOLERANCE_UM)
+            && self.worst().is_some_and(|lobe| mm_from_m(lobe.form_error_max.abs()) <= FORM_TOLERANCE_MM)
     }
 
     fn exit_code(&self) -> ExitCode {
@@ -410,14 +404,18 @@ impl Report<'_> {
         for time in self.times.iter().skip(result.lobes.len()) {
             println!("{:<32} {:>6.2} s {:>18}", time.what, time.actual_s, predicted(time));
         }
-        if let Some(ideal) = &self.ideal {
-            let errors: Vec<String> = ideal
+        if !self.causes.is_empty() {
+            println!("form error max of the same job on a simulated machine without (rms in brackets):");
+        }
+        for without in &self.causes {
+            let errors: Vec<String> = without
+                .lobes
                 .iter()
                 .map(|lobe| {
-                    format!("{} {:+.3} um (rms {:.3})", lobe.name, um(lobe.form_error_max), um(lobe.form_error_rms))
+                    format!("{} {:+.3} um ({:.3})", lobe.name, um(lobe.form_error_max), um(lobe.form_error_rms))
                 })
                 .collect();
-            println!("on ideal drives the same job grinds: {}", errors.join(", "));
+            println!("  {:<18} {}", without.name(), errors.join(", "));
         }
         if result.duration > 0.0 {
             println!(
@@ -440,11 +438,12 @@ impl Report<'_> {
     fn verdict(&self) -> String {
         match (self.worst(), self.status) {
             (Some(worst), GoalStatus::Succeeded) => format!(
-                "{}: {}, worst form error {:.3} um on lobe {} (tolerance {TOLERANCE_UM} um)",
+                "{}: {}, worst form error {:.3} um on lobe {} (tolerance {} um)",
                 if self.is_good() { "GOOD" } else { "NOT GOOD" },
                 self.job,
                 um(worst.form_error_max.abs()),
                 worst.name,
+                um_from_mm(FORM_TOLERANCE_MM),
             ),
             _ => format!("NOT COMPLETE: {}, {:?}", self.job, self.status),
         }
@@ -485,9 +484,10 @@ impl Report<'_> {
             "bag": self.bag,
             "took_s": self.took.as_secs_f64(),
             "lobes": lobes,
-            "ideal_form_error_max_um": self.ideal.as_ref().map(|lobes| {
-                lobes.iter().map(|lobe| um(lobe.form_error_max)).collect::<Vec<_>>()
-            }),
+            "form_error_max_um_without": self.causes.iter().map(|without| {
+                let errors: Vec<f64> = without.lobes.iter().map(|lobe| um(lobe.form_error_max)).collect();
+                (without.name(), errors.into())
+            }).collect::<serde_json::Map<String, serde_json::Value>>(),
         });
         println!("{report}");
     }

@@ -1,6 +1,7 @@
 //! Machine files: what is written, and the description it means.
 
 use super::ConfigError;
+use super::contact_file::ContactFile;
 use super::wheel_file::{DresserFile, ExtentFile};
 use super::yaml::Document;
 use camwright::machine::description::{
@@ -32,6 +33,7 @@ struct MachineFile {
     switch_hysteresis_mm: f64,
     origin_window_deg: f64,
     wheel: WheelFile,
+    contact: Option<ContactFile>,
     dresser: Option<DresserFile>,
     headstock: Option<ExtentFile>,
     tailstock: Option<ExtentFile>,
@@ -159,6 +161,7 @@ fn describe(file: &MachineFile, hash: String) -> MachineDescription {
             max_speed_rad_s: file.wheel.max_speed_rpm.map(rad_s_from_rpm),
             grinding_ratio: file.wheel.grinding_ratio,
         },
+        contact: file.contact.as_ref().map(ContactFile::contact),
         dresser: file.dresser.as_ref().map(DresserFile::dresser),
         headstock: file.headstock.as_ref().map(ExtentFile::extent),
         tailstock: file.tailstock.as_ref().map(ExtentFile::extent),
@@ -285,6 +288,9 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
             file.wheel.surface_speed_m_s
         );
         return Err(document.error("wheel.surface_speed_m_s", message));
+    }
+    if let Some(contact) = &file.contact {
+        contact.check(document, (file.z_axis.soft_min_mm, file.z_axis.soft_max_mm))?;
     }
     if let Some(dresser) = &file.dresser {
         let (x, z) = (&file.x_axis, &file.z_axis);

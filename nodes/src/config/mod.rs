@@ -1,6 +1,7 @@
 //! Files people write: machines, jobs, lift tables. What was written is kept apart from what it means; below this module
 //! there is only meaning.
 
+mod contact_file;
 mod follower_file;
 pub mod job_file;
 pub mod lift_file;

@@ -14,6 +14,7 @@
 
 use super::cut_table::pass_rows;
 use super::dresses::{DressSummary, dresses};
+use super::giving_way::{self, GivingWay};
 use super::lifts::{self, LiftSummary};
 use super::plots::plots;
 use super::turn::Turn;
@@ -100,6 +101,9 @@ pub struct LobeSummary {
     pub path_knots: usize,
     /// Largest distance from the contour of the points that the path grinds.
     pub contour_error_mm: f64,
+    /// What wheel and part giving way leaves, on a machine where they do.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub giving_way: Option<GivingWay>,
     /// The passes in their order.
     pub passes: Vec<PassSummary>,
 }
@@ -217,6 +221,7 @@ fn lobe_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, durati
         largest_wheel_radius_mm: lobe.design.contour.largest_wheel_radius_mm(),
         path_knots: lobe.tool_path.accuracy().knots,
         contour_error_mm: lobe.tool_path.accuracy().contour_error_mm,
+        giving_way: giving_way::of_lobe(prepared, index),
         passes: (0..lobe.passes.len()).map(|pass| pass_summary(prepared, index, lobe, pass)).collect(),
     }
 }

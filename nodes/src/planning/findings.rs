@@ -1,6 +1,6 @@
 //! Everything that can be said about a job or a lift table before anything moves.
 
-use super::{MachineNow, PreparedJob, blame, plan};
+use super::{MachineNow, PreparedJob, blame, giving_way, plan};
 use crate::config::ConfigError;
 use crate::config::job_file::{self, Job};
 use crate::config::lift_file;
@@ -205,6 +205,9 @@ fn planned_warnings(prepared: &PreparedJob) -> Vec<Finding> {
             findings.push(warning(prepared.job.document.error("infeed.spark_out_turns", message)));
         }
         _ => {}
+    }
+    if let Some(message) = giving_way::too_little_spark_out(prepared) {
+        findings.push(warning(prepared.job.document.error("infeed.spark_out_turns", message)));
     }
     findings
 }

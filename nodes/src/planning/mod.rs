@@ -6,10 +6,12 @@
 //! ```
 
 mod blame;
+mod causes;
 mod cut_table;
 mod dresses;
 mod export;
 mod findings;
+mod giving_way;
 mod inspect;
 mod lifts;
 mod lobes;
@@ -20,9 +22,11 @@ mod turn;
 mod turn_summary;
 
 pub use blame::blame;
+pub use causes::{Without, causes};
 pub use dresses::{DressSummary, KeptPathSummary, dresses};
 pub use export::{LimitSummary, LobeSummary, PassSummary, Summary, lobe_times_s, summary, write};
 pub use findings::{Finding, Report, Severity, check};
+pub use giving_way::{FORM_TOLERANCE_MM, GivingWay};
 pub use inspect::{inspections, write_inspection};
 pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
 pub use lobes::{BLANK_POINTS, LobeFormError, blank, lobe_result};

@@ -1,10 +1,11 @@
-//! A prepared job run through interpolator and machine without ROS: what it would grind, on these drives or on ideal ones.
+//! A prepared job run through interpolator and machine without ROS: what it would grind, on its machine and on one that lacks
+//! an effect which leaves an error.
 
 use super::{PreparedJob, blank, lobe_result};
 use crate::convert::{m_from_mm, mm_from_m, plan::plan_from_pages};
 use camwright::interpolator::{Interpolator, Motion, Prepared};
 use camwright::machine::Machine;
-use camwright::machine::description::DriveSettings;
+use camwright::machine::description::Effect;
 use camwright::machine::report::TickReport;
 use camwright::machine::state::LastingState;
 use camwright::rehearsal::{Rehearsed, rehearse};
@@ -23,23 +24,20 @@ pub struct RehearsalFailed {
     pub reason: String,
 }
 
-/// Runs a job on a machine whose drives follow these settings, or on its own, and measures what was ground. `tell` sees
+/// Runs a job on its machine without these effects, and measures what was ground. `tell` sees
 /// every tick from the motion's first to its last.
 ///
 /// # Errors
 /// A motion that does not come to its end; what cannot be measured.
 pub fn rehearse_job(
     prepared: &PreparedJob,
-    drives: Option<DriveSettings>,
+    without: &[Effect],
     tell: impl FnMut(&Setpoint, &TickReport),
 ) -> Result<(Rehearsed, Vec<LobeResult>), RehearsalFailed> {
     let job = &prepared.planned.plan.job;
     let failed = |reason: String| RehearsalFailed { job: job.clone(), reason };
     let own = prepared.machine.clone();
-    let description = match drives {
-        Some(drives) => own.with_drives(drives),
-        None => own,
-    };
+    let description = without.iter().fold(own, |machine, effect| machine.without(*effect));
     let lasting = LastingState::new(&description).with_wheel(prepared.wheel);
     let mut machine = Machine::new(description.clone(), lasting).map_err(|error| failed(error.to_string()))?;
     for lobe in &prepared.planned.lobes {
@@ -77,17 +75,17 @@ mod tests {
     use crate::planning::prepare;
     use camwright::units::um_from_mm;
 
-    /// The default job on ideal drives is ground within 1 µm of the design, on its own drives honestly worse.
+    /// The default job on an ideal machine is ground within 1 µm of the design, on its own honestly worse.
     #[test]
-    fn the_default_job_is_within_a_micrometre_on_ideal_drives() {
+    fn the_default_job_is_within_a_micrometre_on_an_ideal_machine() {
         let short = ["infeed.total_mm=0.072".to_owned(), "stock_mm=0.06".to_owned()];
         let prepared = prepare("four_lobe_camshaft", &short, None).unwrap();
-        let worst = |drives| {
-            let (_, lobes) = rehearse_job(&prepared, drives, |_, _| {}).unwrap();
+        let worst = |without: &[Effect]| {
+            let (_, lobes) = rehearse_job(&prepared, without, |_, _| {}).unwrap();
             let um = |lobe: &LobeResult| um_from_mm(mm_from_m(lobe.form_error_max.abs()));
             lobes.iter().map(um).fold(0.0, f64::max)
         };
-        let (ideal, ordinary) = (worst(Some(DriveSettings::IDEAL)), worst(None));
+        let (ideal, ordinary) = (worst(&Effect::ALL), worst(&[]));
         eprintln!("ideal {ideal} um, ordinary {ordinary} um");
         assert!(ideal < 1.0, "{ideal} um");
         assert!(ordinary > ideal, "{ordinary} um, ideal {ideal} um");
@@ -101,7 +99,7 @@ mod tests {
         {
             let short = ["infeed.total_mm=0.072", "stock_mm=0.06", kind[0], kind[1]].map(str::to_owned);
             let prepared = prepare("four_lobe_camshaft", &short, None).unwrap();
-            let (_, lobes) = rehearse_job(&prepared, Some(DriveSettings::IDEAL), |_, _| {}).unwrap();
+            let (_, lobes) = rehearse_job(&prepared, &Effect::ALL, |_, _| {}).unwrap();
             for lobe in lobes {
                 let um = um_from_mm(mm_from_m(lobe.form_error_max.abs()));
                 assert!(um < 1.0, "{kind:?}: lobe {} is off by {um} um", lobe.name);
@@ -122,7 +120,7 @@ mod tests {
             "work_speed_rpm=30",
         ];
         let prepared = prepare("eccentric", &set.map(String::from), None).unwrap();
-        let (_, lobes) = rehearse_job(&prepared, Some(DriveSettings::IDEAL), |_, _| {}).unwrap();
+        let (_, lobes) = rehearse_job(&prepared, &Effect::ALL, |_, _| {}).unwrap();
         let worst_um = um_from_mm(mm_from_m(lobes[0].form_error_max.abs()));
         assert!(worst_um < 1.0, "{worst_um} um");
     }
@@ -137,7 +135,7 @@ mod tests {
         let now = crate::planning::MachineNow { description: machine, wheel };
         let prepared = crate::planning::plan(job, Some(&now)).unwrap();
         assert_eq!(prepared.planned.dresses.len(), 2, "{:?}", prepared.planned.dresses);
-        let (_, lobes) = rehearse_job(&prepared, Some(DriveSettings::IDEAL), |_, _| {}).unwrap();
+        let (_, lobes) = rehearse_job(&prepared, &[Effect::Servo, Effect::Deflection], |_, _| {}).unwrap();
         for (result, lobe) in lobes.iter().zip(&prepared.planned.lobes) {
             let (ground, told) = (um_from_mm(mm_from_m(result.form_error_max)), um_from_mm(lobe.wear_mm));
             assert!(told > 0.1 && told <= 0.5, "{}: {told} um", result.name);

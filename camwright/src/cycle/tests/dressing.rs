@@ -37,19 +37,8 @@ fn plan_on(job: &JobSpec, machine: &MachineDescription) -> PlannedJob {
 }
 
 /// Runs a plan on blanks; largest form error of each lobe (mm), and the machine.
-fn ground(job: &JobSpec, planned: &PlannedJob, plan: Plan, description: &MachineDescription) -> (Vec<f64>, Machine) {
-    let mut machine = Machine::new(description.clone(), LastingState::new(description)).expect("a machine");
-    for lobe in &planned.lobes {
-        let design = &lobe.design;
-        #[allow(clippy::cast_precision_loss, reason = "3600 points")]
-        let azimuth = |i: usize| i as f64 * TURN_RAD / 3600.0;
-        // Stock along the ray is at least the stock along the normal.
-        let radii = (0..3600).map(|i| design.radius_at(azimuth(i)) + job.stock_mm).collect();
-        machine.load_lobe(&design.name, &design.station, design.width_mm, radii).expect("a raw lobe");
-    }
-    let motion = Prepared::new(Motion::Plan(Arc::new(plan)), description).unwrap_or_else(|error| panic!("{error}"));
-    rehearse(Box::new(motion), &mut Interpolator::new(description), &mut machine, |_, _| {})
-        .unwrap_or_else(|error| panic!("{error}"));
+fn form_errors(job: &JobSpec, planned: &PlannedJob, plan: Plan, on: &MachineDescription) -> (Vec<f64>, Machine) {
+    let (_, machine) = ground(job, planned, plan, on, |_, _| {});
     let error = |lobe: &PlannedLobe| {
         let radii = machine.part().lobe(&lobe.design.name).expect("it was loaded").radii_mm();
         Form::measure(radii, &lobe.design.contour, lobe.design.phase_rad).expect("radii").largest.deviation_mm
@@ -65,7 +54,7 @@ fn lobes_are_ground_as_exactly_with_c_turning_on_from_one_to_the_next() {
     let turning = JobSpec { c_between_lobes: BetweenLobes::TurnsOn { margin_s: 0.02 }, ..stopping.clone() };
     let [(stops, _), (turns, _)] = [&stopping, &turning].map(|job| {
         let planned = plan_on(job, &machine);
-        ground(job, &planned, planned.plan.clone(), &machine)
+        form_errors(job, &planned, planned.plan.clone(), &machine)
     });
     assert!(turns.iter().all(|error| error.abs() < 3e-4), "{turns:?}");
     for (stops, turns) in stops.iter().zip(&turns) {
@@ -81,7 +70,7 @@ fn lobes_after_a_dress_are_ground_as_exactly_as_those_before_it() {
     assert_eq!(planned.dresses.len(), 1);
     let dress = planned.dresses[0].dress;
     assert_eq!((dress.before_lobe, dress.reason, dress.radius_nm), (2, DressReason::Lobes(2), 58_000_000));
-    let (errors, after) = ground(&job, &planned, planned.plan.clone(), &machine);
+    let (errors, after) = form_errors(&job, &planned, planned.plan.clone(), &machine);
     assert!(errors.iter().all(|error| error.abs() < 3e-4), "{errors:?}");
     assert_eq!(after.lasting().wheel_radius_mm.to_bits(), 58.0_f64.to_bits());
     assert_eq!((after.lasting().dress_count, after.lasting().lobes_since_dress), (1, 2));
@@ -106,7 +95,7 @@ fn a_kept_path_grinds_the_error_that_is_told() {
             }
         }
     }
-    let (errors, _) = ground(&job, &planned, plan, &machine);
+    let (errors, _) = form_errors(&job, &planned, plan, &machine);
     let worst = errors[2..].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
     assert!(told.error.value > 0.01, "{told:?}");
     assert!((worst - told.error.value).abs() < 0.05 * told.error.value, "ground {worst}, told {told:?}");
@@ -124,7 +113,7 @@ fn wear_grinds_the_error_that_is_predicted() {
     let planned = plan_on(&job, &machine);
     assert_eq!(planned.dresses.iter().map(|d| d.dress.before_lobe).collect::<Vec<_>>(), [2]);
     assert_eq!(planned.dresses[0].dress.reason, DressReason::PredictedError);
-    let (errors, after) = ground(&job, &planned, planned.plan.clone(), &machine);
+    let (errors, after) = form_errors(&job, &planned, planned.plan.clone(), &machine);
     for (error, lobe) in errors.iter().zip(&planned.lobes) {
         assert!(lobe.wear_mm > 0.002 && lobe.wear_mm <= 0.008, "{}", lobe.wear_mm);
         // The blank here has a little more than its stock on the flanks.

@@ -4,7 +4,9 @@ use crate::interpolator::{Interpolator, Motion, Prepared};
 use crate::job::{HoldInCut, HomePosition, InfeedCourse, InfeedDirection, LobeSpec, PassSpec, ProfileSpec, SpeedLaw};
 use crate::lift::{LiftLaw, MotionProgram, MotionSegment};
 use crate::machine::Machine;
-use crate::machine::description::{AxisDescription, DriveSettings, MotionLimits, Scale, Station, WheelDescription};
+use crate::machine::description::{
+    AxisDescription, ContactDescription, DriveSettings, MotionLimits, Scale, Station, StiffnessAt, WheelDescription,
+};
 use crate::machine::report::TickReport;
 use crate::machine::state::LastingState;
 use crate::motion_law::MotionLaw;
@@ -65,10 +67,20 @@ fn machine() -> MachineDescription {
             max_speed_rad_s: None,
             grinding_ratio: None,
         },
+        contact: None,
         dresser: None,
         headstock: None,
         tailstock: None,
         rotation_sense: 1,
+    }
+}
+
+/// An ordinary machine and part between centres, softer away from the headstock.
+fn contact() -> ContactDescription {
+    ContactDescription {
+        stiffness: vec![StiffnessAt { z_mm: 0.0, n_mm: 4e4 }, StiffnessAt { z_mm: 300.0, n_mm: 3e4 }],
+        grinding_n_mm2: 1.5e3,
+        threshold_n_mm: 0.8,
     }
 }
 
@@ -161,6 +173,28 @@ fn rehearsed(plan: Plan, description: &MachineDescription, tell: impl FnMut(&Set
     told.unwrap_or_else(|error| panic!("{error}"))
 }
 
+/// Runs a plan on raw lobes, with their stock all round.
+fn ground(
+    job: &JobSpec,
+    planned: &PlannedJob,
+    plan: Plan,
+    description: &MachineDescription,
+    tell: impl FnMut(&Setpoint, &TickReport),
+) -> (Rehearsed, Machine) {
+    let mut machine = Machine::new(description.clone(), LastingState::new(description)).expect("a machine");
+    for lobe in &planned.lobes {
+        let design = &lobe.design;
+        let azimuth = |i: u32| f64::from(i) * TURN_RAD / 3600.0;
+        // Stock along the ray is at least the stock along the normal.
+        let radii = (0..3600).map(|i| design.radius_at(azimuth(i)) + job.stock_mm).collect();
+        machine.load_lobe(&design.name, &design.station, design.width_mm, radii).expect("a raw lobe");
+    }
+    let motion = Prepared::new(Motion::Plan(Arc::new(plan)), description).unwrap_or_else(|error| panic!("{error}"));
+    let told = rehearse(Box::new(motion), &mut Interpolator::new(description), &mut machine, tell)
+        .unwrap_or_else(|error| panic!("{error}"));
+    (told, machine)
+}
+
 fn first_turn(planned: &PlannedJob, count: u32) -> Vec<crate::cut_motion::TurnSample> {
     let cut = planned.plan.cuts_of(0).next().expect("a cut");
     planned.plan.turn_samples(cut, count).expect("a plateau")
@@ -179,6 +213,7 @@ mod infeeds;
 mod order;
 mod passes;
 mod refusals;
+mod spark_out;
 mod turning;
 
 /// The steps of JPS6156064B2, Fig. 6, in its order, lobe by lobe.

@@ -8,7 +8,6 @@ mod watch;
 
 use crate::machine::alarm::{ALARM_KINDS, Alarm, AlarmKind, Severity};
 use crate::machine::axis::{AxisState, Span};
-use crate::machine::contact::Contact;
 use crate::machine::description::{AXIS_COUNT, Axis, DescriptionError, MachineDescription};
 use crate::machine::fault::Fault;
 use crate::machine::plausibility::Plausibility;
@@ -16,7 +15,7 @@ use crate::machine::report::TickReport;
 use crate::machine::sensors::{OriginDetector, OvertravelSwitches, StationSwitch};
 use crate::machine::state::LastingState;
 use crate::machine::wheel::WheelSpindle;
-use crate::machine::workpiece::{Lobe, LobeError, Removal, Workpiece};
+use crate::machine::workpiece::{Deflection, Lobe, LobeError, Removal, Workpiece};
 use crate::numeric::fixed_list::FixedList;
 use crate::setpoint::{Input, Setpoint};
 use crate::units::TURN_RAD;
@@ -95,7 +94,10 @@ pub struct Machine {
     beyond: [bool; AXIS_COUNT],
     wheel: WheelSpindle,
     part: Workpiece,
-    contact: Contact,
+    /// How wheel and part have given way to each other.
+    deflection: Deflection,
+    /// Normal force of the wheel on the part (N).
+    force_n: f64,
     since_cut: u32,
     /// Lobe that the wheel took something from last, since the last dress and the last part.
     ground: Option<usize>,
@@ -146,7 +148,8 @@ impl Machine {
             beyond: [false; AXIS_COUNT],
             wheel: WheelSpindle::new(&description),
             part: Workpiece::default(),
-            contact: Contact::Rigid,
+            deflection: Deflection::default(),
+            force_n: 0.0,
             since_cut: watch::CUTTING_TICKS,
             ground: None,
             mode: Mode::Following,
@@ -341,11 +344,15 @@ impl Machine {
         let mut latches = FixedList::new();
         let mut removal = Removal::default();
         let lobe = self.lobe_in_front();
+        let law = lobe.and_then(|lobe| self.contact_law(lobe));
+        if law.is_none() {
+            (self.deflection, self.force_n) = (Deflection::default(), 0.0);
+        }
         for index in 0..self.description.servo_steps_per_tick {
             let spans = self.servo_step(index);
             self.sense(&spans, &mut latches);
             if let Some(lobe) = lobe {
-                removal = removal.and(self.grind(lobe, &spans));
+                removal = removal.and(self.grind(lobe, law.as_ref(), &spans));
             }
         }
         if let Some(lobe) = lobe {

@@ -1,11 +1,12 @@
 //! The wheel sweeps the lobe in front of it, and the inputs see the axes pass, along one servo step.
 
 use super::Machine;
+use crate::contact_law::ContactLaw;
 use crate::machine::axis::{AxisState, Span};
 use crate::machine::description::{AXIS_COUNT, Axis};
 use crate::machine::report::MAX_LATCHES;
 use crate::machine::sensors::Edge;
-use crate::machine::workpiece::{Lobe, Removal, WheelPosition};
+use crate::machine::workpiece::{Deflection, Lobe, Removal, WheelPosition};
 use crate::numeric::fixed_list::FixedList;
 use crate::setpoint::{Input, Latch};
 use crate::units::TURN_RAD;
@@ -42,9 +43,7 @@ impl Machine {
     /// The lobe that stands in front of the wheel: the one whose width overlaps the wheel's, the nearest if several do.
     /// A lobe is centred on the wheel when the table stands at its station's position.
     pub(super) fn lobe_in_front(&self) -> Option<usize> {
-        let table = &self.axes[Axis::Z.index()];
-        let z = table.true_position() / table.counts_per_unit;
-        let distance = |lobe: &Lobe| (z - self.description.stations[lobe.station()].position_mm).abs();
+        let distance = |lobe: &Lobe| self.beside_mm(lobe);
         self.part
             .lobes()
             .iter()
@@ -54,9 +53,28 @@ impl Machine {
             .map(|(index, _)| index)
     }
 
+    fn table_mm(&self) -> f64 {
+        let table = &self.axes[Axis::Z.index()];
+        table.true_position() / table.counts_per_unit
+    }
+
+    /// How far the middle of a lobe stands beside the wheel's (mm).
+    fn beside_mm(&self, lobe: &Lobe) -> f64 {
+        (self.table_mm() - self.description.stations[lobe.station()].position_mm).abs()
+    }
+
+    /// How wheel and lobe give way to each other over the width that both have in common; none where nothing does.
+    pub(super) fn contact_law(&self, lobe: usize) -> Option<ContactLaw> {
+        let contact = self.description.contact.as_ref()?;
+        let lobe = &self.part.lobes()[lobe];
+        let (lobe_mm, wheel_mm) = (lobe.width_mm(), self.description.wheel.width_mm);
+        let common_mm = (0.5 * (lobe_mm + wheel_mm) - self.beside_mm(lobe)).min(lobe_mm).min(wheel_mm);
+        contact.law(self.table_mm(), common_mm)
+    }
+
     /// The wheel sweeps the lobe along a servo step, in steps so small that the cusps between them do not matter.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to u32 before the cast")]
-    pub(super) fn grind(&mut self, lobe: usize, spans: &[Span; AXIS_COUNT]) -> Removal {
+    pub(super) fn grind(&mut self, lobe: usize, law: Option<&ContactLaw>, spans: &[Span; AXIS_COUNT]) -> Removal {
         let (c, x) = (&spans[Axis::C.index()], &spans[Axis::X.index()]);
         if c.is_still() && x.is_still() {
             return Removal::default();
@@ -72,6 +90,8 @@ impl Machine {
         // Between its ends the cubic swings out by less than the speeds at its ends times the step.
         let swing = (x.from_velocity.abs() + x.to_velocity.abs()) * self.step_s;
         if (x.from.min(x.to) - swing) / per_mm >= lobe.reach_mm() {
+            lobe.leave();
+            (self.deflection, self.force_n) = (Deflection::default(), 0.0);
             return Removal::default();
         }
         let centre = x.from.max(x.to) / per_mm + dressed_mm;
@@ -86,7 +106,16 @@ impl Machine {
                 centre_mm: x.at(s, self.step_s) / per_mm + dressed_mm,
                 radius_mm,
             };
-            removal = removal.and(lobe.pass(wheel, self.contact, self.wheel.is_running()));
+            let cuts = self.wheel.is_running();
+            let taken = match law {
+                None => lobe.pass(wheel, cuts),
+                Some(law) => {
+                    let (taken, deflection) = lobe.press(wheel, law, self.deflection, cuts);
+                    (self.deflection, self.force_n) = (deflection, law.force_n(deflection.mm));
+                    taken
+                }
+            };
+            removal = removal.and(taken);
         }
         removal
     }

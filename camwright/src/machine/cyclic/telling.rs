@@ -49,6 +49,8 @@ impl Machine {
         removal: Removal,
     ) -> TickReport {
         let cycle_time_s = self.description.cycle_time_s();
+        // The part pushes the wheelhead away, its motor holds against it.
+        let pressing_n = self.force_n * self.deflection.normal.0;
         TickReport {
             tick: self.tick,
             axes: core::array::from_fn(|i| {
@@ -58,7 +60,7 @@ impl Machine {
                     counts: axis.counts(),
                     position: axis.scale.position(axis.counts()),
                     velocity: axis.velocity(),
-                    effort: axis.effort(cycle_time_s),
+                    effort: axis.effort(cycle_time_s) - if i == Axis::X.index() { pressing_n } else { 0.0 },
                     following_error: axis.following_error(),
                     is_at_rest: axis.is_at_rest(),
                     is_homed: axis.homed,
@@ -70,6 +72,7 @@ impl Machine {
             motion: self.motion(has_setpoint),
             lobe,
             removal,
+            normal_force_n: self.force_n,
             wheel_rad_s: self.wheel.rad_s(self.lasting.wheel_radius_mm),
         }
     }

@@ -42,7 +42,7 @@ impl Machine {
 
     pub(super) fn watch_wheel(&mut self, removal: Removal) {
         self.since_cut = if removal.area_mm2 > 0.0 { 0 } else { self.since_cut.saturating_add(1).min(CUTTING_TICKS) };
-        let over_the_axis = self.wheel.is_running() && removal.depth_mm > 0.0 && removal.area_mm2 == 0.0;
+        let over_the_axis = self.wheel.is_running() && removal.is_over_axis;
         let still = !self.wheel.is_running() && removal.depth_mm > TOUCH_MM;
         let known = self.alarms.iter().any(|alarm| alarm.kind == AlarmKind::WheelStoppedInCut);
         if over_the_axis || (still && !known) {

@@ -9,11 +9,14 @@
 //! the nearer of the two intersections of the ray with the wheel. It grows with |δ|, so the point of a block of azimuths
 //! nearest to θ decides whether the block can be cut at all.
 
-use crate::machine::contact::Contact;
+mod press;
+
 use crate::units::TURN_RAD;
 use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
+
+pub use press::Deflection;
 
 /// Azimuths of an outline unless somebody wants another number: 0.1° apart, the block of JPS6156064B2.
 pub const DEFAULT_AZIMUTHS: usize = 3600;
@@ -78,15 +81,21 @@ pub const MIN_AZIMUTHS: usize = 16;
 pub struct Removal {
     /// Volume per width of the cut (mm³/mm).
     pub area_mm2: f64,
-    /// Deepest penetration, measured along the radius (mm).
+    /// Deepest penetration of the wheel where it stands, measured along the radius (mm).
     pub depth_mm: f64,
+    /// The wheel is over the part's axis, where it can cut nothing.
+    pub is_over_axis: bool,
 }
 
 impl Removal {
     /// Both together.
     #[must_use]
     pub fn and(self, other: Removal) -> Removal {
-        Removal { area_mm2: self.area_mm2 + other.area_mm2, depth_mm: self.depth_mm.max(other.depth_mm) }
+        Removal {
+            area_mm2: self.area_mm2 + other.area_mm2,
+            depth_mm: self.depth_mm.max(other.depth_mm),
+            is_over_axis: self.is_over_axis || other.is_over_axis,
+        }
     }
 }
 
@@ -119,6 +128,7 @@ pub struct Lobe {
     direction: Vec<(f64, f64)>,
     reach: f64,
     changed: bool,
+    met: press::Met,
 }
 
 impl Lobe {
@@ -142,9 +152,10 @@ impl Lobe {
                 (libm::cos(azimuth), libm::sin(azimuth))
             })
             .collect();
-        let block_reach = radii.chunks(BLOCK).map(largest).collect();
+        let block_reach: Vec<f64> = radii.chunks(BLOCK).map(largest).collect();
         let reach = largest(&radii);
-        Ok(Self { name, station, width_mm, radii, block_reach, direction, reach, changed: false })
+        let met = press::Met::new(&radii, &block_reach);
+        Ok(Self { name, station, width_mm, radii, block_reach, direction, reach, changed: false, met })
     }
 
     /// Name.
@@ -185,58 +196,81 @@ impl Lobe {
         }
     }
 
-    /// The wheel stands here for a moment: removes what it penetrates (`contact` decides how much), or, with
-    /// `cuts` false, only measures how deep it penetrates.
+    /// The wheel stands here for a moment: removes what it penetrates, or, with `cuts` false, only measures how deep it penetrates.
     ///
     /// Valid while the part is smaller than √(X² − R²), the distance of the wheel's tangent point: then a ray that meets
     /// the wheel leaves the part inside it. A wheel over the part's axis (X ≤ R) cuts nothing and has the whole part
     /// as depth.
-    pub fn pass(&mut self, wheel: WheelPosition, contact: Contact, cuts: bool) -> Removal {
+    pub fn pass(&mut self, wheel: WheelPosition, cuts: bool) -> Removal {
         if wheel.centre_mm - wheel.radius_mm >= self.reach {
             return Removal::default();
         }
         if wheel.centre_mm <= wheel.radius_mm {
-            return Removal { area_mm2: 0.0, depth_mm: self.reach };
+            return Removal { depth_mm: self.reach, is_over_axis: true, ..Removal::default() };
         }
         let (sin, cos) = libm::sincos(wheel.azimuth_rad);
-        let blocks = self.block_reach.len();
-        let first = self.block_of(wheel.azimuth_rad);
-        let limit = wheel.inside_cos(self.reach);
-        let mut removal = self.pass_block(first, &wheel, (cos, sin), contact, cuts);
-        let mut left = blocks - 1;
-        // Upwards the near edge of a block is its first azimuth, downwards its last.
-        let mut block = first;
-        while left > 0 {
-            block = if block + 1 == blocks { 0 } else { block + 1 };
-            let near = self.cos_to(block * BLOCK, (cos, sin));
-            if near <= limit {
-                break;
-            }
-            left -= 1;
-            if near > wheel.inside_cos(self.block_reach[block]) {
-                removal = removal.and(self.pass_block(block, &wheel, (cos, sin), contact, cuts));
-            }
-        }
-        block = first;
-        while left > 0 {
-            block = if block == 0 { blocks - 1 } else { block - 1 };
-            let near = self.cos_to(((block + 1) * BLOCK).min(self.radii.len()) - 1, (cos, sin));
-            if near <= limit {
-                break;
-            }
-            left -= 1;
-            if near > wheel.inside_cos(self.block_reach[block]) {
-                removal = removal.and(self.pass_block(block, &wheel, (cos, sin), contact, cuts));
+        let near = self.blocks_near(&wheel, (cos, sin), self.reach);
+        let mut removal = Removal::default();
+        for index in 0..near.count() {
+            let (block, edge) = self.block_and_edge(&near, index, (cos, sin));
+            if edge.is_none_or(|cos| cos > wheel.inside_cos(self.block_reach[block])) {
+                removal = removal.and(self.pass_block(block, &wheel, (cos, sin), cuts));
             }
         }
         removal
     }
 
+    /// The blocks that a part of this reach could have inside the wheel: the one that the wheel's centre faces, so many upwards,
+    /// so many downwards.
+    fn blocks_near(&self, wheel: &WheelPosition, centre: (f64, f64), reach: f64) -> Near {
+        let blocks = self.block_reach.len();
+        let limit = wheel.inside_cos(reach);
+        let mut near = Near { first: self.block_of(wheel.azimuth_rad), up: 0, down: 0 };
+        while near.count() < blocks {
+            near.up += 1;
+            let (_, edge) = self.block_and_edge(&near, near.up, centre);
+            if edge.is_none_or(|cos| cos <= limit) {
+                near.up -= 1;
+                break;
+            }
+        }
+        while near.count() < blocks {
+            near.down += 1;
+            let (_, edge) = self.block_and_edge(&near, near.up + near.down, centre);
+            if edge.is_none_or(|cos| cos <= limit) {
+                near.down -= 1;
+                break;
+            }
+        }
+        near
+    }
+
+    /// One of those blocks, and the cosine of the angle from the wheel's centre to its nearest azimuth; none for the first.
+    fn block_and_edge(&self, near: &Near, index: usize, centre: (f64, f64)) -> (usize, Option<f64>) {
+        let blocks = self.block_reach.len();
+        // Upwards the near edge of a block is its first azimuth, downwards its last.
+        match index {
+            0 => (near.first, None),
+            up if up <= near.up => {
+                let block = (near.first + up) % blocks;
+                (block, Some(self.cos_to(block * BLOCK, centre)))
+            }
+            down => {
+                let block = (near.first + blocks - (down - near.up)) % blocks;
+                (block, Some(self.cos_to(((block + 1) * BLOCK).min(self.radii.len()) - 1, centre)))
+            }
+        }
+    }
+
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a fraction of a turn times the count")]
-    fn block_of(&self, azimuth_rad: f64) -> usize {
+    fn index_of(&self, azimuth_rad: f64) -> usize {
         let turns = azimuth_rad / TURN_RAD;
         let index = ((turns - libm::floor(turns)) * self.radii.len() as f64) as usize;
-        index.min(self.radii.len() - 1) / BLOCK
+        index.min(self.radii.len() - 1)
+    }
+
+    fn block_of(&self, azimuth_rad: f64) -> usize {
+        self.index_of(azimuth_rad) / BLOCK
     }
 
     fn cos_to(&self, index: usize, (cos, sin): (f64, f64)) -> f64 {
@@ -244,14 +278,7 @@ impl Lobe {
         c * cos + s * sin
     }
 
-    fn pass_block(
-        &mut self,
-        block: usize,
-        wheel: &WheelPosition,
-        (cos, sin): (f64, f64),
-        contact: Contact,
-        cuts: bool,
-    ) -> Removal {
+    fn pass_block(&mut self, block: usize, wheel: &WheelPosition, (cos, sin): (f64, f64), cuts: bool) -> Removal {
         let range = block * BLOCK..((block + 1) * BLOCK).min(self.radii.len());
         let (x, r2) = (wheel.centre_mm, wheel.radius_mm * wheel.radius_mm);
         let half_step = 0.5 * TURN_RAD / self.radii.len() as f64;
@@ -272,7 +299,7 @@ impl Lobe {
             }
             removal.depth_mm = removal.depth_mm.max(penetration);
             if cuts {
-                let after = r - contact.removed_mm(penetration);
+                let after = r - penetration;
                 removal.area_mm2 += (r * r - after * after) * half_step;
                 *radius = after;
             }
@@ -282,6 +309,19 @@ impl Lobe {
             self.changed = true;
         }
         removal
+    }
+}
+
+/// Blocks about the one that the wheel's centre faces.
+struct Near {
+    first: usize,
+    up: usize,
+    down: usize,
+}
+
+impl Near {
+    fn count(&self) -> usize {
+        1 + self.up + self.down
     }
 }
 
@@ -374,7 +414,7 @@ mod tests {
                     radius_mm: 60.0,
                     centre_mm: 85.5 - 3.0 * random(),
                 };
-                area += lobe.pass(wheel, Contact::Rigid, true).area_mm2;
+                area += lobe.pass(wheel, true).area_mm2;
                 lobe.refresh();
                 slow_pass(&mut slow, wheel);
             }
@@ -390,7 +430,7 @@ mod tests {
     fn looking_does_not_cut() {
         let mut lobe = blank(20.0);
         let wheel = WheelPosition { azimuth_rad: 1.0, centre_mm: 79.9, radius_mm: 60.0 };
-        let seen = lobe.pass(wheel, Contact::Rigid, false);
+        let seen = lobe.pass(wheel, false);
         assert!((seen.depth_mm - 0.1).abs() < 1e-4 && seen.area_mm2 == 0.0, "{seen:?}");
         assert_eq!(lobe, blank(20.0));
     }

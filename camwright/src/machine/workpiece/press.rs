@@ -1,0 +1,172 @@
+//! A wheel that presses on a lobe: how far machine and part give way, and what it cuts where it then stands.
+//!
+//! The engagement of the contact law is found against the surface that the wheel met, not the one that it leaves: every azimuth
+//! keeps its radius from before the present pass until it is opposite the wheel.
+
+use super::{BLOCK, Lobe, Removal, WheelPosition, largest};
+use crate::contact_law::ContactLaw;
+use crate::units::TURN_RAD;
+use alloc::vec::Vec;
+
+/// How far wheel and part have given way to each other, and which way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deflection {
+    /// T, along the normal of the contact (mm).
+    pub mm: f64,
+    /// The normal, from the part to the wheel: its share along the line from the part's axis to the wheel's centre, and across it,
+    /// positive towards greater azimuths.
+    pub normal: (f64, f64),
+}
+
+impl Default for Deflection {
+    /// Nothing gives way.
+    fn default() -> Self {
+        Self { mm: 0.0, normal: (1.0, 0.0) }
+    }
+}
+
+impl WheelPosition {
+    /// The wheel where it stands when it has given way.
+    fn deflected(self, by: Deflection) -> Self {
+        let (along, across) = (self.centre_mm + by.mm * by.normal.0, by.mm * by.normal.1);
+        Self {
+            azimuth_rad: self.azimuth_rad + libm::atan2(across, along),
+            centre_mm: libm::hypot(along, across),
+            ..self
+        }
+    }
+}
+
+/// The surface that the wheel meets: radii from before the present pass.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Met {
+    radii: Vec<f64>,
+    block_reach: Vec<f64>,
+    reach: f64,
+    /// Azimuth up to which it has been brought up to date; none while no wheel is near, and all of it is.
+    upto: Option<usize>,
+}
+
+impl Met {
+    pub(super) fn new(radii: &[f64], block_reach: &[f64]) -> Self {
+        Self { radii: radii.to_vec(), block_reach: block_reach.to_vec(), reach: largest(block_reach), upto: None }
+    }
+}
+
+/// Where a wheel is deepest in the surface that it meets.
+struct Touch {
+    depth_mm: f64,
+    normal: (f64, f64),
+}
+
+impl Lobe {
+    /// No wheel is near: all that was cut has been passed.
+    pub(crate) fn leave(&mut self) {
+        if self.met.upto.take().is_some() {
+            self.met.radii.copy_from_slice(&self.radii);
+            self.met.block_reach.copy_from_slice(&self.block_reach);
+            self.met.reach = largest(&self.met.block_reach);
+        }
+    }
+
+    /// The wheel stands here for a moment, undeflected, and had given way like this in the moment before: what it removes, and how
+    /// far it gives way now. With `cuts` false it only presses.
+    ///
+    /// The law's engagement is the depth of the wheel as it stood deflected, and that deflection: as the deflected wheel runs along the
+    /// surface that it makes, its deepest point is the one that counts, however steeply the undeflected wheel closes in.
+    pub(crate) fn press(
+        &mut self,
+        wheel: WheelPosition,
+        law: &ContactLaw,
+        before: Deflection,
+        cuts: bool,
+    ) -> (Removal, Deflection) {
+        if wheel.centre_mm - wheel.radius_mm >= self.met.reach {
+            return (Removal::default(), Deflection::default());
+        }
+        if wheel.centre_mm <= wheel.radius_mm {
+            return (self.pass(wheel, cuts), Deflection::default());
+        }
+        self.bring_up_to(wheel.azimuth_rad);
+        let touch = match self.touch(&wheel.deflected(before)) {
+            Some(touch) => Some(Touch { depth_mm: touch.depth_mm + before.mm, ..touch }),
+            None => self.touch(&wheel),
+        };
+        let Some(Touch { depth_mm: engagement_mm, normal }) = touch else {
+            return (Removal::default(), Deflection::default());
+        };
+        let depth_mm = if cuts { law.depth_of_cut_mm(engagement_mm) } else { 0.0 };
+        let deflection = Deflection { mm: engagement_mm - depth_mm, normal };
+        let removal = match (cuts, depth_mm > 0.0) {
+            (true, true) => self.pass(wheel.deflected(deflection), true),
+            (true, false) => Removal::default(),
+            (false, _) => Removal { depth_mm: engagement_mm, ..Removal::default() },
+        };
+        (removal, deflection)
+    }
+
+    /// What the wheel has cut is met again by it from where it is opposite the wheel on.
+    fn bring_up_to(&mut self, azimuth_rad: f64) {
+        let n = self.radii.len();
+        let opposite = self.index_of(azimuth_rad + 0.5 * TURN_RAD);
+        let from = self.met.upto.replace(opposite).unwrap_or(opposite);
+        let upwards = (opposite + n - from) % n;
+        // The shorter way round.
+        let (first, count) = if upwards <= n / 2 { (from, upwards) } else { (opposite, n - upwards) };
+        let mut left = count;
+        let mut at = first;
+        while left > 0 {
+            let block = at / BLOCK;
+            let end = ((block + 1) * BLOCK).min(n);
+            let part = (end - at).min(left);
+            self.met.radii[at..at + part].copy_from_slice(&self.radii[at..at + part]);
+            self.met.block_reach[block] = largest(&self.met.radii[block * BLOCK..end]);
+            left -= part;
+            at = if end == n { 0 } else { end };
+        }
+        if count > 0 {
+            self.met.reach = largest(&self.met.block_reach);
+        }
+    }
+
+    /// Where a wheel is deepest in the surface that it meets: the azimuth nearest to its centre, and between its neighbours the top of
+    /// a parabola. None where it does not touch.
+    fn touch(&self, wheel: &WheelPosition) -> Option<Touch> {
+        let (x, radius) = (wheel.centre_mm, wheel.radius_mm);
+        let (sin, cos) = libm::sincos(wheel.azimuth_rad);
+        let mut nearest = (radius * radius, None);
+        let near = self.blocks_near(wheel, (cos, sin), self.met.reach);
+        for index in 0..near.count() {
+            let (block, edge) = self.block_and_edge(&near, index, (cos, sin));
+            if edge.is_some_and(|cos| cos <= wheel.inside_cos(self.met.block_reach[block])) {
+                continue;
+            }
+            let start = block * BLOCK;
+            let end = (start + BLOCK).min(self.radii.len());
+            let azimuths = self.met.radii[start..end].iter().zip(&self.direction[start..end]).enumerate();
+            for (i, (r, (c, s))) in azimuths {
+                let square = r * (r - 2.0 * x * (c * cos + s * sin)) + x * x;
+                if square < nearest.0 {
+                    nearest = (square, Some(start + i));
+                }
+            }
+        }
+        let at = nearest.1?;
+        let n = self.radii.len();
+        // From a point of the surface to the wheel's centre, along the wheel's line and across it.
+        let to_centre = |i: usize| {
+            let (r, (c, s)) = (self.met.radii[i], self.direction[i]);
+            (x - r * (c * cos + s * sin), -r * (s * cos - c * sin))
+        };
+        let neighbours = [to_centre((at + n - 1) % n), to_centre(at), to_centre((at + 1) % n)];
+        let [left, here, right] = neighbours.map(|(along, across)| radius - libm::hypot(along, across));
+        let bend = 2.0 * here - left - right;
+        // Half a step at most, since none of the three is deeper than the middle.
+        let aside = if bend > 0.0 { 0.5 * (right - left) / bend } else { 0.0 };
+        let depth_mm = here + 0.25 * (right - left) * aside;
+        let [(along0, across0), (along1, across1), (along2, across2)] = neighbours;
+        let (along, across) = (along1 + 0.5 * (along2 - along0) * aside, across1 + 0.5 * (across2 - across0) * aside);
+        let length = libm::hypot(along, across);
+        Some(Touch { depth_mm, normal: (along / length, across / length) })
+    }
+}

@@ -1,0 +1,196 @@
+//! Wheel and part give way to each other: what a machine with a stiffness leaves of a part, turn after turn.
+
+use super::{ease, ideal, machine, setpoint};
+use camwright::contact_law::ContactLaw;
+use camwright::machine::Machine;
+use camwright::machine::description::{Axis, ContactDescription, MachineDescription, StiffnessAt};
+use camwright::machine::report::TickReport;
+use camwright::machine::workpiece::DEFAULT_AZIMUTHS;
+use camwright::setpoint::Setpoint;
+use camwright::units::TURN_RAD;
+
+const WHEEL_MM: f64 = 60.0;
+const WIDTH_MM: f64 = 15.0;
+const KG_N_MM: f64 = 5.0e4;
+/// Table at the first station.
+const Z_MM: f64 = 60.0;
+
+/// The reference machine with ideal drives, and this stiffness of machine and part.
+fn soft(machine_n_mm: f64, threshold_n: f64) -> (MachineDescription, ContactLaw) {
+    let contact = ContactDescription {
+        stiffness: vec![StiffnessAt { z_mm: Z_MM, n_mm: machine_n_mm }],
+        grinding_n_mm2: KG_N_MM / WIDTH_MM,
+        threshold_n_mm: threshold_n / WIDTH_MM,
+    };
+    let law = contact.law(Z_MM, WIDTH_MM).expect("a law");
+    (MachineDescription { contact: Some(contact), ..ideal() }, law)
+}
+
+/// C turns so many times from 0; X over what it has turned, with two derivatives (mm over rad).
+fn turning(description: &MachineDescription, turns: f64, x: impl Fn(f64) -> (f64, f64, f64)) -> Vec<Setpoint> {
+    let ticks = (400.0 * turns) as u32;
+    let seconds = f64::from(ticks) * description.cycle_time_s();
+    (0..=ticks)
+        .map(|k| {
+            let (share, first, second) = ease(f64::from(k) / f64::from(ticks));
+            let whole = turns * TURN_RAD;
+            let (c, c1, c2) = (whole * share, whole * first / seconds, whole * second / seconds / seconds);
+            let (at, x1, x2) = x(c);
+            setpoint(description, [c, at, Z_MM], [c1, x1 * c1, 0.0], [c2, x2 * c1 * c1 + x1 * c2, 0.0])
+        })
+        .collect()
+}
+
+/// Azimuth of bin `i`.
+fn azimuth(i: usize) -> f64 {
+    TURN_RAD * i as f64 / DEFAULT_AZIMUTHS as f64
+}
+
+/// Radii of the lobe whenever a whole turn is over, the raw ones first; and every tick's report.
+fn turn_by_turn(
+    description: &MachineDescription,
+    raw: Vec<f64>,
+    setpoints: &[Setpoint],
+) -> (Vec<Vec<f64>>, Vec<TickReport>, Machine) {
+    let mut machine = machine(description);
+    machine.load_lobe("I1", "LS1", WIDTH_MM, raw).expect("a raw part");
+    machine.place(setpoints[0].counts);
+    let per_turn = description.axis(Axis::C).scale.counts(TURN_RAD);
+    let radii = |machine: &Machine| machine.part().lobe("I1").expect("it is there").radii_mm().to_vec();
+    let (mut turns, mut reports) = (vec![radii(&machine)], Vec::new());
+    for pair in setpoints.windows(2) {
+        reports.push(machine.step(Some(&pair[1]), &[], &[]));
+        if pair[1].counts[0] / per_turn > pair[0].counts[0] / per_turn {
+            turns.push(radii(&machine));
+        }
+    }
+    assert!(machine.alarms().is_empty(), "{:?}", machine.alarms());
+    (turns, reports, machine)
+}
+
+/// Azimuths that the wheel does not touch when a turn is over: its leading edge has begun some degrees of the next.
+const WHOLE: std::ops::Range<usize> = 200..3500;
+
+/// A cam's disc of radius `r` mm at distance `e` mm: X over the wheel-line angle, with two derivatives.
+fn disc_path(r: f64, e: f64, angle: f64) -> (f64, f64, f64) {
+    let (sin, cos) = angle.sin_cos();
+    let root = ((r + WHEEL_MM).powi(2) - (e * sin).powi(2)).sqrt();
+    let first = -e * e * sin * cos / root;
+    let second = -e * e * (cos * cos - sin * sin) / root - first * first / root;
+    (e * cos + root - WHEEL_MM, -e * sin + first, -e * cos + second)
+}
+
+/// A part that runs out by two harmonics, 50 µm in all, and a wheel that stands still: every phase follows the law within the cusps
+/// of the sweep, and the runout goes by λ = kg/(kg + km) a turn.
+#[test]
+fn runout_goes_by_the_same_share_every_turn() {
+    for machine_n_mm in [2.5e3, 5.0e3, 1.0e4, 2.5e4] {
+        let (description, law) = soft(machine_n_mm, 15.0);
+        let raw = (0..DEFAULT_AZIMUTHS).map(|i| 20.05 + 0.02 * azimuth(i).cos() + 0.005 * (3.0 * azimuth(i)).sin());
+        let setpoints = turning(&description, 6.2, |_| (20.0, 0.0, 0.0));
+        let (turns, _, _) = turn_by_turn(&description, raw.collect(), &setpoints);
+        let mut worst = 0.0_f64;
+        for pair in turns.windows(2) {
+            for i in WHOLE {
+                worst = worst.max((pair[1][i] - law.radius_after_mm(pair[0][i], 20.0)).abs());
+            }
+        }
+        let spread = |radii: &[f64]| {
+            let mean = radii[WHOLE].iter().sum::<f64>() / WHOLE.len() as f64;
+            radii[WHOLE].iter().map(|r| (r - mean).powi(2)).sum::<f64>().sqrt()
+        };
+        let left = (spread(&turns[6]) / spread(&turns[1])).powf(0.2);
+        eprintln!("km {machine_n_mm} N/mm: off the law by {worst:e} mm; {left} left by a turn, law {}", law.decay());
+        assert!(worst < 1e-5, "{worst} mm");
+        assert!((left - law.decay()).abs() < 1e-4, "{left}, law {}", law.decay());
+    }
+}
+
+/// A plunge of 10 µm a turn: the depth of cut grows as f (1 − λⁿ), the force to kg f + F0; the wheel then stands, and sparks out to
+/// F0/km. `x_axis` feels the force.
+#[test]
+fn a_plunge_and_its_spark_out_are_those_of_the_law() {
+    let (description, law) = soft(1.0e4, 15.0);
+    let (feed_mm, plunge, rest_mm) = (0.01, 30.0, 15.0 / 1.0e4);
+    let depth = |turns: f64| feed_mm * turns.min(plunge);
+    let setpoints = turning(&description, 70.2, |angle| {
+        let slope = if angle < plunge * TURN_RAD { -feed_mm / TURN_RAD } else { 0.0 };
+        // From where the force reaches F0 on.
+        (20.0 - rest_mm - depth(angle / TURN_RAD), slope, 0.0)
+    });
+    let (turns, reports, _) = turn_by_turn(&description, vec![20.0; DEFAULT_AZIMUTHS], &setpoints);
+    let mut radii = turns[0].clone();
+    let mut worst = 0.0_f64;
+    for (turn, ground) in turns.iter().enumerate().skip(1) {
+        for i in WHOLE {
+            let passed = turn as f64 - 1.0 + azimuth(i) / TURN_RAD;
+            radii[i] = law.radius_after_mm(radii[i], 20.0 - rest_mm - depth(passed));
+            worst = worst.max((ground[i] - radii[i]).abs());
+        }
+    }
+    eprintln!("off the law by {worst:e} mm at most");
+    assert!(worst < 2e-5, "{worst} mm");
+    assert!((turns[70][1800] - (20.0 - depth(100.0))).abs() < 1e-5 + 0.3 * law.decay().powi(40), "{}", turns[70][1800]);
+    let turned = |setpoint: &Setpoint| setpoint.counts[0] as f64 / 3.6e6;
+    let at = |turns: f64| setpoints.iter().position(|setpoint| turned(setpoint) >= turns).expect("within the cut");
+    let (cutting, sparked_out) = (&reports[at(29.5)], &reports[at(69.9)]);
+    let wanted_n = 15.0 + 5.0e4 * feed_mm * (1.0 - law.decay().powf(29.5));
+    assert!((cutting.normal_force_n - wanted_n).abs() < 0.005 * wanted_n, "{} N, {wanted_n} N", cutting.normal_force_n);
+    assert!((sparked_out.normal_force_n - 15.0).abs() < 0.5, "{} N", sparked_out.normal_force_n);
+    assert!((cutting.axes[1].effort + wanted_n).abs() < 0.02 * wanted_n, "{} N", cutting.axes[1].effort);
+}
+
+/// On what is not round wheel and part give way along the normal: an eccentric disc keeps its form, and what is left of its stock is
+/// the same all round.
+#[test]
+fn an_eccentric_gives_way_along_its_normal() {
+    for sense in [1, -1] {
+        let (mut description, law) = soft(1.0e4, 15.0);
+        description.rotation_sense = sense;
+        let (radius_mm, offset_mm, stock_mm) = (19.0, 4.2, 0.03);
+        let polar =
+            |r: f64, azimuth: f64| offset_mm * azimuth.cos() + (r * r - (offset_mm * azimuth.sin()).powi(2)).sqrt();
+        let raw = (0..DEFAULT_AZIMUTHS).map(|i| polar(radius_mm + stock_mm, azimuth(i)));
+        let setpoints = turning(&description, 4.2, |angle| {
+            let (x, first, second) = disc_path(radius_mm, offset_mm, f64::from(sense) * angle);
+            (x, f64::from(sense) * first, second)
+        });
+        let (turns, _, _) = turn_by_turn(&description, raw.collect(), &setpoints);
+        let beyond = |turn: usize, i: usize| {
+            let r = turns[turn][i];
+            (r * azimuth(i).cos() - offset_mm).hypot(r * azimuth(i).sin()) - radius_mm
+        };
+        let mut left_mm = radius_mm + stock_mm;
+        for turn in 1..=4 {
+            left_mm = law.radius_after_mm(left_mm, radius_mm);
+            for i in WHOLE {
+                let off = beyond(turn, i) - (left_mm - radius_mm);
+                assert!(off.abs() < 3e-5, "sense {sense}, turn {turn}, {} rad: {off} mm", azimuth(i));
+            }
+        }
+    }
+}
+
+/// A stiffer machine leaves less; one that does not give way at all leaves what the rigid wheel leaves.
+#[test]
+fn a_machine_that_is_stiff_beyond_measure_grinds_like_a_rigid_one() {
+    let ground = |description: &MachineDescription| {
+        let setpoints = turning(description, 2.2, |angle| disc_path(19.0, 4.2, angle));
+        turn_by_turn(description, vec![23.3; DEFAULT_AZIMUTHS], &setpoints).0.pop().expect("two turns")
+    };
+    let (rigid, stiff) = (ground(&ideal()), ground(&soft(1.0e12, 0.0).0));
+    let worst = rigid.iter().zip(&stiff).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(worst < 1e-6, "{worst} mm");
+}
+
+/// What is gone from the part is what was told, tick by tick.
+#[test]
+fn an_elastic_cut_tells_what_it_removes() {
+    let (description, _) = soft(1.0e4, 15.0);
+    let setpoints = turning(&description, 3.2, |_| (20.0, 0.0, 0.0));
+    let (turns, reports, machine) = turn_by_turn(&description, vec![20.1; DEFAULT_AZIMUTHS], &setpoints);
+    let area = |radii: &[f64]| radii.iter().map(|r| r * r * 0.5 * TURN_RAD / radii.len() as f64).sum::<f64>();
+    let told: f64 = reports.iter().map(|report| report.removal.area_mm2).sum();
+    let left = area(machine.part().lobe("I1").expect("it is there").radii_mm());
+    assert!((area(&turns[0]) - left - told).abs() < 1e-9, "{told} mm2");
+}
