@@ -27,6 +27,7 @@ fn soft(machine_n_mm: f64, threshold_n: f64) -> (MachineDescription, ContactLaw)
 }
 
 /// C turns so many times from 0; X over what it has turned, with two derivatives (mm over rad).
+#[allow(clippy::cast_possible_truncation, reason = "some thousand ticks")]
 fn turning(description: &MachineDescription, turns: f64, x: impl Fn(f64) -> (f64, f64, f64)) -> Vec<Setpoint> {
     let ticks = (400.0 * turns) as u32;
     let seconds = f64::from(ticks) * description.cycle_time_s();
