@@ -24,6 +24,7 @@ pub mod plan;
 pub mod plan_check;
 pub mod point_to_point;
 pub mod rehearsal;
+pub mod runout;
 pub mod setpoint;
 pub mod spark_out;
 pub mod speed_plan;

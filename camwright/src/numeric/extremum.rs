@@ -57,7 +57,7 @@ pub fn smallest_over_turn(count: usize, breaks: &[f64], function: impl Fn(f64) -
 }
 
 /// Golden section on an interval that holds one minimum; 40 steps shrink it by 4e-9.
-fn golden_section(left: f64, right: f64, function: &impl Fn(f64) -> f64) -> (f64, f64) {
+pub(crate) fn golden_section(left: f64, right: f64, function: &impl Fn(f64) -> f64) -> (f64, f64) {
     const RATIO: f64 = 0.618_033_988_749_894_9;
     let (mut a, mut b) = (left, right);
     let (mut x1, mut x2) = (b - RATIO * (b - a), a + RATIO * (b - a));

@@ -1,0 +1,121 @@
+//! What cannot be measured or corrected is refused, and says why.
+
+use crate::part::{DWELLS_FROM_RAD, Part, Station, diameter, from, journal, law, rad};
+use camwright::runout::correction::{Correction, CorrectionError, Start, Target};
+use camwright::runout::fit::Fit;
+use camwright::runout::phases::{PhasesError, RadiusByPhase};
+use camwright::runout::published::{PublishedError, PublishedRunout};
+use camwright::runout::record::GaugeRecord;
+use camwright::runout::spark_out::{self, SparkOutError};
+use camwright::runout::state::{MeasureSettings, PartState, StateError};
+use camwright::runout::stiffness::{
+    ForcePoint, GrindingStiffness, StiffnessError, grinding_stiffness_of_one_feed, machine_stiffness,
+};
+use camwright::runout::wheel_log::WheelLog;
+
+const USUAL: MeasureSettings =
+    MeasureSettings { fit: Fit::Readings { harmonics: 15 }, phases: None, from_rad: None, least_depth_mm: 1e-4 };
+
+#[test]
+fn records_that_tell_no_state_are_refused() {
+    let (part, _) = journal(720, 0.2, &[Station::diameter(270.0, 1.0)], 1.5, 1);
+    let readings = from(&part.readings[0], DWELLS_FROM_RAD);
+    let log = WheelLog::new(&part.log).unwrap();
+    let measure = |count: usize, log: WheelLog<'_>, settings: MeasureSettings| {
+        let record = GaugeRecord::of_one(diameter(270.0), &readings[..count]).unwrap();
+        PartState::measure(&record, log, law(0.2), &settings).map(|_| ()).unwrap_err()
+    };
+    assert!(matches!(measure(500, log, USUAL), StateError::LessThanATurn { .. }));
+    let all = readings.len();
+    let short = WheelLog::new(&part.log[..10_000]).unwrap();
+    assert!(matches!(measure(all, short, USUAL), StateError::LogTooShort { .. }));
+    for phases in [30, 100_000] {
+        let refused = measure(all, log, MeasureSettings { phases: Some(phases), ..USUAL });
+        assert!(matches!(refused, StateError::Phases { least: 31, .. }), "{refused}");
+    }
+    let late = MeasureSettings { from_rad: Some(DWELLS_FROM_RAD + 4.0), ..USUAL };
+    assert!(matches!(measure(all, log, late), StateError::LessThanATurn { .. }));
+}
+
+/// An eccentric part that the wheel has met on one side only: of the other nothing is known.
+#[test]
+fn a_phase_that_was_not_cut_is_named() {
+    let station = Station::diameter(270.0, 1.0);
+    let mut part = Part::new(720, law(0.2), &[(1.0, 0.05, 0.0)], &[station], 1);
+    part.dwell(2.0, 20.0);
+    let record = GaugeRecord::of_one(diameter(270.0), &part.readings[0]).unwrap();
+    let state = PartState::measure(&record, WheelLog::new(&part.log).unwrap(), law(0.2), &USUAL);
+    let Err(StateError::NotCut { phase_deg, depth_mm, .. }) = state else { panic!("{state:?}") };
+    assert!((80.0..280.0).contains(&phase_deg) && depth_mm < 1e-4, "{phase_deg} {depth_mm}");
+}
+
+#[test]
+fn corrections_that_cannot_be_are_refused() {
+    let (part, _) = journal(720, 0.2, &[Station::diameter(270.0, 1.0)], 1.5, 1);
+    let record = GaugeRecord::of_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
+    let state = PartState::measure(&record, WheelLog::new(&part.log).unwrap(), law(0.2), &USUAL).unwrap();
+    let at = Start::At(part.c_rad());
+    let refused = |start: Start, target: Target| Correction::exact(&state, start, target).unwrap_err();
+    let usual = Target::LeastRadius { extra_depth_mm: 0.0 };
+    assert!(matches!(refused(Start::At(1.0), usual), CorrectionError::BeforeLogEnds { .. }));
+    assert!(matches!(
+        refused(Start::AtLeastRadius { from_rad: f64::NAN }, usual),
+        CorrectionError::BeforeLogEnds { .. }
+    ));
+    for extra_depth_mm in [-1e-3, f64::NAN, f64::INFINITY] {
+        assert!(matches!(refused(at, Target::LeastRadius { extra_depth_mm }), CorrectionError::ExtraDepth { .. }));
+    }
+    let least_mm = state.radii_at(part.c_rad()).unwrap().least_mm();
+    for target_mm in [least_mm + 0.002, f64::NAN] {
+        assert!(matches!(refused(at, Target::Radius(target_mm)), CorrectionError::TargetAboveLeast { .. }));
+    }
+    let runout = state.radii_at(part.c_rad()).unwrap();
+    let no_wheel = Correction::published(&runout, &law(0.2), f64::NAN, 0.0).unwrap_err();
+    assert!(matches!(no_wheel, CorrectionError::Wheel { .. }));
+}
+
+/// The step that a lifted wheel leaves on the part, met in the middle of the turn, is no curve.
+#[test]
+fn a_step_within_the_turn_is_refused() {
+    let (mut part, _) = journal(720, 0.2, &[Station::diameter(270.0, 1.0)], 1.5, 1);
+    let lifted_rad = part.c_rad();
+    part.dwell(0.1, 25.0);
+    let readings: Vec<_> = part.readings[0].iter().copied().filter(|reading| reading.c_rad < lifted_rad).collect();
+    let record = GaugeRecord::of_one(diameter(270.0), from(&readings, DWELLS_FROM_RAD)).unwrap();
+    let state = PartState::measure(&record, WheelLog::new(&part.log).unwrap(), law(0.2), &USUAL).unwrap();
+    let start = Start::At(lifted_rad + rad(90.0));
+    let refused = Correction::exact(&state, start, Target::LeastRadius { extra_depth_mm: 0.0 }).unwrap_err();
+    assert!(matches!(refused, CorrectionError::NotResolved { .. }), "{refused}");
+}
+
+#[test]
+fn windows_radii_and_points_that_are_none_are_refused() {
+    let (part, _) = journal(720, 0.2, &[Station::diameter(270.0, 5.0)], 1.4, 1);
+    let record = GaugeRecord::of_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
+    let published = |phases: usize| PublishedRunout::measure(&record, &law(0.2), DWELLS_FROM_RAD, phases).unwrap_err();
+    let PublishedError::WindowTooShort { turned_deg, needed_deg } = published(72) else { panic!() };
+    assert!(turned_deg < 505.0 && (needed_deg - 540.0).abs() < 1e-9);
+    assert!(matches!(published(4), PublishedError::Phases { phases: 4, .. }));
+    assert!(matches!(RadiusByPhase::new(vec![1.0; 7]), Err(PhasesError::TooFew { count: 7, .. })));
+    let mut radii = vec![1.0; 9];
+    radii[4] = f64::NAN;
+    assert!(matches!(RadiusByPhase::new(radii), Err(PhasesError::NotFinite { index: 4 })));
+    for bad in [0.0, -1.0, f64::NAN] {
+        assert!(matches!(spark_out::turns(&law(0.2), bad, 1.0), Err(SparkOutError::Runout { .. })));
+        assert!(matches!(spark_out::turns(&law(0.2), 1.0, bad), Err(SparkOutError::Runout { .. })));
+    }
+    let point = |way_mm: f64, force_n: f64| ForcePoint { way_mm, force_n };
+    let refused = |points: &[ForcePoint]| machine_stiffness(points).unwrap_err();
+    assert!(matches!(refused(&[point(0.0, 1.0), point(1.0, 2.0)]), StiffnessError::TooFew { points: 2, .. }));
+    assert!(matches!(refused(&[point(0.0, 1.0); 3]), StiffnessError::OnePlace { .. }));
+    assert!(matches!(refused(&[point(0.0, 3.0), point(1.0, 2.0), point(2.0, 1.0)]), StiffnessError::NotRising { .. }));
+    assert!(matches!(
+        refused(&[point(0.0, 3.0), point(f64::NAN, 2.0), point(2.0, 1.0)]),
+        StiffnessError::NotFinite { index: 1 }
+    ));
+    assert!(matches!(grinding_stiffness_of_one_feed(point(0.0, 1.0), 0.0), Err(StiffnessError::Depth { .. })));
+    // A threshold far below nothing: the force has an offset.
+    let offset = [point(0.001, 10.0), point(0.002, 60.0), point(0.003, 110.0), point(0.004, 160.1)];
+    let found = GrindingStiffness::of_feeds(&offset).unwrap();
+    assert!(matches!(found.law(machine_stiffness(&offset).unwrap()), Err(StiffnessError::Law(_))));
+}
