@@ -59,7 +59,7 @@ pub enum Target {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Start {
     /// Where the least radius leaves the wheel, at the first such angle of the headstock from this one on (rad): when the correction can
-    /// be ready.
+    /// be ready. The part turns forward to it, with the wheel where it was logged last.
     AtLeastRadius {
         /// Earliest (rad).
         from_rad: f64,
@@ -198,16 +198,7 @@ impl Correction {
         let (ratio, leaves_mm) =
             (law.grinding_n_mm() / law.machine_n_mm(), target_mm - law.threshold_n() / law.machine_n_mm());
         let wheel_mm = |c_rad: f64| leaves_mm - ratio * (state.radius_mm(c_rad - TURN_RAD) - target_mm);
-        // Slope of what meets the wheel, within a piece of its curve.
-        let slope_mm_rad = |c_rad: f64, way_rad: f64| {
-            let (near, far) = (wheel_mm(c_rad + way_rad), wheel_mm(c_rad + 2.0 * way_rad));
-            (4.0 * near - far - 3.0 * wheel_mm(c_rad)) / (2.0 * way_rad)
-        };
-        let (end_rad, way_rad) = (start_rad + TURN_RAD, phase_rad(1, state.phases()) / 64.0);
-        let ramp = ramp(
-            wheel_mm(start_rad) - wheel_mm(end_rad),
-            slope_mm_rad(start_rad, way_rad) - slope_mm_rad(end_rad, -way_rad),
-        )?;
+        let ramp = ramp(wheel_mm(start_rad) - wheel_mm(start_rad + TURN_RAD))?;
         let count = state.phases();
         let path = (0..count).map(|index| {
             let since_rad = wrap_turn(phase_rad(index, count) - start_rad);
@@ -242,7 +233,7 @@ impl Correction {
         let path: Vec<f64> = runout.runout_mm().iter().map(|ir_mm| wheel_mm - factor * ir_mm).collect();
         let start_rad = from_rad + wrap_turn(runout.phase_rad(runout.least_index()) - from_rad);
         let path = PeriodicSpline::interpolate(&path)?;
-        Ok(Self { mode: Mode::Published, start_rad, path, ramp: ramp(0.0, 0.0)?, leaves_mm: wheel_mm, forecast: None })
+        Ok(Self { mode: Mode::Published, start_rad, path, ramp: ramp(0.0)?, leaves_mm: wheel_mm, forecast: None })
     }
 
     /// Which law made it.
@@ -257,7 +248,8 @@ impl Correction {
         self.start_rad
     }
 
-    /// `x_axis` over C (mm over rad), the ramp apart.
+    /// `x_axis` over C modulo a turn (mm over rad), the ramp apart: the path of a cut that begins at [`Correction::start_rad`] and takes one
+    /// turn.
     #[must_use]
     pub const fn path(&self) -> &PeriodicSpline {
         &self.path
@@ -346,10 +338,11 @@ impl Range {
     }
 }
 
-/// From a difference to 0 over a turn, with a slope at its beginning: what the path over C lacks to be periodic.
-fn ramp(difference_mm: f64, slope_mm_rad: f64) -> Result<HermiteSpline, HermiteError> {
-    let knot = |at: f64, value: f64, first: f64| Knot { at, value, first, second: 0.0 };
-    HermiteSpline::new(Vec::from([knot(0.0, difference_mm, slope_mm_rad), knot(TURN_RAD, 0.0, 0.0)]))
+/// From a difference to 0 over a turn. With neither slope nor curvature at its ends, so that it goes on smoothly before and after the
+/// turn, as an infeed does; what of slope the path lacks to be periodic is nothing where the turn begins at the least radius.
+fn ramp(difference_mm: f64) -> Result<HermiteSpline, HermiteError> {
+    let knot = |at: f64, value: f64| Knot { at, value, first: 0.0, second: 0.0 };
+    HermiteSpline::new(Vec::from([knot(0.0, difference_mm), knot(TURN_RAD, 0.0)]))
 }
 
 /// C at which the turn begins.

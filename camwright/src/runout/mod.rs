@@ -15,6 +15,34 @@
 //! before the wheel, IR of the motion is already there, and IR·kg/km is to be added. [`Mode::Exact`] follows every phase through the
 //! contact law with the wheel position that was logged, and leaves nothing but what the gauge did not know.
 //!
+//! ```
+//! use camwright::contact_law::ContactLaw;
+//! use camwright::runout::correction::{Correction, Start, Target};
+//! use camwright::runout::gauge::Gauge;
+//! use camwright::runout::record::{GaugeRecord, Reading};
+//! use camwright::runout::state::{MeasureSettings, PartState};
+//! use camwright::runout::wheel_log::{WheelLog, WheelPosition};
+//! use core::f64::consts::PI;
+//!
+//! // What the machine recorded: two turns of a dwell at 20 mm of a part that is eccentric by 10 um and 40 um above its end, read
+//! // every degree by two opposed contacts, one 270 deg after the wheel. λ is 0.8, F0/km 1 um.
+//! let law = ContactLaw::new(1.0e4, 4.0e4, 10.0)?;
+//! let radius = |c: f64| 20.001 + libm::pow(0.8, c / (2.0 * PI)) * (0.04 + 0.01 * libm::cos(c));
+//! let at = |i: u32| f64::from(i) * PI / 180.0;
+//! let readings: Vec<Reading> = (0..720)
+//!     .map(|i| Reading { c_rad: at(i), value_mm: radius(at(i) - 1.5 * PI) + radius(at(i) - 0.5 * PI), tick: i.into() })
+//!     .collect();
+//! let positions: Vec<WheelPosition> = (0..720).map(|i| WheelPosition { c_rad: at(i), x_mm: 20.0 }).collect();
+//!
+//! let record = GaugeRecord::of_one(Gauge::diameter(1.5 * PI)?, &readings)?;
+//! let part = PartState::measure(&record, WheelLog::new(&positions)?, law, &MeasureSettings::default())?;
+//! let start = Start::AtLeastRadius { from_rad: 4.0 * PI };
+//! let correction = Correction::exact(&part, start, Target::LeastRadius { extra_depth_mm: 0.0 })?;
+//! let forecast = correction.forecast().expect("an exact correction tells what it will come to");
+//! assert!(forecast.before_mm > 0.008 && forecast.left_mm < 1e-6);
+//! assert!((correction.at(0.0).value - 20.0).abs() < 1e-6);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 //! Everything here is a function of readings and positions; who collects them, and who turns a [`correction::Correction`] into a cut,
 //! is elsewhere. Angles are those of the headstock and grow with time; a phase of the part is the angle, modulo a turn, at which it
 //! stands at the wheel.

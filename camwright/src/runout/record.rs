@@ -22,7 +22,8 @@ const ROUNDING_RAD: f64 = 1e-9;
 /// A reading of a gauge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
-    /// Angle of the headstock, growing from turn to turn (rad): the machine's counts times its rad per count.
+    /// Angle of the headstock, growing from turn to turn (rad): the machine's counts times its rad per count. That at which the part stood
+    /// when there was what is read now: a gauge of time constant τ lags by τ times the work speed.
     pub c_rad: f64,
     /// What the gauge read (mm), from any zero that stays.
     pub value_mm: f64,

@@ -37,6 +37,18 @@ pub const USUAL_HARMONICS: u32 = 15;
 /// Depth (mm) below which a phase counts as not cut unless told otherwise: the resolution of a usual gauge.
 pub const USUAL_LEAST_DEPTH_MM: f64 = 1e-4;
 
+/// Scatter of the readings (mm) above which they are not believed unless told otherwise: ten times the noise of a usual gauge. A gauge
+/// that jumped or a wheel that was not where the log says are above it. A stiffness wrong by half is not, it scatters a dwell of three
+/// turns by 0.3 µm: that is what [`Decay`](super::decay::Decay) is for.
+pub const USUAL_MOST_SCATTER_MM: f64 = 2e-3;
+
+/// Phases per harmonic kept, and 360 at least: the curve through them errs by 1e-6 of the highest. More resolve what is no harmonic, as
+/// where a wheel left the part; a correction's path has that many knots.
+pub const PHASES_PER_HARMONIC: usize = 24;
+
+/// Most harmonics: a tip of a millimetre and a half bridges the waves of the hundredth on a journal of 25 mm radius.
+pub const MOST_HARMONICS: u32 = 100;
+
 /// Most phases: beyond it a record has hundreds of readings for every harmonic that matters.
 pub const MOST_PHASES: usize = 7200;
 
@@ -48,12 +60,15 @@ pub(super) const ROUNDING_RAD: f64 = 1e-9;
 pub struct MeasureSettings {
     /// How radii are found from readings.
     pub fit: Fit,
-    /// Phases told apart; `None` for as many as the gauge reads in a turn.
+    /// Phases told apart, which a correction's path has as knots; `None` for as many as harmonics need ([`PHASES_PER_HARMONIC`]), or, of a
+    /// fit to depths, as the gauge reads in a turn.
     pub phases: Option<usize>,
     /// Cuts before this angle of the headstock are left out (rad): where a dwell began, or the last fault ended.
     pub from_rad: Option<f64>,
     /// Depth (mm) that every phase must have lost at every cut. Where the wheel takes nothing, nothing is known.
     pub least_depth_mm: f64,
+    /// Largest scatter of the readings about the contact law (mm), see [`PartState::scatter_mm`]; `None` takes any.
+    pub most_scatter_mm: Option<f64>,
 }
 
 impl Default for MeasureSettings {
@@ -63,6 +78,7 @@ impl Default for MeasureSettings {
             phases: None,
             from_rad: None,
             least_depth_mm: USUAL_LEAST_DEPTH_MM,
+            most_scatter_mm: Some(USUAL_MOST_SCATTER_MM),
         }
     }
 }
@@ -98,6 +114,14 @@ pub enum StateError {
         /// Most.
         most: usize,
     },
+    /// More harmonics than any gauge tells.
+    #[error("{harmonics} harmonics, at most {most} are allowed")]
+    Harmonics {
+        /// Harmonics wanted.
+        harmonics: u32,
+        /// Most.
+        most: u32,
+    },
     /// More unknowns than the readings tell.
     #[error("{readings} readings while every phase was cut do not tell {harmonics} harmonics")]
     Undetermined {
@@ -105,6 +129,17 @@ pub enum StateError {
         readings: usize,
         /// Harmonics.
         harmonics: u32,
+    },
+    /// The readings do not follow the contact law.
+    #[error(
+        "readings scatter by {:.3} um about the contact law, at most {:.3} um are allowed: gauge, wheel positions or stiffness are wrong",
+        um_from_mm(*.scatter_mm), um_from_mm(*.most_mm)
+    )]
+    Scatter {
+        /// Standard deviation found (mm).
+        scatter_mm: f64,
+        /// Allowed (mm).
+        most_mm: f64,
     },
     /// A phase that was not cut.
     #[error(
@@ -202,6 +237,11 @@ impl<'a> PartState<'a> {
             Fit::Depths { harmonics } => fit::by_depths(record, &known, (first_rad, until_rad), phases, harmonics)?,
             Fit::Readings { harmonics } => fit::by_readings(record, &known, until_rad, phases, harmonics)?,
         };
+        if let (Some(scatter_mm), Some(most_mm)) = (fitted.scatter_mm, settings.most_scatter_mm)
+            && (scatter_mm.is_nan() || scatter_mm > most_mm)
+        {
+            return Err(StateError::Scatter { scatter_mm, most_mm });
+        }
         for (index, deviation) in fitted.deviations.iter().enumerate() {
             let phase = phase_rad(index, phases);
             for c_rad in fit::cuts_of(phase, first_rad, until_rad) {
@@ -294,11 +334,17 @@ impl<'a> PartState<'a> {
 /// Phases of a measurement.
 fn phases_of(record: &GaugeRecord<'_>, settings: &MeasureSettings) -> Result<usize, StateError> {
     let harmonics = settings.fit.harmonics();
+    if harmonics > MOST_HARMONICS {
+        return Err(StateError::Harmonics { harmonics, most: MOST_HARMONICS });
+    }
     let least = (2 * harmonics as usize + 1).max(FEWEST_PHASES);
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and MOST_PHASES + 1")]
     let by_readings = || libm::round(record.per_turn()).clamp(0.0, 2.0 * MOST_PHASES as f64) as usize;
     // A record denser than that is read at as many places as are told apart.
-    let phases = settings.phases.unwrap_or_else(|| by_readings().min(MOST_PHASES));
+    let phases = settings.phases.unwrap_or_else(|| match settings.fit {
+        Fit::Depths { .. } => by_readings().min(MOST_PHASES),
+        Fit::Readings { .. } => (PHASES_PER_HARMONIC * harmonics as usize).max(360),
+    });
     if (least..=MOST_PHASES).contains(&phases) {
         return Ok(phases);
     }

@@ -5,7 +5,9 @@
 //! depth. The published formula takes one feed, kg = F/U, which is kg + F0/U: 12 % too much at 2 µm in a usual case, 2.5 % at 10 µm.
 //! Force is what the motor's current times its thrust constant is above that of the same motion without contact.
 
+use super::record::GaugeRecord;
 use crate::contact_law::{ContactLaw, ContactLawError};
+use crate::units::{TURN_RAD, deg_from_rad};
 use alloc::vec::Vec;
 use thiserror::Error;
 
@@ -68,6 +70,14 @@ pub enum StiffnessError {
         upper_n_mm: f64,
         /// Standard uncertainty of their difference (N/mm).
         uncertainty_n_mm: f64,
+    },
+    /// Depths or forces do not cover a turn.
+    #[error("{what} do not cover the turn up to C = {until_deg:.2} deg")]
+    NotAllOfTheTurn {
+        /// Which.
+        what: &'static str,
+        /// End of the turn (deg).
+        until_deg: f64,
     },
     /// Nothing was cut.
     #[error("depth of cut {depth_mm} mm must be above 0")]
@@ -221,6 +231,55 @@ impl GrindingStiffness {
         let threshold_n = if value < 0.0 && value >= -2.0 * uncertainty { 0.0 } else { value };
         Ok(ContactLaw::new(machine_n_mm.value, self.grinding_n_mm.value, threshold_n)?)
     }
+}
+
+/// Normal force at an angle of the headstock.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ForceReading {
+    /// Angle of the headstock, counted as that of the gauge's readings (rad).
+    pub c_rad: f64,
+    /// Normal force (N).
+    pub force_n: f64,
+}
+
+/// Mean depth of cut and mean force over the turn that ends at an angle of the headstock (rad): a point for
+/// [`GrindingStiffness::of_feeds`]. Over a whole turn the runout drops out of both.
+///
+/// # Errors
+/// Depths or forces that do not cover the turn, or forces whose angles do not increase.
+pub fn mean_of_turn(
+    record: &GaugeRecord<'_>,
+    forces: &[ForceReading],
+    until_rad: f64,
+) -> Result<ForcePoint, StiffnessError> {
+    let until_deg = deg_from_rad(until_rad);
+    let not_covered = |what: &'static str| StiffnessError::NotAllOfTheTurn { what, until_deg };
+    let steps = libm::ceil(record.per_turn()).clamp(1.0, 1e5);
+    let (mut sum_mm, mut step) = (0.0, 0.0);
+    while step < steps {
+        sum_mm += record.depth_mm(until_rad - TURN_RAD * step / steps).ok_or(not_covered("depths of cut"))?;
+        step += 1.0;
+    }
+    // The area under straight lines from force to force, from the start of the turn to its end.
+    let from_rad = until_rad - TURN_RAD;
+    let (mut area, mut covered) = (0.0, 0.0);
+    for pair in forces.windows(2) {
+        let (a, b) = (pair[0], pair[1]);
+        let way = b.c_rad - a.c_rad;
+        if way.is_nan() || way <= 0.0 {
+            return Err(not_covered("forces"));
+        }
+        let (left, right) = (a.c_rad.max(from_rad), b.c_rad.min(until_rad));
+        if right > left {
+            let middle = (0.5 * (left + right) - a.c_rad) / way;
+            area += (right - left) * (a.force_n + middle * (b.force_n - a.force_n));
+            covered += right - left;
+        }
+    }
+    if covered < TURN_RAD * (1.0 - 1e-9) {
+        return Err(not_covered("forces"));
+    }
+    Ok(ForcePoint { way_mm: sum_mm / steps, force_n: area / covered })
 }
 
 /// kg by the published formula of one feed, F/U, and what it has too much.

@@ -6,7 +6,8 @@ use crate::part::{
 use camwright::runout::decay::{Comparison, Decay, DecayError};
 use camwright::runout::record::GaugeRecord;
 use camwright::runout::stiffness::{
-    ForcePoint, GrindingStiffness, Measured, StiffnessError, grinding_stiffness_of_one_feed, machine_stiffness, ratio,
+    ForcePoint, ForceReading, GrindingStiffness, Measured, StiffnessError, grinding_stiffness_of_one_feed,
+    machine_stiffness, mean_of_turn, ratio,
 };
 
 /// Pushes of a stopped wheel in steps of 10 um, the force read with σ = 2 N.
@@ -60,17 +61,15 @@ fn feeds(part_ratio: f64, feeds_mm: &[f64], sigma_mm: f64, seed: u64) -> Vec<For
         let turns = 60.0;
         part.feed(turns, 20.0, feed_mm);
         let record = GaugeRecord::of_one(diameter(270.0), &part.readings[0]).unwrap();
+        let forces = part.log.iter().zip(&part.forces);
+        let forces: Vec<ForceReading> =
+            forces.map(|(place, force_n)| ForceReading { c_rad: place.c_rad, force_n: *force_n }).collect();
+        assert!(matches!(mean_of_turn(&record, &forces, 3.0), Err(StiffnessError::NotAllOfTheTurn { .. })));
+        assert!(matches!(mean_of_turn(&record, &forces[30_000..], 100.0), Err(StiffnessError::NotAllOfTheTurn { .. })));
         // The last three turns that the gauge has seen.
         for turn in 0..3 {
-            let end = record.last_cut_rad() - 2.0 * std::f64::consts::PI * f64::from(turn);
-            let cuts: Vec<f64> = (0..360).map(|i| end - f64::from(i) * std::f64::consts::PI / 180.0).collect();
-            let mean = cuts.iter().map(|c| record.depth_mm(*c).unwrap()).sum::<f64>() / 360.0;
-            let force = cuts
-                .iter()
-                .map(|c| part.forces[(c / (2.0 * std::f64::consts::PI) * 720.0).round() as usize])
-                .sum::<f64>()
-                / 360.0;
-            points.push(ForcePoint { way_mm: mean, force_n: force });
+            let until_rad = record.last_cut_rad() - 2.0 * std::f64::consts::PI * f64::from(turn);
+            points.push(mean_of_turn(&record, &forces, until_rad).unwrap());
         }
     }
     points

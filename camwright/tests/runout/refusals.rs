@@ -5,16 +5,21 @@ use camwright::runout::correction::{Correction, CorrectionError, Start, Target};
 use camwright::runout::fit::Fit;
 use camwright::runout::phases::{PhasesError, RadiusByPhase};
 use camwright::runout::published::{PublishedError, PublishedRunout};
-use camwright::runout::record::GaugeRecord;
+use camwright::runout::record::{GaugeRecord, Reading};
 use camwright::runout::spark_out::{self, SparkOutError};
 use camwright::runout::state::{MeasureSettings, PartState, StateError};
 use camwright::runout::stiffness::{
     ForcePoint, GrindingStiffness, StiffnessError, grinding_stiffness_of_one_feed, machine_stiffness,
 };
-use camwright::runout::wheel_log::WheelLog;
+use camwright::runout::wheel_log::{WheelLog, WheelPosition};
 
-const USUAL: MeasureSettings =
-    MeasureSettings { fit: Fit::Readings { harmonics: 15 }, phases: None, from_rad: None, least_depth_mm: 1e-4 };
+const USUAL: MeasureSettings = MeasureSettings {
+    fit: Fit::Readings { harmonics: 15 },
+    phases: None,
+    from_rad: None,
+    least_depth_mm: 1e-4,
+    most_scatter_mm: Some(2e-3),
+};
 
 #[test]
 fn records_that_tell_no_state_are_refused() {
@@ -33,6 +38,10 @@ fn records_that_tell_no_state_are_refused() {
         let refused = measure(all, log, MeasureSettings { phases: Some(phases), ..USUAL });
         assert!(matches!(refused, StateError::Phases { least: 31, .. }), "{refused}");
     }
+    for fit in [Fit::Readings { harmonics: 101 }, Fit::Depths { harmonics: Some(u32::MAX) }] {
+        let refused = measure(all, log, MeasureSettings { fit, ..USUAL });
+        assert!(matches!(refused, StateError::Harmonics { most: 100, .. }), "{refused}");
+    }
     let late = MeasureSettings { from_rad: Some(DWELLS_FROM_RAD + 4.0), ..USUAL };
     assert!(matches!(measure(all, log, late), StateError::LessThanATurn { .. }));
 }
@@ -47,6 +56,53 @@ fn a_phase_that_was_not_cut_is_named() {
     let state = PartState::measure(&record, WheelLog::new(&part.log).unwrap(), law(0.2), &USUAL);
     let Err(StateError::NotCut { phase_deg, depth_mm, .. }) = state else { panic!("{state:?}") };
     assert!((80.0..280.0).contains(&phase_deg) && depth_mm < 1e-4, "{phase_deg} {depth_mm}");
+}
+
+/// A gauge that stuck, and a wheel that was elsewhere.
+#[test]
+fn readings_that_do_not_follow_the_contact_law_are_refused() {
+    let (part, _) = journal(720, 0.2, &[Station::diameter(270.0, 1.0)], 3.0, 1);
+    let good = from(&part.readings[0], DWELLS_FROM_RAD);
+    let measure = |readings: &[Reading], log: &[WheelPosition], ratio: f64| {
+        let record = GaugeRecord::of_one(diameter(270.0), readings).unwrap();
+        PartState::measure(&record, WheelLog::new(log).unwrap(), law(ratio), &USUAL).map(|_| ())
+    };
+    assert!(measure(good, &part.log, 0.2).is_ok());
+    let mut stuck = good.to_vec();
+    let at = stuck[200].value_mm;
+    stuck[200..].iter_mut().for_each(|reading| reading.value_mm = at);
+    let mut all = good.to_vec();
+    all.iter_mut().for_each(|reading| reading.value_mm = at);
+    let elsewhere: Vec<WheelPosition> = part
+        .log
+        .iter()
+        .map(|place| WheelPosition {
+            x_mm: place.x_mm + if place.c_rad > DWELLS_FROM_RAD + 6.0 { 0.05 } else { 0.0 },
+            ..*place
+        })
+        .collect();
+    for (what, refused) in [
+        ("stuck", measure(&stuck, &part.log, 0.2)),
+        ("stuck from the first", measure(&all, &part.log, 0.2)),
+        ("wheel elsewhere", measure(good, &elsewhere, 0.2)),
+    ] {
+        let refused = refused.unwrap_err();
+        eprintln!("{what}: {refused}");
+        assert!(matches!(refused, StateError::Scatter { .. } | StateError::NotCut { .. }), "{what}: {refused:?}");
+    }
+}
+
+/// 0.3 um at half the km/kg: seen beside a gauge's noise, but no reason to refuse. The decay tells it.
+#[test]
+fn a_wrong_stiffness_shows_in_the_scatter_but_is_not_refused_for_it() {
+    let (part, _) = journal(720, 0.2, &[Station::diameter(270.0, 1.0)], 3.0, 1);
+    let record = GaugeRecord::of_one(diameter(270.0), from(&part.readings[0], DWELLS_FROM_RAD)).unwrap();
+    let scatter = |ratio: f64| {
+        let state = PartState::measure(&record, WheelLog::new(&part.log).unwrap(), law(ratio), &USUAL).unwrap();
+        eprintln!("km/kg 0.2, thought {ratio}: readings scatter by {:.3} um", state.scatter_mm().unwrap() * 1e3);
+        state.scatter_mm().unwrap()
+    };
+    assert!(scatter(0.2) < 2e-5 && (2e-4..4e-4).contains(&scatter(0.1)) && (2e-4..4e-4).contains(&scatter(0.3)));
 }
 
 #[test]
