@@ -2,7 +2,7 @@
 //!
 //! A stopped wheel pushed on the part by a travel V takes nothing, so F = km·V and a constant: km is the slope of force over travel.
 //! While the part is ground, F = kg·U + F0: of several feeds kg is the slope of force over depth of cut, and F0 what remains at no
-//! depth. The published formula takes one feed, kg = F/U, which is kg + F0/U: 12 % too much at 2 µm in a usual case, 2.5 % at 10 µm.
+//! depth. The published formula takes one feed, kg = F/U, which is kg + F0/U: 15 % too much at 2 µm with F0 15 N and kg 50 N/µm, 3 % at 10 µm.
 //! Force is what the motor's current times its thrust constant is above that of the same motion without contact.
 
 use super::record::GaugeRecord;
