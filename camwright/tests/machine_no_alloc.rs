@@ -3,7 +3,9 @@
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::buffer::{Chunk, SetpointBuffer, TailPoint};
-use camwright::machine::description::{Axis, ContactDescription, MachineDescription, StiffnessAt};
+use camwright::machine::description::{
+    Axis, ContactDescription, GaugeDescription, GaugeKind, MachineDescription, StiffnessAt,
+};
 use camwright::machine::fault::Fault;
 use camwright::machine::reference::cam_grinder;
 use camwright::machine::state::LastingState;
@@ -20,9 +22,19 @@ fn a_tick_does_not_allocate_whatever_happens_in_it() {
         stiffness: vec![StiffnessAt { z_mm: 60.0, n_mm: 4e4 }, StiffnessAt { z_mm: 90.0, n_mm: 3e4 }],
         grinding_n_mm2: 1.5e3,
         threshold_n_mm: 0.8,
+        part_share: 0.5,
     };
-    for contact in [None, Some(contact)] {
-        run_through_everything(MachineDescription { contact, ..cam_grinder() });
+    let gauge = GaugeDescription {
+        kind: GaugeKind::Diameter,
+        behind_wheel_rad: 4.7,
+        second_behind_wheel_rad: Some(3.0),
+        resolution_mm: 1e-4,
+        noise_mm: 2e-4,
+        bandwidth_rad_s: Some(300.0),
+        seed: 1,
+    };
+    for (contact, gauge) in [(None, None), (Some(contact), Some(gauge))] {
+        run_through_everything(MachineDescription { contact, gauge, ..cam_grinder() });
     }
 }
 

@@ -23,6 +23,8 @@ pub struct ContactDescription {
     pub grinding_n_mm2: f64,
     /// F0: normal force per width at which the wheel begins to cut (N/mm).
     pub threshold_n_mm: f64,
+    /// Share of the deflection by which the part gives way and not the wheelhead, 0 to 1: a single contact on the part feels it.
+    pub part_share: f64,
 }
 
 impl ContactDescription {
@@ -57,6 +59,10 @@ impl ContactDescription {
             ordered("table positions of machine stiffnesses", pair[0].z_mm, pair[1].z_mm)?;
         }
         positive("grinding stiffness (N/mm²)", self.grinding_n_mm2)?;
+        if !(0.0..=1.0).contains(&self.part_share) {
+            let (what, value) = ("share of the part in the deflection", self.part_share);
+            return Err(DescriptionError::AboveLimit { what, value, allowed: 1.0 });
+        }
         let value = self.threshold_n_mm;
         if !(value >= 0.0 && value.is_finite() && self.stiffness.iter().all(|point| point.z_mm.is_finite())) {
             return Err(DescriptionError::Negative { what: "threshold force (N/mm)", value });
@@ -76,6 +82,7 @@ mod tests {
             stiffness: vec![at(0.0, 30e3), at(100.0, 10e3), at(200.0, 26e3)],
             grinding_n_mm2: 2e3,
             threshold_n_mm: 0.5,
+            part_share: 0.5,
         }
     }
 
@@ -104,5 +111,6 @@ mod tests {
         assert!(broken(&|contact| contact.stiffness[0].z_mm = f64::NEG_INFINITY).is_err());
         assert!(broken(&|contact| contact.grinding_n_mm2 = f64::NAN).is_err());
         assert!(broken(&|contact| contact.threshold_n_mm = -1.0).is_err());
+        assert!(broken(&|contact| contact.part_share = 1.5).is_err());
     }
 }

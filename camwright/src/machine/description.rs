@@ -7,6 +7,7 @@ use alloc::vec::Vec;
 use thiserror::Error;
 
 pub use crate::machine::contact_description::{ContactDescription, StiffnessAt};
+pub use crate::machine::gauge::{GaugeDescription, GaugeKind};
 pub use crate::machine::wheel_description::{WheelDescription, WheelTooFast};
 
 /// Index of an axis in everything that has one value per axis. The order is that of the setpoint message.
@@ -239,6 +240,8 @@ pub struct MachineDescription {
     pub wheel: WheelDescription,
     /// How wheel and part give way to each other; `None`: not at all.
     pub contact: Option<ContactDescription>,
+    /// What measures the lobe that stands in front of the wheel; `None`: nothing does.
+    pub gauge: Option<GaugeDescription>,
     /// What it is dressed with; `None` is a machine without.
     pub dresser: Option<Dresser>,
     /// Room of the headstock with its chuck, where the wheel must not go; `None` where nobody says.
@@ -326,6 +329,7 @@ impl MachineDescription {
             value.map_or(Ok(()), |value| positive(what, value))?;
         }
         self.contact.as_ref().map_or(Ok(()), ContactDescription::validate)?;
+        self.gauge.map_or(Ok(()), |gauge| gauge.validate())?;
         self.dresser.map_or(Ok(()), |dresser| dresser.validate())?;
         for (what, extent) in [("headstock", self.headstock), ("tailstock", self.tailstock)] {
             if let Some(Extent { from_mm: low, to_mm: high, radius_mm: value }) = extent {

@@ -16,6 +16,7 @@ mod cyclic;
 pub mod description;
 pub mod fault;
 pub mod fixture;
+mod gauge;
 pub mod plausibility;
 pub mod reference;
 pub mod report;

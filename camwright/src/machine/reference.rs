@@ -84,6 +84,7 @@ pub fn cam_grinder() -> MachineDescription {
             grinding_ratio: None,
         },
         contact: None,
+        gauge: None,
         dresser: None,
         headstock: None,
         tailstock: None,

@@ -101,6 +101,8 @@ pub struct TickReport {
     pub removal: Removal,
     /// Normal force of the wheel on the part at the end of the tick (N); 0 where nothing gives way, and nothing can be told of it.
     pub normal_force_n: f64,
+    /// What the gauge reads of the lobe in front of the wheel (mm), and a second gauge, while C turns.
+    pub gauge_mm: [Option<f64>; 2],
     /// Speed of the wheel (rad/s).
     pub wheel_rad_s: f64,
 }

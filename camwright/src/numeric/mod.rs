@@ -5,6 +5,7 @@ pub mod differences;
 pub mod extremum;
 pub mod fixed_list;
 pub mod hermite;
+pub(crate) mod noise;
 pub mod periodic_cubic;
 pub mod periodic_spline;
 pub mod tube;

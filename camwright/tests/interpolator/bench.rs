@@ -106,6 +106,7 @@ pub(crate) fn machine() -> MachineDescription {
             grinding_ratio: None,
         },
         contact: None,
+        gauge: None,
         dresser: None,
         headstock: None,
         tailstock: None,

@@ -15,6 +15,13 @@ pub(super) struct ContactFile {
     machine_stiffness: Vec<StiffnessFile>,
     grinding_stiffness_n_um_mm: f64,
     threshold_force_n_mm: f64,
+    #[serde(default = "half")]
+    part_share: f64,
+}
+
+/// As much the part as the wheelhead.
+fn half() -> f64 {
+    0.5
 }
 
 #[derive(Debug, Deserialize)]
@@ -34,6 +41,7 @@ impl ContactFile {
                 .collect(),
             grinding_n_mm2: PER_MM * self.grinding_stiffness_n_um_mm,
             threshold_n_mm: self.threshold_force_n_mm,
+            part_share: self.part_share,
         }
     }
 
@@ -56,6 +64,7 @@ impl ContactFile {
             }
         }
         within("contact.grinding_stiffness_n_um_mm", self.grinding_stiffness_n_um_mm, 1e-3, 1e3)?;
-        within("contact.threshold_force_n_mm", self.threshold_force_n_mm, 0.0, 1e3)
+        within("contact.threshold_force_n_mm", self.threshold_force_n_mm, 0.0, 1e3)?;
+        within("contact.part_share", self.part_share, 0.0, 1.0)
     }
 }

@@ -2,6 +2,7 @@
 
 use super::ConfigError;
 use super::contact_file::ContactFile;
+use super::gauge_file::GaugeFile;
 use super::wheel_file::{DresserFile, ExtentFile};
 use super::yaml::Document;
 use camwright::machine::description::{
@@ -34,6 +35,7 @@ struct MachineFile {
     origin_window_deg: f64,
     wheel: WheelFile,
     contact: Option<ContactFile>,
+    gauge: Option<GaugeFile>,
     dresser: Option<DresserFile>,
     headstock: Option<ExtentFile>,
     tailstock: Option<ExtentFile>,
@@ -162,6 +164,7 @@ fn describe(file: &MachineFile, hash: String) -> MachineDescription {
             grinding_ratio: file.wheel.grinding_ratio,
         },
         contact: file.contact.as_ref().map(ContactFile::contact),
+        gauge: file.gauge.as_ref().map(GaugeFile::gauge),
         dresser: file.dresser.as_ref().map(DresserFile::dresser),
         headstock: file.headstock.as_ref().map(ExtentFile::extent),
         tailstock: file.tailstock.as_ref().map(ExtentFile::extent),
@@ -291,6 +294,9 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
     }
     if let Some(contact) = &file.contact {
         contact.check(document, (file.z_axis.soft_min_mm, file.z_axis.soft_max_mm))?;
+    }
+    for (key, value, low, high) in file.gauge.iter().flat_map(GaugeFile::ranges) {
+        within(key, value, low, high)?;
     }
     if let Some(dresser) = &file.dresser {
         let (x, z) = (&file.x_axis, &file.z_axis);

@@ -3,6 +3,7 @@
 
 mod contact_file;
 mod follower_file;
+mod gauge_file;
 pub mod job_file;
 pub mod lift_file;
 mod lift_formula;

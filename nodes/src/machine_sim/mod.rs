@@ -146,7 +146,7 @@ impl MachineSim {
             pace: if pace == Pace::Fast { MachineStream::PACE_FAST } else { MachineStream::PACE_REALTIME },
             stream_period_ticks: u64::from(file.description.feedback_delay_ticks / 10).max(1),
         };
-        let pump = Pump::new(context, Outlets::new(&node, pace == Pace::Fast)?);
+        let pump = Pump::new(context, Outlets::new(&node, pace == Pace::Fast, file.description.gauge.is_some())?);
 
         let resets: Waiting<Trigger> = Waiting::default();
         let loads: Waiting<LoadLobe> = Waiting::default();

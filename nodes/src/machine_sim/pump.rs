@@ -1,17 +1,19 @@
 //! From what the cyclic thread reports to messages: joint states, I/O, alarms, credit, the part.
 
 use super::clock_outlet::ClockOutlet;
-use super::part::Snapshot;
+use super::part::{LobeRefused, RawLobe, Snapshot};
 use super::ticker::Outbound;
 use crate::convert::time::TickClock;
 use crate::convert::{m_from_mm, si_from_core, si_from_counts};
 use crate::cyclic::{Receiver, Waker};
 use crate::ros::{Node, Publisher, Qos, RosError};
 use camwright::machine::alarm::{Alarm as CoreAlarm, Severity};
-use camwright::machine::description::{Axis, MachineDescription};
+use camwright::machine::description::{Axis, GaugeKind, MachineDescription};
 use camwright::machine::report::{IoState, MotionState, TickReport};
 use camwright::setpoint::{Input, Latch as CoreLatch};
-use camwright_msgs::camwright_msgs::msg::{Alarm, Latch, MachineAlarms, MachineIo, MachineStream, PartLobe};
+use camwright_msgs::camwright_msgs::msg::{
+    Alarm, GaugeReading, Latch, MachineAlarms, MachineIo, MachineStream, PartLobe,
+};
 use camwright_msgs::sensor_msgs::msg::JointState;
 use std::time::Duration;
 
@@ -30,17 +32,20 @@ pub(super) struct Outlets {
     io: Publisher<MachineIo>,
     alarms: Publisher<MachineAlarms>,
     part: Publisher<PartLobe>,
+    gauge: Option<Publisher<GaugeReading>>,
     clock: Option<ClockOutlet>,
 }
 
 impl Outlets {
-    pub(super) fn new(node: &Node, publishes_clock: bool) -> Result<Self, RosError> {
+    pub(super) fn new(node: &Node, publishes_clock: bool, has_gauge: bool) -> Result<Self, RosError> {
+        let gauge = || node.publisher("machine/gauge", &Qos::default_topic().keep_last(JOINT_STATE_DEPTH));
         Ok(Self {
             joint_states: node.publisher("joint_states", &Qos::default_topic().keep_last(JOINT_STATE_DEPTH))?,
             stream: node.publisher("machine/stream", &Qos::default_topic().keep_last(1000))?,
             io: node.publisher("machine/io", &Qos::default_topic().keep_last(1000))?,
             alarms: node.publisher("machine/alarms", &Qos::latched(1))?,
             part: node.publisher("machine/part", &Qos::latched(32))?,
+            gauge: has_gauge.then(gauge).transpose()?,
             clock: publishes_clock.then(|| ClockOutlet::new(node)).transpose()?,
         })
     }
@@ -64,13 +69,23 @@ pub(super) struct Pump {
     last_io: Option<IoState>,
     active: Vec<CoreAlarm>,
     joint_names: Vec<String>,
+    /// Names of the part's lobes, in the machine's order.
+    lobes: Vec<String>,
 }
 
 impl Pump {
     pub(super) fn new(context: Context, outlets: Outlets) -> Self {
         let mut joint_names = crate::convert::setpoints::joint_names();
         joint_names.push(WHEEL_JOINT.to_owned());
-        Self { context, outlets, latches: Vec::new(), last_io: None, active: Vec::new(), joint_names }
+        Self {
+            context,
+            outlets,
+            latches: Vec::new(),
+            last_io: None,
+            active: Vec::new(),
+            joint_names,
+            lobes: Vec::new(),
+        }
     }
 
     /// Runs until the other end of the ring is gone; `answer` takes what is not for the graph.
@@ -90,6 +105,9 @@ impl Pump {
                         outcome
                     }
                     other => {
+                        if let Outbound::LobeDone(outcome, lobe) = &other {
+                            self.loaded(outcome, lobe);
+                        }
                         answer(other);
                         Ok(())
                     }
@@ -105,12 +123,26 @@ impl Pump {
         }
     }
 
+    /// A lobe takes the place of one with the same name, or comes after all others; the part before it may go even if it is refused.
+    fn loaded(&mut self, outcome: &Result<(), LobeRefused>, lobe: &RawLobe) {
+        if matches!(outcome, Err(LobeRefused::Moving)) {
+            return;
+        }
+        if lobe.clear {
+            self.lobes.clear();
+        }
+        if outcome.is_ok() && !self.lobes.contains(&lobe.name) {
+            self.lobes.push(lobe.name.clone());
+        }
+    }
+
     fn tick(&mut self, report: &TickReport, state: &StreamState) -> Result<(), RosError> {
         if state.only_stream {
             return self.stream(report, state);
         }
         let stamp = self.context.clock.stamp(report.tick);
         self.joint_states(report)?;
+        self.gauge(report)?;
         self.latches.extend(report.latches.iter().map(|latch| latch_message(latch, &self.context.description)));
         let io_changed = self.last_io != Some(report.io);
         if io_changed || report.tick.is_multiple_of(IO_PERIOD_TICKS) {
@@ -167,6 +199,29 @@ impl Pump {
         message.velocity.push(report.wheel_rad_s);
         message.effort.push(0.0);
         self.outlets.joint_states.publish(&message)
+    }
+
+    fn gauge(&mut self, report: &TickReport) -> Result<(), RosError> {
+        let description = &self.context.description;
+        let (Some(outlet), Some(gauge)) = (&self.outlets.gauge, &description.gauge) else { return Ok(()) };
+        let position = |axis: Axis| si_from_counts(description.axis(axis).scale, report.axes[axis.index()].counts);
+        let angles = [Some(gauge.behind_wheel_rad), gauge.second_behind_wheel_rad];
+        for (mm, angle) in report.gauge_mm.iter().zip(angles).filter_map(|(mm, angle)| mm.zip(angle)) {
+            outlet.publish(&GaugeReading {
+                stamp: self.context.clock.stamp(report.tick),
+                tick: report.tick,
+                lobe: report.lobe.and_then(|lobe| self.lobes.get(lobe)).cloned().unwrap_or_default(),
+                kind: match gauge.kind {
+                    GaugeKind::Diameter => GaugeReading::DIAMETER,
+                    GaugeKind::Radius => GaugeReading::RADIUS,
+                },
+                spindle_angle: position(Axis::C),
+                wheel_position: position(Axis::X),
+                gauge_angle: angle,
+                reading: m_from_mm(mm),
+            })?;
+        }
+        Ok(())
     }
 
     fn stream(&mut self, report: &TickReport, state: &StreamState) -> Result<(), RosError> {

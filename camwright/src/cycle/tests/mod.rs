@@ -68,6 +68,7 @@ fn machine() -> MachineDescription {
             grinding_ratio: None,
         },
         contact: None,
+        gauge: None,
         dresser: None,
         headstock: None,
         tailstock: None,
@@ -81,6 +82,7 @@ fn contact() -> ContactDescription {
         stiffness: vec![StiffnessAt { z_mm: 0.0, n_mm: 4e4 }, StiffnessAt { z_mm: 300.0, n_mm: 3e4 }],
         grinding_n_mm2: 1.5e3,
         threshold_n_mm: 0.8,
+        part_share: 0.5,
     }
 }
 

@@ -10,6 +10,7 @@ use crate::machine::alarm::{ALARM_KINDS, Alarm, AlarmKind, Severity};
 use crate::machine::axis::{AxisState, Span};
 use crate::machine::description::{AXIS_COUNT, Axis, DescriptionError, MachineDescription};
 use crate::machine::fault::Fault;
+use crate::machine::gauge::Gauge;
 use crate::machine::plausibility::Plausibility;
 use crate::machine::report::TickReport;
 use crate::machine::sensors::{OriginDetector, OvertravelSwitches, StationSwitch};
@@ -98,6 +99,7 @@ pub struct Machine {
     deflection: Deflection,
     /// Normal force of the wheel on the part (N).
     force_n: f64,
+    gauge: Option<Gauge>,
     since_cut: u32,
     /// Lobe that the wheel took something from last, since the last dress and the last part.
     ground: Option<usize>,
@@ -150,6 +152,7 @@ impl Machine {
             part: Workpiece::default(),
             deflection: Deflection::default(),
             force_n: 0.0,
+            gauge: description.gauge.map(|gauge| Gauge::new(gauge, description.cycle_time_s())),
             since_cut: watch::CUTTING_TICKS,
             ground: None,
             mode: Mode::Following,
@@ -367,7 +370,8 @@ impl Machine {
         self.watch_overtravel();
         self.watch_wheel(removal);
         self.react();
-        self.report(setpoint.is_some(), latches, lobe, removal)
+        let gauge_mm = self.gauge(lobe);
+        self.report(setpoint.is_some(), latches, (lobe, removal), gauge_mm)
     }
 
     fn apply_fault(&mut self, fault: Fault) {

@@ -72,6 +72,22 @@ impl Machine {
         contact.law(self.table_mm(), common_mm)
     }
 
+    /// What the gauge reads at the end of a tick, while C turns.
+    pub(super) fn gauge(&mut self, lobe: Option<usize>) -> [Option<f64>; 2] {
+        let Some(gauge) = &mut self.gauge else { return [None; 2] };
+        let headstock = &self.axes[Axis::C.index()];
+        let Some(lobe) = lobe.filter(|_| !headstock.is_at_rest()) else {
+            gauge.rest();
+            return [None; 2];
+        };
+        let sense = f64::from(self.description.rotation_sense);
+        let turn = libm::round(TURN_RAD * headstock.counts_per_unit);
+        let line_rad = sense * libm::fmod(headstock.true_position(), turn) / turn * TURN_RAD;
+        let share = self.description.contact.as_ref().map_or(0.0, |contact| contact.part_share);
+        let part = Deflection { mm: share * self.deflection.mm, ..self.deflection };
+        gauge.read(&self.part.lobes()[lobe], line_rad, sense, part)
+    }
+
     /// The wheel sweeps the lobe along a servo step, in steps so small that the cusps between them do not matter.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to u32 before the cast")]
     pub(super) fn grind(&mut self, lobe: usize, law: Option<&ContactLaw>, spans: &[Span; AXIS_COUNT]) -> Removal {

@@ -45,8 +45,8 @@ impl Machine {
         &mut self,
         has_setpoint: bool,
         latches: FixedList<Latch, MAX_LATCHES>,
-        lobe: Option<usize>,
-        removal: Removal,
+        (lobe, removal): (Option<usize>, Removal),
+        gauge_mm: [Option<f64>; 2],
     ) -> TickReport {
         let cycle_time_s = self.description.cycle_time_s();
         // The part pushes the wheelhead away, its motor holds against it.
@@ -73,6 +73,7 @@ impl Machine {
             lobe,
             removal,
             normal_force_n: self.force_n,
+            gauge_mm,
             wheel_rad_s: self.wheel.rad_s(self.lasting.wheel_radius_mm),
         }
     }

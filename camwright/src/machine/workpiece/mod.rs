@@ -182,6 +182,17 @@ impl Lobe {
         &self.radii
     }
 
+    /// Radius at an azimuth from the key-way (rad), straight between two of its azimuths (mm).
+    #[must_use]
+    pub fn radius_between_mm(&self, azimuth_rad: f64) -> f64 {
+        let n = self.radii.len();
+        let turns = azimuth_rad / TURN_RAD;
+        let steps = (turns - libm::floor(turns)) * n as f64;
+        let index = self.index_of(azimuth_rad);
+        let (left, right) = (self.radii[index], self.radii[(index + 1) % n]);
+        left + (right - left) * (steps - index as f64)
+    }
+
     /// An upper bound of its radius (mm), exact after [`Lobe::refresh`].
     #[must_use]
     pub fn reach_mm(&self) -> f64 {
