@@ -147,7 +147,7 @@ mod tests {
 
     const RIGID: Deflection = Deflection { mm: 0.0, normal: (1.0, 0.0) };
 
-    /// r_a + r_b of the azimuths that have passed the wheel by γ and γ + 180°, in both senses of rotation.
+    /// The sum of the radii at the azimuths that have passed the wheel by γ and γ + 180°, in both senses of rotation.
     #[test]
     fn a_diameter_is_that_of_what_passed_the_wheel() {
         let lobe = lobed();

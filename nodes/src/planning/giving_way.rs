@@ -2,7 +2,7 @@
 
 use super::PreparedJob;
 use camwright::contact_law::ContactLaw;
-use camwright::spark_out::Deflections;
+use camwright::giving_way::Deflections;
 use camwright::units::um_from_mm;
 use serde::Serialize;
 

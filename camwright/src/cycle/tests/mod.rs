@@ -211,11 +211,11 @@ fn refusal(change: impl FnOnce(&mut JobSpec)) -> PlanError {
 mod bits;
 mod clearance;
 mod dressing;
+mod giving_way;
 mod infeeds;
 mod order;
 mod passes;
 mod refusals;
-mod spark_out;
 mod turning;
 
 /// The steps of JPS6156064B2, Fig. 6, in its order, lobe by lobe.

@@ -1,6 +1,6 @@
 use super::*;
 use crate::form::Form;
-use crate::spark_out::Deflections;
+use crate::giving_way::Deflections;
 
 /// What wheel and part giving way leaves on the ground lobes is what is predicted, after one pass and after two, however long they
 /// spark out; and nothing gives way by more than is told.
