@@ -415,7 +415,7 @@ impl Report<'_> {
                     format!("{} {:+.3} um ({:.3})", lobe.name, um(lobe.form_error_max), um(lobe.form_error_rms))
                 })
                 .collect();
-            println!("  {:<18} {}", without.name(), errors.join(", "));
+            println!("  {:<24} {}", without.name(), errors.join(", "));
         }
         if result.duration > 0.0 {
             println!(
