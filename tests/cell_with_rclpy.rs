@@ -11,7 +11,7 @@ use support::{Domain, Guarded, PATIENCE, Peer, PeerEnv, peer_env};
 const RUN_JOB: &str = "camwright_msgs/action/RunJob";
 /// A real job in few turns: the eccentric disc, with the wheel that is mounted.
 const JOB: &str = "eccentric";
-const SHORT: [&str; 3] = ["wheel_radius_mm=60.0", "infeed.per_block_um=0.05", "infeed.spark_out_turns=1"];
+const SHORT: [&str; 3] = ["wheel_radius_mm=60.0", "infeed.per_block_um=0.05", "infeed.spark_out_turns=6"];
 /// Numbers of `action_msgs/GoalStatus`.
 const SUCCEEDED: u64 = 4;
 const CANCELED: u64 = 5;
