@@ -11,13 +11,13 @@ use std::process::Command;
 use std::time::Duration;
 use support::{Domain, Guarded};
 
-/// A short version of the default job: one turn of infeed, one of spark-out, on all four lobes.
+/// A short version of the default job: one turn of infeed, three of spark-out, on all four lobes.
 /// Setpoints run far ahead, so that a busy computer is no underrun.
 const SHORT: [&str; 10] = [
     "--set",
     "infeed.total_mm=0.036",
     "--set",
-    "infeed.spark_out_turns=1",
+    "infeed.spark_out_turns=3",
     "--set",
     "stock_mm=0.03",
     "--set-machine",

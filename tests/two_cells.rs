@@ -15,7 +15,7 @@ fn cell(domain: &Domain, namespace: &str, bag: &Path) -> Child {
         .env("XDG_STATE_HOME", env!("CARGO_TARGET_TMPDIR"))
         .args(["run", "--json", "--bag"])
         .arg(bag)
-        .args(["--set", "infeed.total_mm=0.036", "--set", "infeed.spark_out_turns=1", "--set", "stock_mm=0.03"])
+        .args(["--set", "infeed.total_mm=0.036", "--set", "infeed.spark_out_turns=3", "--set", "stock_mm=0.03"])
         .args(["--set-machine", "wheel.spin_up_s=0.2", "--set-machine", "feedback_delay_ticks=500"])
         .args(["--ros-args", "-r", &format!("__ns:={namespace}")])
         .stdout(Stdio::piped())
