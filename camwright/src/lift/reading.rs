@@ -9,8 +9,8 @@ pub enum Reading {
     /// The smoothest periodic curve within half a digit of every point: a quintic spline, jerk continuous.
     #[default]
     Smoothest,
-    /// The periodic cubic spline through the figures themselves, as cam grinders have long read them: jerk jumps at every point, and rounding shows
-    /// in it in full.
+    /// The periodic cubic spline through the figures themselves, as cam grinders have long read them: jerk jumps at every point,
+    /// and rounding shows in it in full.
     CubicSpline,
     /// The smoothest periodic curve within a wider distance, because the job asks for it.
     SmoothWithin {
