@@ -385,6 +385,22 @@ impl Bench {
         self.pending.push((tick + delay, latch));
     }
 
+    /// Runs up to a row, holds for so many ticks, and lets go. Tells whether the motion was still under way then.
+    pub(crate) fn hold_at(&mut self, row: u64, ticks: u64) -> bool {
+        while (self.rows.len() as u64) < row && self.outcome.is_none() {
+            self.step(&[]);
+        }
+        if self.outcome.is_some() {
+            return false;
+        }
+        self.step(&[Request::Hold]);
+        for _ in 0..ticks {
+            self.step(&[]);
+        }
+        self.step(&[Request::Unhold]);
+        true
+    }
+
     /// Steps until the motion ends.
     pub(crate) fn finish(&mut self, most: u64) -> Outcome {
         for _ in 0..most {

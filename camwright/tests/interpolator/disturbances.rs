@@ -33,17 +33,9 @@ fn a_hold_anywhere_stops_within_limits_and_resumes_on_the_path() {
         let what = format!("seed {seed} case {case}: hold at {hold} for {length}");
         let mut bench = Bench::new(machine.clone());
         bench.start_plan(plan.clone());
-        while (bench.rows.len() as u64) < hold && bench.outcome.is_none() {
-            bench.step(&[]);
-        }
-        if bench.outcome.is_some() {
+        if !bench.hold_at(hold, length) {
             continue;
         }
-        bench.step(&[Request::Hold]);
-        for _ in 0..length {
-            bench.step(&[]);
-        }
-        bench.step(&[Request::Unhold]);
         assert_eq!(bench.finish(30_000), Outcome::Completed, "{what}");
         bench.assert_limits(&what);
         bench.assert_on_path(&plan, &cut_of(&plan), &what);

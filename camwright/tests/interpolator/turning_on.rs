@@ -61,17 +61,9 @@ fn a_hold_anywhere_lets_the_phase_go_by_and_the_cut_begins_later() {
         let (hold, length) = (1 + random.below(7_000), 1 + random.below(2_500));
         let what = format!("seed {seed} case {case}: hold at {hold} for {length}");
         let mut bench = started(plan, *start);
-        while (bench.rows.len() as u64) < hold && bench.outcome.is_none() {
-            bench.step(&[]);
-        }
-        if bench.outcome.is_some() {
+        if !bench.hold_at(hold, length) {
             continue;
         }
-        bench.step(&[Request::Hold]);
-        for _ in 0..length {
-            bench.step(&[]);
-        }
-        bench.step(&[Request::Unhold]);
         assert_eq!(bench.finish(30_000), Outcome::Completed, "{what}");
         assert_ended(&bench, &what);
     }

@@ -1,4 +1,5 @@
-use super::{ease, follow, ideal, idle, machine, setpoint, travel};
+use super::turned::{Eccentric, WHEEL_MM, turning};
+use super::{follow, ideal, idle, machine, travel};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, DriveSettings, MachineDescription};
 use camwright::machine::fault::Fault;
@@ -9,50 +10,13 @@ use camwright::machine::{Machine, MachineCommand};
 use camwright::setpoint::Setpoint;
 use camwright::units::TURN_RAD;
 
-const WHEEL_MM: f64 = 60.0;
 /// Table at the first station.
 const Z_MM: f64 = 60.0;
 
-/// A disc of this radius whose centre lies this far from the axis, at azimuth 0.
-#[derive(Clone, Copy)]
-struct Eccentric {
-    radius_mm: f64,
-    offset_mm: f64,
-}
-
-impl Eccentric {
-    /// `x_axis` and its first and second derivative over the wheel-line angle:
-    /// X = E cos θ + √((r+R)² − E² sin² θ) − R.
-    fn path(self, angle: f64) -> (f64, f64, f64) {
-        let (e, l) = (self.offset_mm, self.radius_mm + WHEEL_MM);
-        let (s, c) = angle.sin_cos();
-        let root = (l * l - e * e * s * s).sqrt();
-        let first = -e * e * s * c / root;
-        let second = -e * e * (c * c - s * s) / root - first * first / root;
-        (e * c + root - WHEEL_MM, -e * s + first, -e * c + second)
-    }
-
-    /// Polar radius at an azimuth of the part.
-    fn radius(self, azimuth: f64) -> f64 {
-        let (s, c) = azimuth.sin_cos();
-        self.offset_mm * c + (self.radius_mm.powi(2) - (self.offset_mm * s).powi(2)).sqrt()
-    }
-}
-
-/// C turns `turns` times from 0, X on the path over it; at rest at both ends.
+/// C turns `turns` times from 0, X on the disc's path over it; at rest at both ends.
 fn path_setpoints(description: &MachineDescription, disc: Eccentric, turns: f64, ticks: u32) -> Vec<Setpoint> {
     let sense = f64::from(description.rotation_sense);
-    let seconds = f64::from(ticks) * description.cycle_time_s();
-    (0..=ticks)
-        .map(|k| {
-            let (share, first, second) = ease(f64::from(k) / f64::from(ticks));
-            let whole = turns * TURN_RAD;
-            let (c, c1, c2) = (whole * share, whole * first / seconds, whole * second / seconds / seconds);
-            let (x, x1, x2) = disc.path(sense * c);
-            let (x1, x2) = (sense * x1 * c1, x2 * c1 * c1 + sense * x1 * c2);
-            setpoint(description, [c, x, Z_MM], [c1, x1, 0.0], [c2, x2, 0.0])
-        })
-        .collect()
+    turning(description, Z_MM, turns, ticks, |c| disc.path_over_c(sense, c))
 }
 
 fn loaded(description: &MachineDescription, blank_mm: f64) -> Machine {

@@ -4,6 +4,7 @@ mod correcting;
 mod grinding;
 mod motion;
 mod pressing;
+mod turned;
 
 use camwright::machine::Machine;
 use camwright::machine::description::{AXIS_COUNT, Axis, DriveSettings, MachineDescription};

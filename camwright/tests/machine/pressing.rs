@@ -1,6 +1,7 @@
 //! Wheel and part give way to each other: what a machine with a stiffness leaves of a part, turn after turn.
 
-use super::{ease, ideal, machine, setpoint};
+use super::turned::{self, Eccentric};
+use super::{ideal, machine};
 use camwright::contact_law::ContactLaw;
 use camwright::machine::Machine;
 use camwright::machine::description::{Axis, ContactDescription, MachineDescription, StiffnessAt};
@@ -9,7 +10,6 @@ use camwright::machine::workpiece::DEFAULT_AZIMUTHS;
 use camwright::setpoint::Setpoint;
 use camwright::units::TURN_RAD;
 
-const WHEEL_MM: f64 = 60.0;
 const WIDTH_MM: f64 = 15.0;
 const KG_N_MM: f64 = 5.0e4;
 /// Table at the first station.
@@ -27,20 +27,10 @@ fn soft(machine_n_mm: f64, threshold_n: f64) -> (MachineDescription, ContactLaw)
     (MachineDescription { contact: Some(contact), ..ideal() }, law)
 }
 
-/// C turns so many times from 0; X over what it has turned, with two derivatives (mm over rad).
-#[allow(clippy::cast_possible_truncation, reason = "some thousand ticks")]
+/// C turns so many times from 0, at 400 ticks a turn in the mean; X over what it has turned, with two derivatives (mm over rad).
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousand ticks")]
 fn turning(description: &MachineDescription, turns: f64, x: impl Fn(f64) -> (f64, f64, f64)) -> Vec<Setpoint> {
-    let ticks = (400.0 * turns) as u32;
-    let seconds = f64::from(ticks) * description.cycle_time_s();
-    (0..=ticks)
-        .map(|k| {
-            let (share, first, second) = ease(f64::from(k) / f64::from(ticks));
-            let whole = turns * TURN_RAD;
-            let (c, c1, c2) = (whole * share, whole * first / seconds, whole * second / seconds / seconds);
-            let (at, x1, x2) = x(c);
-            setpoint(description, [c, at, Z_MM], [c1, x1 * c1, 0.0], [c2, x2 * c1 * c1 + x1 * c2, 0.0])
-        })
-        .collect()
+    turned::turning(description, Z_MM, turns, (400.0 * turns) as u32, x)
 }
 
 /// Azimuth of bin `i`.
@@ -72,15 +62,6 @@ fn turn_by_turn(
 
 /// Azimuths that the wheel does not touch when a turn is over: its leading edge has begun some degrees of the next.
 const WHOLE: std::ops::Range<usize> = 200..3500;
-
-/// A cam's disc of radius `r` mm at distance `e` mm: X over the wheel-line angle, with two derivatives.
-fn disc_path(r: f64, e: f64, angle: f64) -> (f64, f64, f64) {
-    let (sin, cos) = angle.sin_cos();
-    let root = ((r + WHEEL_MM).powi(2) - (e * sin).powi(2)).sqrt();
-    let first = -e * e * sin * cos / root;
-    let second = -e * e * (cos * cos - sin * sin) / root - first * first / root;
-    (e * cos + root - WHEEL_MM, -e * sin + first, -e * cos + second)
-}
 
 /// A part that runs out by two harmonics, 50 µm in all, and a wheel that stands still: every phase follows the law within the cusps
 /// of the sweep, and the runout goes by λ = kg/(kg + km) a turn.
@@ -150,13 +131,10 @@ fn an_eccentric_gives_way_along_its_normal() {
         let (mut description, law) = soft(1.0e4, 15.0);
         description.rotation_sense = sense;
         let (radius_mm, offset_mm, stock_mm) = (19.0, 4.2, 0.03);
-        let polar =
-            |r: f64, azimuth: f64| offset_mm * azimuth.cos() + (r * r - (offset_mm * azimuth.sin()).powi(2)).sqrt();
-        let raw = (0..DEFAULT_AZIMUTHS).map(|i| polar(radius_mm + stock_mm, azimuth(i)));
-        let setpoints = turning(&description, 4.2, |angle| {
-            let (x, first, second) = disc_path(radius_mm, offset_mm, f64::from(sense) * angle);
-            (x, f64::from(sense) * first, second)
-        });
+        let disc = |radius_mm: f64| Eccentric { radius_mm, offset_mm };
+        let raw = (0..DEFAULT_AZIMUTHS).map(|i| disc(radius_mm + stock_mm).radius(azimuth(i)));
+        let sense = f64::from(sense);
+        let setpoints = turning(&description, 4.2, |angle| disc(radius_mm).path_over_c(sense, angle));
         let (turns, _, _) = turn_by_turn(&description, raw.collect(), &setpoints);
         let beyond = |turn: usize, i: usize| {
             let r = turns[turn][i];
@@ -177,7 +155,7 @@ fn an_eccentric_gives_way_along_its_normal() {
 #[test]
 fn a_machine_that_is_stiff_beyond_measure_grinds_like_a_rigid_one() {
     let ground = |description: &MachineDescription| {
-        let setpoints = turning(description, 2.2, |angle| disc_path(19.0, 4.2, angle));
+        let setpoints = turning(description, 2.2, |angle| Eccentric { radius_mm: 19.0, offset_mm: 4.2 }.path(angle));
         turn_by_turn(description, vec![23.3; DEFAULT_AZIMUTHS], &setpoints).0.pop().expect("two turns")
     };
     let (rigid, stiff) = (ground(&ideal()), ground(&soft(1.0e12, 0.0).0));

@@ -82,7 +82,7 @@ impl Machine {
         };
         let sense = f64::from(self.description.rotation_sense);
         let turn = libm::round(TURN_RAD * headstock.counts_per_unit);
-        let line_rad = sense * libm::fmod(headstock.true_position(), turn) / turn * TURN_RAD;
+        let line_rad = line_rad(headstock.true_position(), turn, sense);
         let share = self.description.contact.as_ref().map_or(0.0, |contact| contact.part_share);
         let part = Deflection { mm: share * self.deflection.mm, ..self.deflection };
         gauge.read(&self.part.lobes()[lobe], line_rad, sense, part)
@@ -118,7 +118,7 @@ impl Machine {
         for j in 1..=positions {
             let s = f64::from(j) / f64::from(positions);
             let wheel = WheelPosition {
-                azimuth_rad: sense * libm::fmod(c.at(s, self.step_s), turn) / turn * TURN_RAD,
+                azimuth_rad: line_rad(c.at(s, self.step_s), turn, sense),
                 centre_mm: x.at(s, self.step_s) / per_mm + dressed_mm,
                 radius_mm,
             };
@@ -135,4 +135,9 @@ impl Machine {
         }
         removal
     }
+}
+
+/// Azimuth of the wheel line seen from the part (rad), with C at so many counts of which `turn` are a turn.
+fn line_rad(counts: f64, turn: f64, sense: f64) -> f64 {
+    sense * libm::fmod(counts, turn) / turn * TURN_RAD
 }
