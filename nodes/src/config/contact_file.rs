@@ -1,6 +1,7 @@
 //! What a machine file says about how wheel and part give way to each other.
 
 use super::ConfigError;
+use super::machine_file::RangeCheck;
 use super::yaml::Document;
 use camwright::machine::description::{ContactDescription, StiffnessAt};
 use serde::Deserialize;
@@ -45,11 +46,7 @@ impl ContactFile {
         }
     }
 
-    pub(super) fn check(&self, document: &Document, z: (f64, f64)) -> Result<(), ConfigError> {
-        let within = |key: &str, value: f64, low: f64, high: f64| match (low..=high).contains(&value) {
-            true => Ok(()),
-            false => Err(document.error(key, format!("{key} is {value}, allowed is {low} to {high}"))),
-        };
+    pub(super) fn check(&self, document: &Document, within: &RangeCheck<'_>, z: (f64, f64)) -> Result<(), ConfigError> {
         let key = "contact.machine_stiffness";
         if self.machine_stiffness.is_empty() {
             return Err(document.error(key, format!("{key} is empty, at least one is needed")));

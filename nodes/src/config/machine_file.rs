@@ -293,7 +293,7 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
         return Err(document.error("wheel.surface_speed_m_s", message));
     }
     if let Some(contact) = &file.contact {
-        contact.check(document, (file.z_axis.soft_min_mm, file.z_axis.soft_max_mm))?;
+        contact.check(document, &within, (file.z_axis.soft_min_mm, file.z_axis.soft_max_mm))?;
     }
     for (key, value, low, high) in file.gauge.iter().flat_map(GaugeFile::ranges) {
         within(key, value, low, high)?;
@@ -311,7 +311,7 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
 }
 
 /// Checks a value under a key against a range.
-type RangeCheck<'a> = dyn Fn(&str, f64, f64, f64) -> Result<(), ConfigError> + 'a;
+pub(super) type RangeCheck<'a> = dyn Fn(&str, f64, f64, f64) -> Result<(), ConfigError> + 'a;
 
 fn check_drive(within: &RangeCheck<'_>, axis: &str, drive: &DriveFile) -> Result<(), ConfigError> {
     let key = |name: &str| if axis.is_empty() { format!("drive.{name}") } else { format!("{axis}.drive.{name}") };
