@@ -6,7 +6,6 @@
 
 use crate::contour::Contour;
 use crate::numeric::periodic_spline::{PeriodicSpline, Sample};
-use crate::speed_plan::footprint_speed_ratio_mm;
 use crate::units::{TURN_RAD, deg_from_rad};
 use alloc::vec::Vec;
 use nalgebra::Vector2;
@@ -195,7 +194,10 @@ impl ToolPath {
     /// |W|/(cos β (1 + κR)). From the path alone: 1/(1 + κR) = 1 − R κc, with κc the curvature of the centre's path.
     #[must_use]
     pub fn footprint_speed_ratio_mm(&self, angle_rad: f64) -> f64 {
-        footprint_speed_ratio_mm(self.sample(angle_rad), self.wheel_radius_mm)
+        let (x, radius) = (self.sample(angle_rad), self.wheel_radius_mm);
+        let centre = x.value + radius;
+        let square = centre * centre + x.first * x.first;
+        footprint_ratio(x, radius, centre, square, libm::sqrt(square))
     }
 
     /// Goes back from the path to the contour, which shares nothing with how the path was found
@@ -217,6 +219,13 @@ impl ToolPath {
         }
         Ok(worst)
     }
+}
+
+/// The footprint speed ratio from what is known of the path there: `x`, the distance of the wheel's centre, and square and length of
+/// the centre's speed per angle (mm/rad). κc = (|c′|² + X′² − |W| X″)/|c′|³ is the curvature of the centre's path.
+pub(crate) fn footprint_ratio(x: Sample, wheel_radius_mm: f64, centre: f64, square: f64, length: f64) -> f64 {
+    let curvature = (square + x.first * x.first - centre * x.second) / (square * length);
+    length * (1.0 - wheel_radius_mm * curvature)
 }
 
 #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]

@@ -3,7 +3,7 @@
 use super::error::PlanError;
 use crate::contour::Contour;
 use crate::job::JobSpec;
-use crate::machine::WHEEL_TOLERANCE_MM;
+use crate::machine::description::WHEEL_TOLERANCE_MM;
 use crate::tool_path::ToolPathError;
 use crate::units::deg_from_rad;
 use alloc::string::String;

@@ -7,8 +7,8 @@ use alloc::vec::Vec;
 use thiserror::Error;
 
 pub use crate::machine::contact_description::{ContactDescription, StiffnessAt};
-pub use crate::machine::gauge::{GaugeDescription, GaugeKind};
-pub use crate::machine::wheel_description::{WheelDescription, WheelTooFast};
+pub use crate::machine::gauge_description::{GaugeDescription, GaugeKind};
+pub use crate::machine::wheel_description::{WHEEL_TOLERANCE_MM, WheelDescription, WheelTooFast};
 
 /// Index of an axis in everything that has one value per axis. The order is that of the setpoint message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]

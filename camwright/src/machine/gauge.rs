@@ -4,59 +4,12 @@
 //! passes the wheel is under the contact when the part has turned on by γ. Seen from the part, whose wheel line is at θ = σ·C, a
 //! contact is at azimuth θ − σ·γ.
 
-use crate::machine::description::DescriptionError;
+use crate::machine::description::{GaugeDescription, GaugeKind};
 use crate::machine::workpiece::{Deflection, Lobe};
 use crate::numeric::noise::Noise;
 use crate::units::TURN_RAD;
 
-/// What a gauge measures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum GaugeKind {
-    /// The distance of two opposed contacts, one at γ, one at γ + 180°. A part that gives way along their line changes nothing.
-    Diameter,
-    /// The distance of a single contact from the spindle axis.
-    Radius,
-}
-
-/// A gauge, or two of a kind at different angles.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GaugeDescription {
-    /// What it measures.
-    pub kind: GaugeKind,
-    /// γ of its contact, or of its first one (rad), in 0..2π.
-    pub behind_wheel_rad: f64,
-    /// γ of a second gauge (rad); `None`: there is one.
-    pub second_behind_wheel_rad: Option<f64>,
-    /// Step of its reading (mm); 0: none.
-    pub resolution_mm: f64,
-    /// Standard deviation of its noise (mm).
-    pub noise_mm: f64,
-    /// Bandwidth of its amplifier, a lag of first order (rad/s); `None`: it does not lag.
-    pub bandwidth_rad_s: Option<f64>,
-    /// Where its noise begins.
-    pub seed: u64,
-}
-
 impl GaugeDescription {
-    pub(super) fn validate(&self) -> Result<(), DescriptionError> {
-        for (what, value) in [
-            ("resolution of the gauge (mm)", self.resolution_mm),
-            ("noise of the gauge (mm)", self.noise_mm),
-            ("angle of the gauge (rad)", self.behind_wheel_rad),
-            ("angle of the second gauge (rad)", self.second_behind_wheel_rad.unwrap_or(0.0)),
-        ] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(DescriptionError::Negative { what, value });
-            }
-        }
-        match self.bandwidth_rad_s {
-            Some(value) if !(value > 0.0 && value.is_finite()) => {
-                Err(DescriptionError::NotPositive { what: "bandwidth of the gauge (rad/s)", value })
-            }
-            _ => Ok(()),
-        }
-    }
-
     /// Readings of a part without lag, noise and steps (mm), with the wheel line at this azimuth, and a part that gives way so far.
     fn touch(&self, lobe: &Lobe, line_rad: f64, sense: f64, part_gives_way: Deflection) -> [Option<f64>; 2] {
         [Some(self.behind_wheel_rad), self.second_behind_wheel_rad].map(|behind| {

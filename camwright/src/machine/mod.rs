@@ -17,6 +17,7 @@ pub mod description;
 pub mod fault;
 pub mod fixture;
 mod gauge;
+mod gauge_description;
 pub mod plausibility;
 pub mod reference;
 pub mod report;
@@ -28,4 +29,5 @@ pub mod wheel;
 mod wheel_description;
 pub mod workpiece;
 
-pub use cyclic::{Machine, MachineCommand, ResetRefused, WHEEL_TOLERANCE_MM};
+pub use cyclic::{Machine, MachineCommand, ResetRefused};
+pub use wheel_description::WHEEL_TOLERANCE_MM;

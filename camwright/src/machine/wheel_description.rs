@@ -3,6 +3,10 @@
 use crate::units::{TURN_RAD, rpm_from_rad_s};
 use thiserror::Error;
 
+/// Largest difference between the wheel a plan was made for and the wheel that is mounted (mm): at 1 µm the form error it
+/// makes is a few tenths of it.
+pub const WHEEL_TOLERANCE_MM: f64 = 1e-3;
+
 /// The grinding wheel as it is mounted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WheelDescription {

@@ -30,7 +30,7 @@ pub use bound_use::{ACTIVE_SHARE, Bound, TurnBounds};
 pub use lead::{LEAD_PATH_SHARE, Turning, largest_lead_speed_rad_s, shortest_lead_s};
 pub use limit_use::{LimitUse, Quantity, uses_by_differences};
 pub(crate) use limit_use::{figures, windows};
-pub use process::{Cutting, footprint_speed_ratio_mm, largest_speed_rad_s};
+pub use process::{Cutting, largest_speed_rad_s};
 pub use turn_request::{TurnError, TurnRequest};
 pub use turn_speed::{TurnPoint, TurnSpeed};
 

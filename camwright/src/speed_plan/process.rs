@@ -2,20 +2,7 @@
 
 use crate::job::{InfeedDirection, SpeedLaw};
 use crate::numeric::hermite::Sample;
-
-/// How fast the contact runs along the contour per unit of C's speed (mm/rad), from the path of the wheel's cutting point:
-/// |W|/(cos β (1 + κR)), with 1/(1 + κR) = 1 − R κc and κc the curvature of the path of the wheel's centre.
-#[must_use]
-pub fn footprint_speed_ratio_mm(x: Sample, wheel_radius_mm: f64) -> f64 {
-    let centre = x.value + wheel_radius_mm;
-    let square = centre * centre + x.first * x.first;
-    footprint_ratio(x, wheel_radius_mm, centre, square, libm::sqrt(square))
-}
-
-fn footprint_ratio(x: Sample, wheel_radius_mm: f64, centre: f64, square: f64, length: f64) -> f64 {
-    let curvature = (square + x.first * x.first - centre * x.second) / (square * length);
-    length * (1.0 - wheel_radius_mm * curvature)
-}
+use crate::tool_path::footprint_ratio;
 
 /// What a law has to know of the wheel and the pass.
 #[derive(Debug, Clone, Copy, PartialEq)]

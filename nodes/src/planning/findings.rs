@@ -8,7 +8,7 @@ use crate::config::locate::{Located, locate};
 use camwright::cycle::PlannedLobe;
 use camwright::cycle::{PlanError, plan_job};
 use camwright::job::{JobError, LobeSpec};
-use camwright::units::deg_from_rad;
+use camwright::units::{deg_from_rad, um_from_mm};
 use camwright::wheel::WheelNow;
 use std::fmt;
 
@@ -199,8 +199,8 @@ fn planned_warnings(prepared: &PreparedJob) -> Vec<Finding> {
             let message = format!(
                 "lobe {lobe}: {spark_out} spark-out turn leaves up to {:.2} um of the infeed's end on the part, above {} um; \
                  2 leave nothing",
-                left_mm * 1e3,
-                LEFT_ON_PART_MM * 1e3
+                um_from_mm(left_mm),
+                um_from_mm(LEFT_ON_PART_MM)
             );
             findings.push(warning(prepared.job.document.error("infeed.spark_out_turns", message)));
         }

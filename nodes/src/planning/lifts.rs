@@ -11,7 +11,7 @@ use camwright::lift::{LiftLaw, TableReading};
 use camwright::machine::description::Axis;
 use camwright::numeric::hermite::Sample;
 use camwright::tool_path::ToolPath;
-use camwright::units::{TURN_RAD, deg_from_rad};
+use camwright::units::{TURN_RAD, deg_from_rad, um_from_mm};
 use serde::Serialize;
 use std::fmt;
 
@@ -97,10 +97,10 @@ impl fmt::Display for ReadingSummary {
             write!(
                 f,
                 ", off the points by {:.3} um at most (at {:.2} deg, {:.3} um allowed), {:.3} um rms",
-                1e3 * self.max_deviation_mm,
+                um_from_mm(self.max_deviation_mm),
                 self.max_deviation_deg,
-                1e3 * self.allowed_mm,
-                1e3 * self.rms_deviation_mm
+                um_from_mm(self.allowed_mm),
+                um_from_mm(self.rms_deviation_mm)
             )
         } else {
             f.write_str(", through every point")

@@ -2,13 +2,9 @@
 
 use super::Machine;
 use crate::machine::alarm::AlarmKind;
-use crate::machine::description::Axis;
+use crate::machine::description::{Axis, WHEEL_TOLERANCE_MM};
 use crate::machine::workpiece::Removal;
 use crate::wheel::mm_from_nm;
-
-/// Largest difference between the wheel a plan was made for and the wheel that is mounted (mm): at 1 µm the form error it
-/// makes is a few tenths of it.
-pub const WHEEL_TOLERANCE_MM: f64 = 1e-3;
 
 /// How near the wheel must stand to the dresser (mm): beyond it, it is somewhere else, not there with a following error.
 const AT_DRESSER_MM: f64 = 0.05;

@@ -38,7 +38,7 @@ pub enum MachineCommand {
     WheelStart,
     /// Let the wheel come to rest.
     WheelStop,
-    /// The wheel must have this radius, within [`WHEEL_TOLERANCE_MM`]; else an alarm.
+    /// The wheel must have this radius, within [`WHEEL_TOLERANCE_MM`](crate::machine::WHEEL_TOLERANCE_MM); else an alarm.
     ExpectWheel {
         /// The radius (nm).
         radius_nm: i64,
@@ -50,8 +50,6 @@ pub enum MachineCommand {
         radius_nm: i64,
     },
 }
-
-pub use dress::WHEEL_TOLERANCE_MM;
 
 /// Why a reset was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
