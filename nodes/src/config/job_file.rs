@@ -10,7 +10,7 @@ use super::wheel_file::{DressingFile, ObstacleFile, wishes};
 use super::yaml::Document;
 use camwright::cycle::{LobeOrder, fastest_order};
 use camwright::follower::Follower;
-use camwright::job::{BetweenLobes, HoldInCut, HomePosition, JobSpec, LobeSpec, ProfileSpec, WheelPower};
+use camwright::job::{BetweenLobes, HoldInCut, HomePosition, JobSpec, LEAST_BLOCKS, LobeSpec, ProfileSpec, WheelPower};
 use camwright::units::rad_from_deg;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
@@ -21,6 +21,9 @@ pub const SCHEMA_VERSION: u32 = 1;
 
 /// Blocks per turn of a lift that comes from a formula: 0.1°, as on the tape of JPS6156064B2.
 const FORMULA_BLOCKS: u32 = 3600;
+
+/// Most blocks per turn, as of a table.
+const MOST_BLOCKS: u32 = 36_000;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -38,6 +41,7 @@ struct JobFile {
     rapid_advance_mm: f64,
     rapid_speed_mm_s: f64,
     infeed: InfeedFile,
+    blocks_per_turn: Option<u32>,
     work_speed_rpm: f64,
     #[serde(default)]
     speed: SpeedFile,
@@ -201,14 +205,16 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
             Ok((spec, lift)) => {
                 let table_blocks = lift.table.as_ref().and_then(|table| u32::try_from(table.blocks()).ok());
                 match (blocks, table_blocks) {
-                    (Some(first), Some(other)) if first != other => findings.push(document.error(
-                        &format!("profiles.{index}.lift"),
-                        format!(
-                            "profile {}: {other} blocks per turn; the tables of a job need the same number, the first has \
-                             {first}",
-                            profile.name
-                        ),
-                    )),
+                    (Some(first), Some(other)) if first != other && file.blocks_per_turn.is_none() => {
+                        findings.push(document.error(
+                            &format!("profiles.{index}.lift"),
+                            format!(
+                                "profile {}: {other} blocks per turn, the first table has {first}; where tables differ, \
+                                 blocks_per_turn must say how many infeed.per_block_um counts",
+                                profile.name
+                            ),
+                        ));
+                    }
                     (None, Some(_)) => blocks = table_blocks,
                     _ => {}
                 }
@@ -220,7 +226,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     }
     let lobes = read_lobes(&document, &file, &mut findings);
     let Some(machine) = machine.filter(|_| findings.is_empty()) else { return Err(findings) };
-    let mut spec = spec(&file, profiles, lobes, blocks.unwrap_or(FORMULA_BLOCKS));
+    let mut spec = spec(&file, profiles, lobes, file.blocks_per_turn.or(blocks).unwrap_or(FORMULA_BLOCKS));
     let lobe_order = (file.lobe_order == LobeOrderFile::Fastest).then(|| fastest_order(&spec, &machine.description));
     if let Some(order) = &lobe_order {
         spec.lobes = order.lobes.iter().map(|lobe| spec.lobes[*lobe].clone()).collect();
@@ -309,6 +315,10 @@ fn ranges(document: &Document, file: &JobFile) -> Vec<ConfigError> {
         if !(value.is_finite() && value > 0.0) {
             refuse(key, format!("{key} is {value}; it must be a positive number"));
         }
+    }
+    if let Some(blocks) = file.blocks_per_turn.filter(|blocks| !(LEAST_BLOCKS..=MOST_BLOCKS).contains(blocks)) {
+        let message = format!("blocks_per_turn is {blocks}; it must be {LEAST_BLOCKS} to {MOST_BLOCKS}");
+        refuse("blocks_per_turn", message);
     }
     if !(0.0..=1000.0).contains(&file.arrival_margin_ms) {
         let value = file.arrival_margin_ms;
@@ -459,6 +469,42 @@ mod tests {
         assert_eq!(found.len(), 2, "{found:?}");
         assert!(found[0].contains("stock_mm is -0.3; it must be a positive number"), "{found:?}");
         assert!(found[1].starts_with("job.yaml:1") && found[1].contains("spark_out_turns is 0"), "{found:?}");
+    }
+
+    /// The four lobes with an exhaust table of half as many blocks, and something more in the job.
+    fn of_two_divisions(more: &str) -> Result<Job, Vec<String>> {
+        let folder = std::env::temp_dir().join(format!("camwright-divisions-{}-{}", std::process::id(), more.len()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let written =
+            |kind: &str, name: &str| locate(kind, name, if kind == "jobs" { "yaml" } else { "csv" }, None).unwrap();
+        let exhaust = written("lifts", "exhaust").text;
+        let is_row = |line: &&str| line.starts_with(|c: char| c.is_ascii_digit());
+        let head = exhaust.lines().filter(|line| !is_row(line));
+        let rows: Vec<&str> = head.chain(exhaust.lines().filter(is_row).step_by(2)).collect();
+        std::fs::write(folder.join("exhaust.csv"), rows.join("\n")).unwrap();
+        std::fs::write(folder.join("intake.csv"), written("lifts", "intake").text).unwrap();
+        let text = written("jobs", "four_lobe_camshaft").text + more;
+        let read = read(&Located { path: folder.join("job.yaml"), text }, &[]);
+        std::fs::remove_dir_all(folder).unwrap();
+        read.map_err(|findings| findings.iter().map(ToString::to_string).collect())
+    }
+
+    #[test]
+    fn tables_of_different_division_need_the_blocks_of_the_infeed() {
+        let found = of_two_divisions("").err().unwrap();
+        assert_eq!(found.len(), 1, "{found:?}");
+        let said = "profile exhaust: 1800 blocks per turn, the first table has 3600; where tables differ, blocks_per_turn must say";
+        assert!(found[0].contains("job.yaml:") && found[0].contains(said), "{found:?}");
+
+        let job = of_two_divisions("blocks_per_turn: 3600\n").unwrap();
+        assert_eq!(job.spec.blocks_per_turn, 3600);
+        let blocks = |profile: usize| job.lifts[profile].table.as_ref().unwrap().blocks();
+        assert_eq!((blocks(0), blocks(1)), (3600, 1800));
+        assert_eq!(of_two_divisions("blocks_per_turn: 1800\n").unwrap().spec.blocks_per_turn, 1800);
+
+        let found = of_two_divisions("blocks_per_turn: 5\n").err().unwrap();
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].contains("blocks_per_turn is 5; it must be 36 to 36000"), "{found:?}");
     }
 
     #[test]
