@@ -204,6 +204,16 @@ fn look_around(operator: &mut Operator<'_>) {
             std::thread::sleep(std::time::Duration::from_millis(50));
         }
     }
+    let topic = json!({
+        "topic": "/diagnostics", "type": "diagnostic_msgs/msg/DiagnosticArray", "qos": "reliable:100", "keep": 40
+    });
+    operator.peer.ask("subscribe", topic);
+    for node in ["run_logger", "machine_sim", "axis_interpolator", "job_planner"] {
+        // One status per node, under its name.
+        let told = operator.peer.message_where("/diagnostics", |told| told["status"][0]["name"] == node);
+        assert_eq!(told["status"].as_array().map(Vec::len), Some(1), "{told}");
+        assert!(told["status"][0]["message"].as_str().is_some_and(|text| !text.is_empty()), "{told}");
+    }
 }
 
 fn ask_the_planner(operator: &mut Operator<'_>) {
@@ -248,7 +258,8 @@ fn cancel_a_job(operator: &mut Operator<'_>) {
     let (status, result) = operator.result(&goal);
     assert_eq!(status, CANCELED, "{result}");
     assert_eq!(result["success"], false);
-    assert!(result["message"].as_str().is_some_and(|text| !text.is_empty()), "{result}");
+    let said = "was cancelled: the axes are at rest and the wheel is retracted";
+    assert!(result["message"].as_str().is_some_and(|text| text.contains(said)), "{result}");
 }
 
 /// A second sender of setpoints is refused while the cell holds its cut, with the name of who has command.

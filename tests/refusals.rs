@@ -128,17 +128,17 @@ fn nan() -> BadJob {
         let at = row(rows, 1200);
         rows[at] = "120.0,NaN".into();
     };
-    BadJob::table("nan", change, &["intake.csv:1204", "NaN"])
+    BadJob::table("nan", change, &["intake.csv:1204", "NaN, not a finite number"])
 }
 
 fn crank_degrees() -> BadJob {
     let change = |rows: &mut Vec<String>| change_rows(rows, |angle, lift| (2.0 * angle, lift));
-    BadJob::table("crank", change, &["intake.csv", "crank degrees", "360"])
+    BadJob::table("crank", change, &["intake.csv:1804", "720.00 deg", "360 deg", "crank degrees"])
 }
 
 fn step() -> BadJob {
     let raise = |angle: f64, lift: f64| (angle, if (149.95..209.95).contains(&angle) { lift + 0.2 } else { lift });
-    BadJob::table("step", |rows| change_rows(rows, raise), &["intake.csv:1504", "jumps"])
+    BadJob::table("step", |rows| change_rows(rows, raise), &["intake.csv:1504", "jumps 0.2000", "allowed are 0.005"])
 }
 
 fn undercut() -> BadJob {
@@ -148,7 +148,7 @@ fn undercut() -> BadJob {
             let text = text.replacen("radius_mm: 8.5", "radius_mm: 45.0", 1);
             text.replacen("base_radius_mm: 16.0", "base_radius_mm: 6.0", 1)
         },
-        &["job.yaml:", "undercut", "it must be above 0"],
+        &["job.yaml:10", "undercut at cam angle 17", "curvature is -42.6", "it must be above 0"],
     );
     change_rows(&mut bad.intake, |angle, lift| (angle, 3.0 * lift));
     bad
@@ -156,17 +156,17 @@ fn undercut() -> BadJob {
 
 fn unknown_key() -> BadJob {
     let change = |text: String| text.replace("work_speed_rpm:", "work_speed_rmp:");
-    BadJob::job("unknown-key", change, &["job.yaml:", "work_speed_rmp"])
+    BadJob::job("unknown-key", change, &["job.yaml:32", "work_speed_rmp", "work_speed_rpm"])
 }
 
 fn two_lobes_on_one_station() -> BadJob {
     let change = |text: String| text.replace("station: LS2", "station: LS1");
-    BadJob::job("one-station", change, &["job.yaml:", "I1", "E1", "LS1"])
+    BadJob::job("one-station", change, &["job.yaml:21", "I1", "E1", "LS1", "one lobe"])
 }
 
 fn station_without_a_switch() -> BadJob {
     let change = |text: String| text.replace("station: LS4", "station: LS9");
-    BadJob::job("no-switch", change, &["job.yaml:", "E2", "LS9", "LS1, LS2, LS3, LS4"])
+    BadJob::job("no-switch", change, &["job.yaml:23", "E2", "LS9", "LS1, LS2, LS3, LS4"])
 }
 
 fn newer_schema() -> BadJob {
@@ -176,7 +176,7 @@ fn newer_schema() -> BadJob {
 
 fn infeed_of_broken_turns() -> BadJob {
     let change = |text: String| text.replace("total_mm: 0.36 ", "total_mm: 0.35 ");
-    BadJob::job("infeed", change, &["job.yaml:", "0.35", "0.324", "0.36"])
+    BadJob::job("infeed", change, &["job.yaml:29", "0.35", "0.324 or 0.36 mm", "0.000009722222 or 0.000010802469 mm"])
 }
 
 const ALL: [fn() -> BadJob; 11] = [
