@@ -196,6 +196,13 @@ impl Interpolator {
         }
     }
 
+    /// What there is to say while nothing is executed: the override that the next motion begins with, and whether the axes are homed.
+    #[must_use]
+    pub fn idle_status(&self) -> Status {
+        let Status { feed_override, is_homed, .. } = self.status(None);
+        Status { feed_override, is_homed, ..Status::default() }
+    }
+
     pub(super) fn status(&self, motion: Option<&Prepared>) -> Status {
         let mut status = Status {
             state: self.state(),

@@ -9,7 +9,7 @@
 use crate::convert::setpoints::ChunkBuffer;
 use crate::cyclic::{Receiver, Sender, Waker};
 use camwright::interpolator::{
-    AppliedInput, Event, Interpolator, Order, Outcome, Prepared, Request, StartError, State, Status, TickInputs,
+    AppliedInput, Event, Interpolator, Order, Outcome, Prepared, Request, StartError, Status, TickInputs,
 };
 use camwright::machine::buffer::TailPoint;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
@@ -185,11 +185,7 @@ impl Engine {
                     self.send(FromEngine::Used(news));
                 }
                 ToEngine::Start { motion, is_job } => self.start(motion, is_job),
-                ToEngine::Request(request) => {
-                    if let Some(place) = self.requests.iter_mut().find(|place| place.is_none()) {
-                        *place = Some(request);
-                    }
-                }
+                ToEngine::Request(request) => self.ask(request),
                 ToEngine::Chunk(chunk) => {
                     if self.pool.len() < CHUNK_POOL {
                         self.pool.push(chunk);
@@ -199,7 +195,28 @@ impl Engine {
         }
     }
 
+    /// A request for the next tick that is computed. Of several overrides that wait the last counts; between motions one waits for the
+    /// next, like the knob that it is.
+    fn ask(&mut self, request: Request) {
+        let before = self.requests;
+        let outdated = |old: &Request| is_override(old) && is_override(&request);
+        let kept = before.iter().flatten().copied().filter(|old| !outdated(old));
+        self.wait(kept.chain([request]));
+        if is_override(&request) && self.running.is_none() {
+            self.tell_idle();
+        }
+    }
+
+    /// Makes these the requests that wait, as many as there is room for.
+    fn wait(&mut self, requests: impl Iterator<Item = Request>) {
+        self.requests = [None; REQUESTS];
+        for (place, request) in self.requests.iter_mut().zip(requests) {
+            *place = Some(request);
+        }
+    }
+
     fn take_news(&mut self, news: &News) {
+        let is_first = self.seen.is_none();
         for latch in &news.latches {
             self.interpolator.feedback(latch);
         }
@@ -229,6 +246,9 @@ impl Engine {
         }
         self.unacknowledged = self.unacknowledged.filter(|(sequence, _)| news.commands_received < *sequence);
         self.report_end();
+        if is_first {
+            self.tell_idle();
+        }
     }
 
     fn has_alarms(&self) -> bool {
@@ -265,7 +285,8 @@ impl Engine {
         self.next_tick = first_tick;
         self.sequence = 0;
         self.running = Some(Running { is_job, first_tick, outcome: None });
-        self.requests = [None; REQUESTS];
+        let before = self.requests;
+        self.wait(before.iter().flatten().copied().filter(is_override));
         self.send(FromEngine::Started { tick: first_tick });
         if is_job {
             self.command(Command::JobBegin { tick: first_tick }, first_tick);
@@ -362,10 +383,7 @@ impl Engine {
 
     /// Requests that were not taken wait for the next tick, in their order.
     fn keep_requests(&mut self, pending: &[Request], taken: usize) {
-        self.requests = [None; REQUESTS];
-        for (place, request) in self.requests.iter_mut().zip(pending.iter().skip(taken)) {
-            *place = Some(*request);
-        }
+        self.wait(pending.iter().skip(taken).copied());
     }
 
     /// The stop that the machine follows if nothing newer comes.
@@ -418,7 +436,16 @@ impl Engine {
             }
         }
         self.send(FromEngine::Ended(Ended { outcome, first_tick: running.first_tick, last_tick }));
-        let status = Status { state: State::Idle, ..Status::default() };
+        self.tell_idle();
+    }
+
+    /// Status between motions, with the override that the next one begins with.
+    fn tell_idle(&mut self) {
+        let Some(seen) = self.seen else { return };
+        let mut status = self.interpolator.idle_status();
+        if let Some(Request::SetOverride(value)) = self.requests.iter().flatten().find(|request| is_override(request)) {
+            status.feed_override = *value;
+        }
         self.last_status = None;
         self.send(FromEngine::Status { tick: seen.tick, status });
     }
@@ -435,6 +462,10 @@ impl Engine {
             std::thread::yield_now();
         }
     }
+}
+
+fn is_override(request: &Request) -> bool {
+    matches!(request, Request::SetOverride(_))
 }
 
 /// Whether an alarm with this number stops motion; numbers this program does not know do.
