@@ -204,3 +204,45 @@ fn settings_come_from_the_goal_then_the_parameters_then_the_file() {
     assert!(jobs.jobs.iter().any(|job| job == "four_lobe_camshaft"), "{:?}", jobs.jobs);
     cell.stop();
 }
+
+/// The digital switches DS0 … DS7 of JPS6156064B2 as parameters: the plan is that of the same settings in the file.
+#[test]
+fn every_switch_of_the_patent_is_a_parameter() {
+    let cell = Cell::start(&[]);
+    let node = cell.planner.node();
+    let number = ParameterValue::Double;
+    let switches = [
+        ("rapid_advance_mm", number(45.0), "rapid_advance_mm=45.0"),
+        ("rapid_speed_mm_s", number(80.0), "rapid_speed_mm_s=80.0"),
+        ("infeed.total_mm", number(0.432), "infeed.total_mm=0.432"),
+        ("infeed.per_block_um", number(0.02), "infeed.per_block_um=0.02"),
+        ("infeed.spark_out_turns", ParameterValue::Integer(5), "infeed.spark_out_turns=5"),
+        ("work_speed_rpm", number(50.0), "work_speed_rpm=50.0"),
+        ("rotary_indexing", ParameterValue::Bool(true), "rotary_indexing=true"),
+    ];
+    let phases = [15.0, 100.0, 250.0, 359.9];
+    let loaded = || {
+        let load = LoadJobRequest { job: "four_lobe_camshaft".into(), overrides: Vec::new() };
+        let loaded = cell.client.call::<LoadJob>("job_planner/load_job", &load);
+        assert!(loaded.success, "{}", loaded.message);
+        loaded.plan_hash
+    };
+    let mut before = loaded();
+    let mut file: Vec<String> = Vec::new();
+    let mut is_as_in_the_file = |name: &str, keys: Vec<String>| {
+        file.extend(keys);
+        let now = loaded();
+        assert_ne!(now, before, "{name} changes the plan");
+        let written = planning::prepare("four_lobe_camshaft", &file, None).expect("it can be made");
+        assert_eq!(now, written.plan_hash(), "{name}");
+        before = now;
+    };
+    for (name, value, key) in switches {
+        node.parameters().set(node, name, value).expect("a setting");
+        is_as_in_the_file(name, vec![key.to_owned()]);
+    }
+    node.parameters().set(node, "phases_deg", ParameterValue::DoubleArray(phases.into())).expect("a setting");
+    let lobes = phases.iter().enumerate().map(|(lobe, phase)| format!("lobes.{lobe}.phase_deg={phase:?}")).collect();
+    is_as_in_the_file("phases_deg", lobes);
+    cell.stop();
+}

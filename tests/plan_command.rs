@@ -122,6 +122,71 @@ fn an_eccentric_disc_from_a_printed_table_is_planned_within_half_a_digit() {
     }
 }
 
+/// The lifts of a shipped table in units of its last digit.
+fn shipped_lift_um(name: &str) -> Vec<i64> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../params/lifts").join(name);
+    let text = std::fs::read_to_string(path).expect("a shipped table");
+    let rows = text.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_digit()));
+    #[allow(clippy::cast_possible_truncation, reason = "some millimetres in um")]
+    let um =
+        |row: &str| (row.split(',').nth(1).expect("a lift").parse::<f64>().expect("a number") * 1e3).round() as i64;
+    rows.map(um).collect()
+}
+
+fn four_lobes() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../params/jobs/four_lobe_camshaft.yaml");
+    std::fs::read_to_string(path).expect("the default job")
+}
+
+/// Increments per block, as on the tape of JPS6156064B2, give every file of a plan byte for byte as absolute lifts do.
+#[test]
+fn increments_per_block_give_the_motion_of_absolute_lifts() {
+    let folder = Folder::new("increments");
+    for name in ["intake.csv", "exhaust.csv"] {
+        let lift = shipped_lift_um(name);
+        let row = |k: usize| format!("{}.{},{}\n", k / 10, k % 10, lift[(k + 1) % lift.len()] - lift[k]);
+        let rows: String = (0..lift.len()).map(row).collect();
+        std::fs::write(folder.0.join(name), format!("cam_angle_deg,increment_um\n{rows}")).expect("a table");
+    }
+    let job = folder.0.join("job.yaml");
+    std::fs::write(&job, four_lobes()).expect("a job");
+    let (absolute, increments) = (folder.0.join("absolute"), folder.0.join("increments"));
+    let a = planned("four_lobe_camshaft", &absolute, &[]);
+    let b = planned(&job.display().to_string(), &increments, &[]);
+    assert_ne!(a["job_hash"], b["job_hash"], "other files");
+    for lobe in ["I1", "E1", "I2", "E2"] {
+        for file in ["contour.csv", "tool_path.csv", "speed_plan.csv"] {
+            let read = |out: &Path| std::fs::read(out.join(lobe).join(file)).expect("a file of the plan");
+            assert!(read(&absolute) == read(&increments), "{lobe}/{file} differs");
+        }
+    }
+}
+
+/// An exhaust table of 0.2 degrees beside an intake table of 0.1: the same cams, and the infeed in blocks of 0.1 degrees.
+#[test]
+fn tables_of_different_division_make_one_part() {
+    let folder = Folder::new("divisions");
+    for (name, every) in [("intake.csv", 1), ("exhaust.csv", 2)] {
+        let lift = shipped_lift_um(name);
+        let row = |k: usize| format!("{}.{},{}\n", k / 10, k % 10, lift[k]);
+        let rows: String = (0..lift.len()).step_by(every).map(row).collect();
+        std::fs::write(folder.0.join(name), format!("cam_angle_deg,lift_um\n{rows}")).expect("a table");
+    }
+    let job = folder.0.join("job.yaml");
+    std::fs::write(&job, four_lobes() + "blocks_per_turn: 3600\n").expect("a job");
+    let (shipped, coarse) = (folder.0.join("shipped"), folder.0.join("coarse"));
+    let a = planned("four_lobe_camshaft", &shipped, &[]);
+    let b = planned(&job.display().to_string(), &coarse, &[]);
+    for lobe in 0..4 {
+        for key in ["turns", "start_block"] {
+            assert_eq!(a["lobes"][lobe][key], b["lobes"][lobe][key], "{lobe} {key}");
+        }
+    }
+    let x_mm = |out: &Path| table(&out.join("E1/tool_path.csv")).1.iter().map(|row| row[1]).collect::<Vec<f64>>();
+    let apart = x_mm(&shipped).iter().zip(x_mm(&coarse)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart > 0.0 && apart < 1.5e-3, "two readings of one cam to half a digit of 1 um: {apart} mm apart");
+}
+
 #[test]
 fn every_file_has_its_columns_and_agrees_with_the_others() {
     let folder = Folder::new("files");

@@ -136,6 +136,21 @@ fn crank_degrees() -> BadJob {
     BadJob::table("crank", change, &["intake.csv:1804", "720.00 deg", "360 deg", "crank degrees"])
 }
 
+/// Increments per block, as on the tape, of which one is a digit too large.
+fn misclosure() -> BadJob {
+    let change = |rows: &mut Vec<String>| {
+        let lifts: Vec<f64> = rows
+            .iter()
+            .filter(|row| row.starts_with(|c: char| c.is_ascii_digit()))
+            .map(|row| row.split(',').nth(1).expect("two columns").parse().expect("a lift"))
+            .collect();
+        let increment = |k: usize| lifts[(k + 1) % lifts.len()] - lifts[k] + if k == 1500 { 0.001 } else { 0.0 };
+        let row = |k: usize| format!("{}.{},{:.3}", k / 10, k % 10, increment(k));
+        *rows = [String::from("cam_angle_deg,increment_mm")].into_iter().chain((0..lifts.len()).map(row)).collect();
+    };
+    BadJob::table("misclosure", change, &["intake.csv:3601", "0.001 mm of lift remain", "less than 0.0005 mm"])
+}
+
 fn step() -> BadJob {
     let raise = |angle: f64, lift: f64| (angle, if (149.95..209.95).contains(&angle) { lift + 0.2 } else { lift });
     BadJob::table("step", |rows| change_rows(rows, raise), &["intake.csv:1504", "jumps 0.2000", "allowed are 0.005"])
@@ -179,7 +194,8 @@ fn infeed_of_broken_turns() -> BadJob {
     BadJob::job("infeed", change, &["job.yaml:29", "0.35", "0.324 or 0.36 mm", "0.000009722222 or 0.000010802469 mm"])
 }
 
-const ALL: [fn() -> BadJob; 11] = [
+const ALL: [fn() -> BadJob; 12] = [
+    misclosure,
     duplicate_angle,
     missing_block,
     nan,
@@ -211,6 +227,11 @@ fn a_nan_is_refused() {
 #[test]
 fn crank_degrees_where_cam_degrees_are_declared_are_refused() {
     crank_degrees().refused();
+}
+
+#[test]
+fn increments_that_do_not_close_are_refused() {
+    misclosure().refused();
 }
 
 #[test]
