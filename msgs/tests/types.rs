@@ -160,12 +160,43 @@ fn the_ros_package_lists_every_interface_file() {
     assert_eq!(listed.len(), found, "CMakeLists.txt lists a file that is not there");
 }
 
-/// A comment and, where there is one, a unit: somebody who echoes a topic has nothing else to go by.
+/// Every line of a field of our own interfaces: its type, its text and the interface it stands in.
+fn own_fields() -> Vec<(&'static str, &'static str, &'static str)> {
+    let own = ALL.iter().filter(|info| info.type_name.starts_with("camwright_msgs/"));
+    let lines = own.flat_map(|info| info.source.lines().map(|line| (info.type_name, line)));
+    let fields = lines.filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#') && *line != "---");
+    fields.map(|(name, line)| (line.split_whitespace().next().unwrap_or_default(), line, name)).collect()
+}
+
+/// Somebody who echoes a topic has nothing else to go by.
 #[test]
 fn every_field_of_our_own_has_a_comment() {
-    for info in ALL.iter().filter(|info| info.type_name.starts_with("camwright_msgs/") && !info.source.is_empty()) {
-        for line in info.source.lines().filter(|line| !line.is_empty() && !line.starts_with('#') && *line != "---") {
-            assert!(line.contains('#'), "{}: {line} has no comment", info.type_name);
-        }
+    let fields = own_fields();
+    assert!(fields.len() > 200, "only {} fields", fields.len());
+    for (_, line, interface) in fields {
+        let comment = line.split_once('#').map(|(_, comment)| comment.trim()).unwrap_or_default();
+        assert!(comment.len() > 2, "{interface}: {line} has no comment");
     }
+}
+
+/// A number with a fraction has its unit in brackets, or its range where it has none, or says what names the unit.
+#[test]
+fn every_quantity_of_our_own_has_a_unit() {
+    let units = ["m", "rad", "s", "N", "m/s", "m/s^2", "m/s^3", "counts", "ns", "Hz", "0..1", "0..100", "whole"];
+    let says = |comment: &str| {
+        let in_brackets = comment.split('(').skip(1).filter_map(|rest| rest.split(')').next());
+        let named = |text: &str| text.split([' ', ',', ';']).any(|word| units.contains(&word));
+        in_brackets.clone().any(named)
+            || comment.contains("turns")
+            || ["0..1", "see kind", "as `kind` says", "the unit the list gives"]
+                .iter()
+                .any(|words| comment.contains(words))
+    };
+    let mut quantities = 0;
+    for (kind, line, interface) in own_fields().into_iter().filter(|(kind, _, _)| kind.starts_with("float")) {
+        quantities += 1;
+        let comment = line.split_once('#').map(|(_, comment)| comment).unwrap_or_default();
+        assert!(says(comment), "{interface}: {line}: {kind} without a unit");
+    }
+    assert!(quantities > 60, "only {quantities} quantities");
 }
