@@ -1,16 +1,19 @@
-//! Ctrl-C in the middle of everything: the axes come to rest, the wheel leaves the part, the bag is closed. And two machines, one clock.
+//! What happens in the middle of everything: Ctrl-C, an interpolator that dies, a second machine with a clock.
 
 mod support;
 
 use byteorder::LittleEndian;
-use camwright_msgs::camwright_msgs::msg::{InterpolatorState, PlanSegment};
+use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal};
+use camwright_msgs::camwright_msgs::msg::{InterpolatorState, MachineAlarms, PlanSegment};
+use camwright_msgs::camwright_msgs::srv::{LoadJob, LoadJobRequest};
 use camwright_msgs::sensor_msgs::msg::JointState;
+use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
 use camwright_nodes::bag::Bag;
 use camwright_nodes::bag::check::check;
-use camwright_nodes::ros::{Node, NodeOptions, Qos, RosArgs};
+use camwright_nodes::ros::{GoalStatus, Node, NodeOptions, Qos, RosArgs};
 use std::path::Path;
 use std::process::Command;
-use std::sync::mpsc;
+use std::sync::{Arc, Mutex, mpsc};
 use std::time::{Duration, Instant};
 use support::{Domain, Guarded, PATIENCE};
 
@@ -72,6 +75,85 @@ fn ctrl_c_in_the_cut_retracts_the_wheel_and_closes_the_bag() {
     // The disc reaches out to 23.2 mm, its blank 0.3 mm farther.
     assert!(of(&last.position, "x_axis") > 23.5e-3, "{last:?}");
     std::fs::remove_dir_all(&bag).expect("the bag is ours");
+}
+
+/// Silence is a stop: the machine runs out the stop of the last chunk and says so, the planner gives up, and a new interpolator goes on
+/// after a reset.
+#[test]
+fn an_interpolator_that_dies_in_the_cut_is_a_stop_and_a_new_one_goes_on() {
+    let domain = Domain::take();
+    let start = |binary: &str, parameters: &[&str]| {
+        let mut command = Command::new(binary);
+        command.env("ROS_DOMAIN_ID", domain.id().to_string()).arg("--ros-args");
+        for parameter in parameters {
+            command.args(["-p", parameter]);
+        }
+        Guarded::start(binary, &mut command)
+    };
+    let overrides = "machine_overrides:=[\"wheel.spin_up_s=0.2\", \"feedback_delay_ticks=500\"]";
+    let machine = start(env!("CARGO_BIN_EXE_machine_sim"), &["pace:=realtime", "state_file:=none", overrides]);
+    let planner = start(env!("CARGO_BIN_EXE_job_planner"), &[]);
+    let mut interpolator = start(env!("CARGO_BIN_EXE_axis_interpolator"), &[]);
+
+    let node = Node::new(NodeOptions::new("watcher", &RosArgs::default().with_domain_id(domain.id()))).expect("a node");
+    let _spinning = node.spin_in_thread().expect("a thread");
+    let (sender, phases) = mpsc::channel();
+    let _states = node
+        .subscribe::<InterpolatorState>("axis_interpolator/state", &Qos::latched(1), move |state, _| {
+            let _test_is_over = sender.send(state.phase);
+        })
+        .expect("a subscription");
+    let alarms: Arc<Mutex<Vec<u16>>> = Arc::default();
+    let place = Arc::clone(&alarms);
+    let _alarms = node
+        .subscribe::<MachineAlarms>("machine/alarms", &Qos::latched(1), move |told, _| {
+            *place.lock().expect("not poisoned") = told.alarms.iter().map(|alarm| alarm.number).collect();
+        })
+        .expect("a subscription");
+    let moving: Arc<Mutex<bool>> = Arc::default();
+    let place = Arc::clone(&moving);
+    let _joints = node
+        .subscribe::<JointState>("joint_states", &Qos::default_topic(), move |joints, _| {
+            let axes = joints.name.iter().zip(&joints.velocity).filter(|(name, _)| name.ends_with("_axis"));
+            *place.lock().expect("not poisoned") = axes.into_iter().any(|(_, velocity)| velocity.abs() > 1e-9);
+        })
+        .expect("a subscription");
+    let jobs = node.action_client::<RunJob>("job_planner/run_job").expect("a client");
+    jobs.wait_for_server(PATIENCE).expect("run_job");
+    let load = node.client::<LoadJob>("job_planner/load_job").expect("a client");
+    load.wait_for_service(PATIENCE).expect("load_job");
+    let settings = ["wheel_radius_mm=60.0", "infeed.per_block_um=0.05", "infeed.spark_out_turns=1"].map(String::from);
+    let request = LoadJobRequest { job: "eccentric".into(), overrides: settings.clone().into() };
+    until("the planner has met the machine", || load.call(&request, PATIENCE).expect("an answer").success);
+    let run = || {
+        let goal = RunJobGoal { job: "eccentric".into(), overrides: settings.clone().into() };
+        jobs.send_goal(goal, drop, PATIENCE).expect("a decision")
+    };
+
+    let job = run();
+    assert!(job.accepted(), "{}", planner.complaint());
+    while phases.recv_timeout(PATIENCE).expect("it comes to the cut") != PlanSegment::PHASE_CUT {}
+    assert!(*moving.lock().expect("not poisoned"));
+    drop(interpolator);
+    until("the machine says that setpoints are missing", || *alarms.lock().expect("not poisoned") == [80]);
+    until("the axes are at rest", || !*moving.lock().expect("not poisoned"));
+    let (status, result) = job.result(PATIENCE).expect("a result");
+    assert_eq!((status, result.success), (GoalStatus::Aborted, false), "{}", result.message);
+    assert!(result.message.contains("the axis interpolator has left"), "{}", result.message);
+
+    interpolator = start(env!("CARGO_BIN_EXE_axis_interpolator"), &[]);
+    let reset = node.client::<Trigger>("machine/reset").expect("a client");
+    reset.wait_for_service(PATIENCE).expect("reset");
+    let answer = reset.call(&TriggerRequest::default(), PATIENCE).expect("an answer");
+    assert!(answer.success, "{}", answer.message);
+    until("a job is taken again", || {
+        let job = run();
+        job.accepted() && job.result(PATIENCE).expect("a result").0 == GoalStatus::Succeeded
+    });
+    for mut node in [planner, interpolator, machine] {
+        node.interrupt();
+        assert!(node.wait(PATIENCE).success(), "{}", node.complaint());
+    }
 }
 
 /// The second machine at pace fast says that it leaves the clock to the first, and takes it over when that is gone.
