@@ -38,6 +38,8 @@ const ORDER: &[&[&str]] = &[
     &["cycle"],
     &["machine"],
     &["rehearsal"],
+    &["cell"],
+    &["fault_campaign"],
 ];
 
 fn repository() -> PathBuf {

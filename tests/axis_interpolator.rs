@@ -241,7 +241,13 @@ fn an_alarm_of_the_interpolator_is_told_and_gone_with_the_next_motion() {
     let cell = Cell::start(&[]);
     let alarms = Watched::<MachineAlarms>::new(&cell, "axis_interpolator/alarms", &Qos::latched(1));
     let stuck = |active: bool| {
-        let request = InjectFaultRequest { fault: "stuck_input".into(), target: "origin".into(), value: 0.0, active };
+        let request = InjectFaultRequest {
+            fault: "stuck_input".into(),
+            target: "origin".into(),
+            value: 0.0,
+            active,
+            job_tick: 0,
+        };
         let response = cell.client.call::<InjectFault>("machine/inject_fault", &request);
         assert!(response.success, "{}", response.message);
     };

@@ -4,11 +4,13 @@
 #![no_std]
 extern crate alloc;
 
+pub mod cell;
 pub mod contact_law;
 pub mod contour;
 pub mod cut_motion;
 pub mod cycle;
 pub mod dressing;
+pub mod fault_campaign;
 pub mod follower;
 pub mod form;
 pub mod giving_way;

@@ -57,7 +57,7 @@ pub fn rehearse(
     let mut tick = first_tick;
     let outcome = loop {
         let out = interpolator.step(&TickInputs { tick, requests: &[] });
-        orders.extend(out.orders.iter().map(|order| (order.tick, machine_command(order.kind))));
+        orders.extend(out.orders.iter().map(|order| (order.tick, order.kind.into())));
         let due: Vec<MachineCommand> = orders.iter().filter(|(at, _)| *at == tick).map(|(_, order)| *order).collect();
         orders.retain(|(at, _)| *at > tick);
         let report = machine.step(Some(&out.setpoint), &due, &[]);
@@ -95,12 +95,14 @@ fn stopping_alarm(report: &TickReport) -> Option<Alarm> {
     report.raised.iter().find(|alarm| alarm.kind.entry().severity > Severity::Warning).copied()
 }
 
-fn machine_command(kind: OrderKind) -> MachineCommand {
-    match kind {
-        OrderKind::SetHome { axis, counts } => MachineCommand::SetHome { axis, counts },
-        OrderKind::WheelStart => MachineCommand::WheelStart,
-        OrderKind::WheelStop => MachineCommand::WheelStop,
-        OrderKind::ExpectWheel { radius_nm } => MachineCommand::ExpectWheel { radius_nm },
-        OrderKind::Dress { radius_nm } => MachineCommand::Dress { radius_nm },
+impl From<OrderKind> for MachineCommand {
+    fn from(order: OrderKind) -> Self {
+        match order {
+            OrderKind::SetHome { axis, counts } => MachineCommand::SetHome { axis, counts },
+            OrderKind::WheelStart => MachineCommand::WheelStart,
+            OrderKind::WheelStop => MachineCommand::WheelStop,
+            OrderKind::ExpectWheel { radius_nm } => MachineCommand::ExpectWheel { radius_nm },
+            OrderKind::Dress { radius_nm } => MachineCommand::Dress { radius_nm },
+        }
     }
 }

@@ -207,4 +207,4 @@ impl<'a> Build<'a> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

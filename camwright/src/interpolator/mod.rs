@@ -240,7 +240,7 @@ enum Mode {
 }
 
 /// The interpolator of one machine.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Interpolator {
     machine: MachineDescription,
     motion: Option<Box<Prepared>>,

@@ -120,7 +120,7 @@ pub(crate) struct Facts {
 }
 
 /// A motion ready for [`super::Interpolator::start`].
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Prepared {
     pub(crate) plan: Arc<Plan>,
     pub(crate) trajectory: Option<Trajectory>,

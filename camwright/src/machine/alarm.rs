@@ -13,9 +13,9 @@ use core::fmt;
 pub enum Severity {
     /// Told; motion goes on.
     Warning = 1,
-    /// The axes are brought to rest within their limits; needs a reset.
+    /// The axes are brought to rest within their limits, the wheel is taken off the part; needs a reset.
     Stop = 2,
-    /// The drives lose power and the axes brake; needs a reset.
+    /// The same, and then the drives lose their power; a drive that cannot bring its axis to rest loses it at once.
     PowerOff = 3,
 }
 
@@ -25,6 +25,8 @@ pub enum AlarmKind {
     /// Emergency stop pressed (a simulation of one; not a safety function).
     #[default]
     EStop,
+    /// The mains are lost; the axes come to rest and the wheel leaves the part from the buffered energy.
+    PowerLoss,
     /// An axis ran onto its hard limit switch. Value and bound: position (mm).
     Overtravel(Axis),
     /// A setpoint beyond a soft limit. Value and bound: position (mm or rad).
@@ -33,6 +35,8 @@ pub enum AlarmKind {
     FollowingError(Axis),
     /// The drive of an axis reports a fault.
     DriveFault(Axis),
+    /// The reading of an encoder jumped farther than the axis can. Value and bound: jump (mm or rad).
+    EncoderJump(Axis),
     /// A setpoint faster than the axis. Value and bound: speed (mm/s or rad/s).
     SetpointVelocity(Axis),
     /// Setpoints that change speed faster than the axis. Value and bound: acceleration (mm/s² or rad/s²).
@@ -49,10 +53,18 @@ pub enum AlarmKind {
     SecondWriter,
     /// A chunk of setpoints was refused. Value: its first tick.
     ChunkRefused,
+    /// Setpoints between two chunks are missing. Value: first tick received, bound: first tick expected.
+    SetpointsLost,
     /// A reference search ended without its edge.
     HomingFailed,
     /// A station was searched for and its switch did not close.
     StationNotFound,
+    /// The origin detector did not signal where it must, or signalled where it must not. Value: angle off its mark (rad).
+    OriginDetector,
+    /// A limit switch does not show what the table's position says. Value: number of its station, from 1.
+    LimitSwitch,
+    /// A limit switch closes and opens again and again. Value: number of its station, from 1.
+    SwitchBounces,
     /// The wheel lost its speed while it was cutting.
     WheelStoppedInCut,
     /// The wheel touched the part without running. Value: depth (mm).
@@ -65,12 +77,20 @@ pub enum AlarmKind {
     OtherWheel,
     /// A dress was not made. Value: radius wanted, bound: radius of the worn wheel (mm).
     NotDressed,
+    /// The wheel lost its speed out of the cut, or does not reach it.
+    WheelStopped,
+    /// The wheel turns faster than ordered. Value and bound: speed (rpm).
+    WheelOverspeed,
     /// A motion asks for a position of an axis whose zero is not known.
     NotHomed(Axis),
     /// A cut begins where the axis is not. Value: where it is, bound: where it should be (mm or rad).
     NotAtStart(Axis),
     /// A segment of a plan cannot be executed. Value: its index.
     BadSegment,
+    /// The gauge gives no number.
+    GaugeInvalid,
+    /// The gauge gives the same reading again and again while it must change. Value: how often.
+    GaugeStuck,
 }
 
 /// One row of the alarm table.
@@ -87,12 +107,13 @@ pub struct AlarmEntry {
 }
 
 /// Number of kinds, those of an axis counted once per axis; no more alarms than this are ever active.
-pub const ALARM_KINDS: usize = 42;
+pub const ALARM_KINDS: usize = 54;
 
 impl AlarmKind {
     /// Every kind, in the order of the numbers.
     pub const ALL: [AlarmKind; ALARM_KINDS] = [
         AlarmKind::EStop,
+        AlarmKind::PowerLoss,
         AlarmKind::Overtravel(Axis::C),
         AlarmKind::Overtravel(Axis::X),
         AlarmKind::Overtravel(Axis::Z),
@@ -105,6 +126,9 @@ impl AlarmKind {
         AlarmKind::DriveFault(Axis::C),
         AlarmKind::DriveFault(Axis::X),
         AlarmKind::DriveFault(Axis::Z),
+        AlarmKind::EncoderJump(Axis::C),
+        AlarmKind::EncoderJump(Axis::X),
+        AlarmKind::EncoderJump(Axis::Z),
         AlarmKind::SetpointVelocity(Axis::C),
         AlarmKind::SetpointVelocity(Axis::X),
         AlarmKind::SetpointVelocity(Axis::Z),
@@ -119,14 +143,20 @@ impl AlarmKind {
         AlarmKind::CommandGap,
         AlarmKind::SecondWriter,
         AlarmKind::ChunkRefused,
+        AlarmKind::SetpointsLost,
         AlarmKind::HomingFailed,
         AlarmKind::StationNotFound,
+        AlarmKind::OriginDetector,
+        AlarmKind::LimitSwitch,
+        AlarmKind::SwitchBounces,
         AlarmKind::WheelStoppedInCut,
         AlarmKind::WheelContact,
         AlarmKind::WheelWorn,
         AlarmKind::WheelTooFast,
         AlarmKind::OtherWheel,
         AlarmKind::NotDressed,
+        AlarmKind::WheelStopped,
+        AlarmKind::WheelOverspeed,
         AlarmKind::NotHomed(Axis::C),
         AlarmKind::NotHomed(Axis::X),
         AlarmKind::NotHomed(Axis::Z),
@@ -134,6 +164,8 @@ impl AlarmKind {
         AlarmKind::NotAtStart(Axis::X),
         AlarmKind::NotAtStart(Axis::Z),
         AlarmKind::BadSegment,
+        AlarmKind::GaugeInvalid,
+        AlarmKind::GaugeStuck,
     ];
 
     /// The axis it is about.
@@ -144,6 +176,7 @@ impl AlarmKind {
             | AlarmKind::SoftLimit(axis)
             | AlarmKind::FollowingError(axis)
             | AlarmKind::DriveFault(axis)
+            | AlarmKind::EncoderJump(axis)
             | AlarmKind::SetpointVelocity(axis)
             | AlarmKind::SetpointAcceleration(axis)
             | AlarmKind::SetpointJump(axis)
@@ -164,6 +197,9 @@ impl AlarmKind {
         };
         let (number, name, severity, remedy) = match self {
             AlarmKind::EStop => (1, "emergency stop", PowerOff, "release the emergency stop, then reset"),
+            AlarmKind::PowerLoss => {
+                (2, "power loss", PowerOff, "restore the mains, look where the axes stand, then reset")
+            }
             AlarmKind::Overtravel(_) => (
                 10 + digit,
                 "overtravel",
@@ -182,6 +218,12 @@ impl AlarmKind {
             AlarmKind::DriveFault(_) => {
                 (40 + digit, "drive fault", PowerOff, "clear the fault at the drive, then reset")
             }
+            AlarmKind::EncoderJump(_) => (
+                43 + digit,
+                "encoder jump",
+                PowerOff,
+                "look at the encoder and its cable, then reset and home the axis",
+            ),
             AlarmKind::SetpointVelocity(_) => {
                 (50 + digit, "setpoint too fast", Stop, "reset; the sender must keep the machine's speed limits")
             }
@@ -211,11 +253,26 @@ impl AlarmKind {
             AlarmKind::ChunkRefused => {
                 (84, "setpoints refused", Stop, "reset; the sender must continue from the machine's last setpoint")
             }
+            AlarmKind::SetpointsLost => {
+                (85, "setpoints lost", Stop, "reset and start again; look for lost messages between the nodes")
+            }
             AlarmKind::HomingFailed => {
                 (90, "homing failed", Stop, "look at the origin detector and its mark, then reset and home again")
             }
             AlarmKind::StationNotFound => {
                 (91, "station not found", Stop, "look at the station's limit switch and the dog, then reset")
+            }
+            AlarmKind::OriginDetector => (
+                92,
+                "origin detector",
+                Stop,
+                "look at the origin detector, its mark and its cable, then reset and home C again",
+            ),
+            AlarmKind::LimitSwitch => {
+                (93, "limit switch", Stop, "look at the limit switch, its dog and its cable, then reset")
+            }
+            AlarmKind::SwitchBounces => {
+                (94, "switch bounces", Stop, "mount a new limit switch, or fix its cable, then reset")
             }
             AlarmKind::WheelStoppedInCut => {
                 (100, "wheel stopped in the cut", Stop, "reset, retract the wheel, find out why it lost its speed")
@@ -239,11 +296,19 @@ impl AlarmKind {
                 Stop,
                 "reset; the wheel must run, stand at the dresser and be larger than wanted by no more than a dress may take",
             ),
+            AlarmKind::WheelStopped => (106, "wheel stopped", Stop, "find out why the wheel has no speed, then reset"),
+            AlarmKind::WheelOverspeed => {
+                (107, "wheel overspeed", Stop, "look at the wheel and at the drive of its spindle, then reset")
+            }
             AlarmKind::NotHomed(_) => (110 + digit, "not homed", Stop, "reset and home the axis"),
             AlarmKind::NotAtStart(_) => {
                 (120 + digit, "not at start", Stop, "reset and start the job from its beginning")
             }
             AlarmKind::BadSegment => (130, "bad segment", Stop, "reset and plan the job again"),
+            AlarmKind::GaugeInvalid => (140, "gauge invalid", Stop, "look at the gauge and its cable, then reset"),
+            AlarmKind::GaugeStuck => {
+                (141, "gauge stuck", Stop, "look whether the gauge's contacts touch and move, then reset")
+            }
         };
         AlarmEntry { number, name, severity, remedy }
     }
@@ -262,7 +327,7 @@ pub struct Alarm {
     pub kind: AlarmKind,
     /// Tick at which it was raised.
     pub tick: u64,
-    /// How much; see [`AlarmKind`] for quantity and unit, 0 where the kind has none.
+    /// How much; see [`AlarmKind`] for quantity and unit, 0 where the kind has none, not a number where another node knows it.
     pub value: f64,
     /// How much is allowed; see [`AlarmKind`], 0 where the kind has none.
     pub bound: f64,
@@ -286,12 +351,17 @@ impl fmt::Display for Alarm {
             let (value, bound) = (Quantity(axis, self.value, per), Quantity(axis, self.bound, per));
             write!(f, "{}: {what} {value}, allowed {bound}", axis.joint())
         };
+        if self.value.is_nan() {
+            return write!(f, "{}: found by the axis interpolator, which says more", self.kind.entry().name);
+        }
         match self.kind {
             AlarmKind::EStop => f.write_str("emergency stop pressed"),
+            AlarmKind::PowerLoss => f.write_str("the mains are lost"),
             AlarmKind::Overtravel(axis) => allowed(f, axis, "hard limit switch reached at", ""),
             AlarmKind::SoftLimit(axis) => allowed(f, axis, "setpoint beyond the soft limit at", ""),
             AlarmKind::FollowingError(axis) => allowed(f, axis, "following error", ""),
             AlarmKind::DriveFault(axis) => write!(f, "{}: the drive reports a fault", axis.joint()),
+            AlarmKind::EncoderJump(axis) => allowed(f, axis, "the encoder's reading jumped by", ""),
             AlarmKind::SetpointVelocity(axis) => allowed(f, axis, "setpoint speed", "/s"),
             AlarmKind::SetpointAcceleration(axis) => allowed(f, axis, "setpoint acceleration", "/s^2"),
             AlarmKind::SetpointJump(axis) => allowed(f, axis, "distance and speeds of two setpoints disagree by", ""),
@@ -302,14 +372,36 @@ impl fmt::Display for Alarm {
             }
             AlarmKind::SecondWriter => f.write_str("a second sender of setpoints was refused"),
             AlarmKind::ChunkRefused => write!(f, "the setpoints from tick {} on were refused", self.value),
+            AlarmKind::SetpointsLost => {
+                write!(f, "setpoints from tick {} on came, those from tick {} on are missing", self.value, self.bound)
+            }
             AlarmKind::HomingFailed => f.write_str("the origin was not found within the search travel"),
             AlarmKind::StationNotFound => {
                 f.write_str("the station's limit switch was not found within the search travel")
             }
+            AlarmKind::OriginDetector if self.value.abs() < f64::MIN_POSITIVE => {
+                f.write_str("the origin detector did not signal at its mark")
+            }
+            AlarmKind::OriginDetector => write!(
+                f,
+                "the origin detector signalled {:.2} deg from its mark, allowed {:.2} deg",
+                deg_from_rad(self.value),
+                deg_from_rad(self.bound)
+            ),
+            AlarmKind::LimitSwitch => {
+                write!(f, "the limit switch of station {} does not fit the table's position", self.value)
+            }
+            AlarmKind::SwitchBounces => write!(f, "the limit switch of station {} bounces", self.value),
             AlarmKind::WheelStoppedInCut => f.write_str("the wheel lost its speed while it was cutting"),
             AlarmKind::WheelContact => {
                 write!(f, "the wheel touched the part without running, {:.4} mm deep", self.value)
             }
+            AlarmKind::WheelStopped => f.write_str("the wheel has no speed though it is to run"),
+            AlarmKind::WheelOverspeed => {
+                write!(f, "the wheel turns at {:.1} rpm, allowed are {:.1} rpm", self.value, self.bound)
+            }
+            AlarmKind::GaugeInvalid => f.write_str("the gauge gives no number"),
+            AlarmKind::GaugeStuck => write!(f, "the gauge gave the same reading {} times", self.value),
             AlarmKind::NotHomed(axis) => write!(f, "{}: its zero is not known", axis.joint()),
             AlarmKind::NotAtStart(axis) => {
                 let (is, wanted) = (Quantity(axis, self.value, ""), Quantity(axis, self.bound, ""));

@@ -2,6 +2,7 @@
 
 use crate::machine::description::{AxisDescription, Scale, nearest_count};
 use crate::machine::servo::{Demand, Servo};
+use crate::numeric::hermite::Sample;
 
 /// Ticks for which an axis must be within half a count of a resting setpoint before it is clamped there. Eight outlast
 /// the zero crossing of a swinging loop of any bandwidth above 20 Hz, and cost 8 ms after every motion.
@@ -16,7 +17,7 @@ pub(crate) struct Target {
 }
 
 impl Target {
-    fn resting(position: f64) -> Self {
+    pub(crate) fn resting(position: f64) -> Self {
         Self { position, velocity: 0.0, acceleration: 0.0 }
     }
 
@@ -127,6 +128,13 @@ impl AxisState {
         self.settled_ticks = 0;
     }
 
+    /// The same without power: the axis stays, and what it holds is the new reading.
+    pub(crate) fn set_encoder_offset_unpowered(&mut self, offset: f64) {
+        self.target.position += offset - self.encoder_offset;
+        self.previous = self.target;
+        self.encoder_offset = offset;
+    }
+
     /// The present setpoint.
     pub(crate) fn target(&self) -> &Target {
         &self.target
@@ -177,6 +185,21 @@ impl AxisState {
         }
     }
 
+    /// What the encoder counts, whatever zero is in force (counts).
+    pub(crate) fn reading(&self) -> i64 {
+        nearest_count(self.target.position - self.servo.error())
+    }
+
+    /// Power of the motor in the last tick (W).
+    pub(crate) fn power_w(&self, cycle_time_s: f64) -> f64 {
+        let power = self.effort(cycle_time_s) * self.velocity();
+        match self.scale {
+            // N mm/s.
+            Scale::Linear { .. } => power * 1e-3,
+            Scale::Rotary { .. } => power,
+        }
+    }
+
     /// Clamped at its resting setpoint.
     pub(crate) fn is_at_rest(&self) -> bool {
         self.clamped
@@ -198,6 +221,25 @@ impl AxisState {
             velocity: velocity * self.counts_per_unit,
             acceleration: acceleration * self.counts_per_unit,
         });
+    }
+
+    /// The same with something beside it (mm or rad, s): what an alarm adds to the path that it lets end.
+    pub(crate) fn follow_beside(&mut self, counts: i64, velocity: f64, acceleration: f64, beside: &Sample) {
+        self.begin(Target {
+            position: counts.saturating_add(self.origin) as f64 + beside.value * self.counts_per_unit,
+            velocity: (velocity + beside.first) * self.counts_per_unit,
+            acceleration: (acceleration + beside.second) * self.counts_per_unit,
+        });
+    }
+
+    /// A setpoint of the machine's own, in true coordinates.
+    pub(crate) fn go(&mut self, target: Target) {
+        self.begin(target);
+    }
+
+    /// Its zero is not known any more.
+    pub(crate) fn lose_home(&mut self) {
+        self.homed = false;
     }
 
     /// The setpoint rests where it is.
@@ -280,6 +322,17 @@ impl AxisState {
         self.target = Target::resting(if resting { libm::round(position) } else { position });
         self.previous = self.target;
         self.clamped = resting;
+        Span { from, to: self.true_position(), from_velocity, to_velocity: self.servo.velocity() }
+    }
+
+    /// One servo step without power, drawn outwards to `end` (counts, true): see [`Servo::draw`].
+    pub(crate) fn draw(&mut self, pull: f64, fastest: f64, end: f64) -> Span {
+        let from = self.true_position();
+        let from_velocity = self.servo.velocity();
+        let position = self.target.position + self.servo.draw(pull, end - from, fastest);
+        self.target = Target::resting(position);
+        self.previous = self.target;
+        self.clamped = false;
         Span { from, to: self.true_position(), from_velocity, to_velocity: self.servo.velocity() }
     }
 

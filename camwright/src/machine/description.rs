@@ -8,6 +8,7 @@ use thiserror::Error;
 
 pub use crate::machine::contact_description::{ContactDescription, StiffnessAt};
 pub use crate::machine::gauge_description::{GaugeDescription, GaugeKind};
+pub use crate::machine::retract_description::AlarmRetract;
 pub use crate::machine::wheel_description::{WHEEL_TOLERANCE_MM, WheelDescription, WheelTooFast};
 
 /// Index of an axis in everything that has one value per axis. The order is that of the setpoint message.
@@ -242,6 +243,8 @@ pub struct MachineDescription {
     pub contact: Option<ContactDescription>,
     /// What measures the lobe that stands in front of the wheel; `None`: nothing does.
     pub gauge: Option<GaugeDescription>,
+    /// How an alarm takes the wheel off the part.
+    pub retract: AlarmRetract,
     /// What it is dressed with; `None` is a machine without.
     pub dresser: Option<Dresser>,
     /// Room of the headstock with its chuck, where the wheel must not go; `None` where nobody says.
@@ -307,6 +310,7 @@ impl MachineDescription {
             }
             axis.validate()?;
         }
+        self.retract.validate()?;
         let wheel = &self.wheel;
         positive("wheel width (mm)", wheel.width_mm)?;
         positive("wheel surface speed (m/s)", wheel.surface_speed_m_s)?;

@@ -2,14 +2,26 @@
 
 use crate::machine::description::{Axis, MachineDescription};
 use crate::setpoint::Input;
+use crate::units::{TURN_RAD, rad_from_deg};
 use alloc::string::{String, ToString};
 use thiserror::Error;
+
+/// How a gauge fails.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GaugeFault {
+    /// It gives its last reading for ever.
+    Stuck,
+    /// It gives no number.
+    NotANumber,
+}
 
 /// A fault that begins or ends at a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fault {
     /// Emergency stop pressed or released.
     EStop(bool),
+    /// The mains are lost or back.
+    PowerLoss(bool),
     /// An input shows this level whatever happens; `None`: it is healthy again.
     StuckInput {
         /// Which input.
@@ -17,6 +29,17 @@ pub enum Fault {
         /// Its level.
         level: Option<bool>,
     },
+    /// The origin detector sees a second mark at this angle from its own (rad); `None`: it is healthy again.
+    DoubleOrigin(Option<f64>),
+    /// A station's switch bounces whenever it closes or opens, or no longer.
+    BouncingSwitch {
+        /// Index of the station.
+        station: usize,
+        /// Whether.
+        active: bool,
+    },
+    /// Two inputs lie on one line: each shows the other's level and edges too; `None`: no longer.
+    SharedInput(Option<[Input; 2]>),
     /// The encoder of an axis reads this much more than the axis has moved (mm or rad); 0: healthy.
     EncoderOffset {
         /// Which axis.
@@ -24,7 +47,7 @@ pub enum Fault {
         /// By how much.
         offset: f64,
     },
-    /// The gains of a drive are this fraction of their settings; 1: healthy.
+    /// The gains of a drive are this fraction of their settings; 0: the axis stands as if blocked; 1: healthy.
     DriveGain {
         /// Which axis.
         axis: Axis,
@@ -38,8 +61,15 @@ pub enum Fault {
         /// Reported or not.
         active: bool,
     },
+    /// The next chunks of setpoints, so many, do not arrive. The machine's end of the stream loses them, see
+    /// [`crate::machine::buffer`]; the machine itself knows nothing of it.
+    LostChunks(u32),
+    /// The gauge fails, or works again.
+    Gauge(Option<GaugeFault>),
     /// The wheel loses its speed, or may run again.
     WheelStall(bool),
+    /// The wheel turns so many times as fast as it is ordered to; 1: healthy.
+    WheelOverspeed(f64),
 }
 
 /// What a fault may strike, for people.
@@ -53,14 +83,25 @@ pub struct FaultEntry {
     pub value: &'static str,
 }
 
+const JOINT: &str = "a joint";
+const SWITCH: &str = "a station's switch";
+
 /// The faults by name.
-pub const FAULTS: [FaultEntry; 6] = [
+pub const FAULTS: [FaultEntry; 14] = [
     FaultEntry { name: "estop", target: "", value: "none" },
+    FaultEntry { name: "power_loss", target: "", value: "none" },
     FaultEntry { name: "stuck_input", target: "origin or a station's switch", value: "level: 0 open, 1 closed" },
-    FaultEntry { name: "encoder_offset", target: "a joint", value: "offset of the reading (mm or rad)" },
-    FaultEntry { name: "drive_gain", target: "a joint", value: "fraction of the gains left, 0 to 1" },
-    FaultEntry { name: "drive_fault", target: "a joint", value: "none" },
+    FaultEntry { name: "double_origin", target: "", value: "angle of the second mark from the first (deg)" },
+    FaultEntry { name: "bouncing_input", target: SWITCH, value: "none" },
+    FaultEntry { name: "shared_input", target: "two inputs with + between them", value: "none" },
+    FaultEntry { name: "encoder_offset", target: JOINT, value: "offset of the reading (mm or rad)" },
+    FaultEntry { name: "drive_gain", target: JOINT, value: "fraction of the gains left, 0 (blocked) to 1" },
+    FaultEntry { name: "drive_fault", target: JOINT, value: "none" },
+    FaultEntry { name: "lost_chunks", target: "", value: "how many" },
+    FaultEntry { name: "gauge_stuck", target: "", value: "none" },
+    FaultEntry { name: "gauge_nan", target: "", value: "none" },
     FaultEntry { name: "wheel_stall", target: "", value: "none" },
+    FaultEntry { name: "wheel_overspeed", target: "", value: "how many times as fast as ordered" },
 ];
 
 /// Why a fault cannot be set.
@@ -94,11 +135,16 @@ pub enum FaultError {
     },
 }
 
+/// Most chunks that one fault may lose.
+const MOST_CHUNKS: f64 = 1.0e6;
+
 impl Fault {
-    /// A fault from its name, what it strikes, and its size (mm or rad); `active: false` makes healthy again.
+    /// A fault from its name, what it strikes, and its size (mm or rad, an angle between marks in degrees); `active: false`
+    /// makes healthy again.
     ///
     /// # Errors
     /// Unknown name or target, value out of range.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked against its range before")]
     pub fn from_name(
         name: &str,
         target: &str,
@@ -113,22 +159,34 @@ impl Fault {
         let name = entry.name;
         let unknown = || FaultError::UnknownTarget { name, target: target.to_string() };
         let axis = || Axis::from_joint(target).ok_or_else(unknown);
+        let station =
+            |target: &str| machine.stations.iter().position(|station| station.switch == target).ok_or_else(unknown);
+        let input = |target: &str| match target {
+            "origin" => Ok(Input::Origin),
+            _ => station(target).map(Input::Station),
+        };
         let between = |low: f64, high: f64| match value >= low && value <= high {
             true => Ok(value),
             false => Err(FaultError::Value { name, value, low, high }),
         };
         Ok(match name {
             "estop" => Fault::EStop(active),
+            "power_loss" => Fault::PowerLoss(active),
             "stuck_input" => {
-                let input = match target {
-                    "origin" => Input::Origin,
-                    _ => {
-                        let station = machine.stations.iter().position(|station| station.switch == target);
-                        Input::Station(station.ok_or_else(unknown)?)
-                    }
-                };
                 let level = if active { Some(between(0.0, 1.0)? > 0.5) } else { None };
-                Fault::StuckInput { input, level }
+                Fault::StuckInput { input: input(target)?, level }
+            }
+            "double_origin" => {
+                Fault::DoubleOrigin(if active { Some(rad_from_deg(between(-360.0, 360.0)?)) } else { None })
+            }
+            "bouncing_input" => Fault::BouncingSwitch { station: station(target)?, active },
+            "shared_input" => {
+                let (one, other) = target.split_once('+').ok_or_else(unknown)?;
+                let inputs = [input(one.trim())?, input(other.trim())?];
+                if inputs[0] == inputs[1] {
+                    return Err(unknown());
+                }
+                Fault::SharedInput(active.then_some(inputs))
             }
             "encoder_offset" => {
                 let axis = axis()?;
@@ -138,11 +196,19 @@ impl Fault {
             }
             "drive_gain" => Fault::DriveGain { axis: axis()?, factor: if active { between(0.0, 1.0)? } else { 1.0 } },
             "drive_fault" => Fault::DriveFault { axis: axis()?, active },
+            "lost_chunks" => Fault::LostChunks(if active { between(1.0, MOST_CHUNKS)? as u32 } else { 0 }),
+            "gauge_stuck" => Fault::Gauge(active.then_some(GaugeFault::Stuck)),
+            "gauge_nan" => Fault::Gauge(active.then_some(GaugeFault::NotANumber)),
             "wheel_stall" => Fault::WheelStall(active),
+            "wheel_overspeed" => Fault::WheelOverspeed(if active { between(1.0, 3.0)? } else { 1.0 }),
             _ => return Err(FaultError::UnknownName { name: name.to_string() }),
         })
     }
 }
+
+/// Where the origin detector may signal besides its mark (rad): what the commutation of the headstock's motor tells about
+/// the angle of its rotor at any time, homed or not.
+pub(super) const ORIGIN_TOLERANCE_RAD: f64 = TURN_RAD / 180.0;
 
 #[cfg(test)]
 mod tests {
@@ -154,24 +220,30 @@ mod tests {
         let machine = cam_grinder();
         for entry in FAULTS {
             let target = match entry.target {
-                "a joint" => "x_axis",
+                JOINT => "x_axis",
                 "" => "",
+                "two inputs with + between them" => "origin+LS3",
                 _ => "LS2",
             };
-            assert!(Fault::from_name(entry.name, target, 0.5, true, &machine).is_ok(), "{}", entry.name);
+            for active in [true, false] {
+                let fault = Fault::from_name(entry.name, target, 1.0, active, &machine);
+                assert!(fault.is_ok(), "{}: {fault:?}", entry.name);
+            }
         }
         assert_eq!(
             Fault::from_name("stuck_input", "LS2", 1.0, true, &machine),
             Ok(Fault::StuckInput { input: Input::Station(1), level: Some(true) })
         );
         assert!(matches!(Fault::from_name("gremlin", "", 0.0, true, &machine), Err(FaultError::UnknownName { .. })));
-        assert!(matches!(
-            Fault::from_name("drive_gain", "LS2", 0.5, true, &machine),
-            Err(FaultError::UnknownTarget { .. })
-        ));
-        assert!(matches!(
-            Fault::from_name("drive_gain", "x_axis", f64::NAN, true, &machine),
-            Err(FaultError::Value { .. })
-        ));
+        for (name, target) in [("drive_gain", "LS2"), ("shared_input", "LS2"), ("shared_input", "LS2+LS2")] {
+            let refused = Fault::from_name(name, target, 0.5, true, &machine);
+            assert!(matches!(refused, Err(FaultError::UnknownTarget { .. })), "{name} {target}: {refused:?}");
+        }
+        for (name, target, value) in
+            [("drive_gain", "x_axis", f64::NAN), ("lost_chunks", "", 0.0), ("wheel_overspeed", "", 0.5)]
+        {
+            let refused = Fault::from_name(name, target, value, true, &machine);
+            assert!(matches!(refused, Err(FaultError::Value { .. })), "{name}: {refused:?}");
+        }
     }
 }

@@ -21,6 +21,7 @@ mod gauge_description;
 pub mod plausibility;
 pub mod reference;
 pub mod report;
+mod retract_description;
 pub mod sensors;
 pub mod servo;
 pub mod simulate;

@@ -1,7 +1,8 @@
 //! A typical cam grinding machine, for tests and examples. The machine of a cell comes from its machine file.
 
 use crate::machine::description::{
-    Axis, AxisDescription, DriveSettings, MachineDescription, MotionLimits, Scale, Station, WheelDescription,
+    AlarmRetract, Axis, AxisDescription, DriveSettings, MachineDescription, MotionLimits, Scale, Station,
+    WheelDescription,
 };
 use crate::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
 use alloc::string::String;
@@ -85,6 +86,7 @@ pub fn cam_grinder() -> MachineDescription {
         },
         contact: None,
         gauge: None,
+        retract: AlarmRetract::default(),
         dresser: None,
         headstock: None,
         tailstock: None,

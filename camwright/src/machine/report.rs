@@ -45,6 +45,8 @@ pub struct AxisReport {
     pub is_at_rest: bool,
     /// Its zero is known.
     pub is_homed: bool,
+    /// Its drive has power.
+    pub is_powered: bool,
 }
 
 /// Inputs and outputs after a tick.

@@ -28,13 +28,27 @@ pub struct OriginDetector {
     counts_per_turn: f64,
     half_window: f64,
     stuck: Option<bool>,
+    /// Where a second mark lies that should not be there (counts from the first).
+    second: Option<f64>,
 }
 
 impl OriginDetector {
     /// A detector for a headstock of so many counts per turn; `half_window_rad` on both sides of the mark.
     #[must_use]
     pub fn new(counts_per_turn: f64, half_window_rad: f64) -> Self {
-        Self { counts_per_turn, half_window: half_window_rad / TURN_RAD * counts_per_turn, stuck: None }
+        Self { counts_per_turn, half_window: half_window_rad / TURN_RAD * counts_per_turn, stuck: None, second: None }
+    }
+
+    /// A second mark, so many counts from the first; `None`: there is one.
+    pub fn set_second(&mut self, counts: Option<f64>) {
+        self.second = counts;
+    }
+
+    /// How far a position is from the mark (counts), at most half a turn.
+    #[must_use]
+    pub fn off_mark(&self, position: f64) -> f64 {
+        let turns = position / self.counts_per_turn;
+        (turns - libm::round(turns)).abs() * self.counts_per_turn
     }
 
     /// The input shows this level whatever happens, and nothing is latched.
@@ -45,18 +59,26 @@ impl OriginDetector {
     /// Whether the detector sees its mark.
     #[must_use]
     pub fn is_closed(&self, position: f64) -> bool {
-        self.stuck.unwrap_or_else(|| {
-            let turns = position / self.counts_per_turn;
-            (turns - libm::round(turns)).abs() * self.counts_per_turn <= self.half_window
-        })
+        let sees = |position: f64| self.off_mark(position) <= self.half_window;
+        self.stuck.unwrap_or_else(|| sees(position) || self.second.is_some_and(|second| sees(position - second)))
     }
 
-    /// The index mark passed between two positions less than a turn apart.
+    /// What the latch catches between two positions less than a turn apart: the index mark, or a second one.
     #[must_use]
     pub fn edge(&self, from: f64, to: f64) -> Option<Edge> {
         if self.stuck.is_some() {
             return None;
         }
+        self.mark(from, to).or_else(|| {
+            let second = self.second?;
+            let edge = self.mark(from - second, to - second)?;
+            Some(Edge { position: edge.position + second, ..edge })
+        })
+    }
+
+    /// The index mark passed between two positions less than a turn apart, whether the detector sees it or not.
+    #[must_use]
+    pub fn mark(&self, from: f64, to: f64) -> Option<Edge> {
         let (from, to) = (from / self.counts_per_turn, to / self.counts_per_turn);
         let turn = if libm::floor(to) > libm::floor(from) {
             libm::floor(to)
@@ -82,13 +104,21 @@ pub struct StationSwitch {
     hysteresis: f64,
     closed: bool,
     stuck: Option<bool>,
+    bounces: bool,
+    /// Times that it still toggles after its last edge.
+    chatter: u32,
 }
+
+/// Times that a switch toggles after each edge when it bounces, once in each servo step: an even number, so that it shows
+/// its true level afterwards.
+const CHATTER: u32 = 6;
 
 impl StationSwitch {
     /// A switch that closes at `start` when the table comes in the positive direction (counts).
     #[must_use]
     pub fn new(start: f64, dog_length: f64, hysteresis: f64, table: f64) -> Self {
-        let mut switch = Self { start, end: start + dog_length, hysteresis, closed: false, stuck: None };
+        let mut switch =
+            Self { start, end: start + dog_length, hysteresis, closed: false, stuck: None, bounces: false, chatter: 0 };
         switch.look(table);
         switch
     }
@@ -103,10 +133,35 @@ impl StationSwitch {
         self.stuck = level;
     }
 
+    /// The switch bounces from its next edge on, or no longer.
+    pub fn set_bouncing(&mut self, bounces: bool) {
+        self.bounces = bounces;
+        self.chatter = 0;
+    }
+
     /// Whether it is closed.
     #[must_use]
     pub fn is_closed(&self) -> bool {
-        self.stuck.unwrap_or(self.closed)
+        self.stuck.unwrap_or(self.closed != (self.chatter % 2 == 1))
+    }
+
+    /// A bouncing switch toggles once more, with the table at this position.
+    pub fn bounce(&mut self, table: f64) -> Option<Edge> {
+        self.chatter = self.chatter.checked_sub(1)?;
+        if self.stuck.is_some() { None } else { Some(Edge { rising: self.is_closed(), position: table }) }
+    }
+
+    /// What it must show with the table at this position if it works, with a tolerance (counts); `None` near its edges.
+    #[must_use]
+    pub fn expected(&self, table: f64, tolerance: f64) -> Option<bool> {
+        let beyond = self.hysteresis + tolerance;
+        if table < self.start - beyond || table > self.end + beyond {
+            Some(false)
+        } else if table > self.start + tolerance && table < self.end - tolerance {
+            Some(true)
+        } else {
+            None
+        }
     }
 
     /// The table moves; the edges on the way, in order. A stuck switch moves but shows none.
@@ -126,6 +181,9 @@ impl StationSwitch {
         if self.closed && passed_opening {
             self.closed = false;
             edges[1] = Some(Edge { rising: false, position: opens });
+        }
+        if self.bounces && edges.iter().any(Option::is_some) {
+            self.chatter = CHATTER;
         }
         if self.stuck.is_some() { [None, None] } else { edges }
     }
@@ -196,6 +254,39 @@ mod tests {
         assert_eq!(positions(switch.pass(200.0, 119.0)), [Some((true, 120.0)), None]);
         assert_eq!(positions(switch.pass(119.0, 122.0)), [None, None]);
         assert_eq!(positions(switch.pass(122.0, 123.5)), [None, Some((false, 123.0))]);
+    }
+
+    #[test]
+    fn a_second_mark_is_caught_like_the_first() {
+        let mut detector = OriginDetector::new(3600.0, TURN_RAD / 3600.0 * 5.0);
+        detector.set_second(Some(900.0));
+        assert_eq!(detector.edge(890.0, 910.0), Some(Edge { rising: true, position: 900.0 }));
+        assert_eq!(detector.edge(3590.0, 3610.0), Some(Edge { rising: true, position: 3600.0 }));
+        assert!(detector.is_closed(902.0) && detector.is_closed(-2.0) && !detector.is_closed(450.0));
+        assert!((detector.off_mark(900.0) - 900.0).abs() < 1e-9);
+        detector.set_second(None);
+        assert_eq!(detector.edge(890.0, 910.0), None);
+    }
+
+    #[test]
+    fn a_bouncing_switch_toggles_and_ends_on_its_true_level() {
+        let mut switch = StationSwitch::new(100.0, 20.0, 3.0, 0.0);
+        switch.set_bouncing(true);
+        assert!(switch.pass(99.0, 101.0)[0].is_some() && switch.is_closed());
+        let levels: alloc::vec::Vec<bool> =
+            core::iter::from_fn(|| switch.bounce(101.0).map(|edge| edge.rising)).collect();
+        assert_eq!(levels, [false, true, false, true, false, true]);
+        assert!(switch.is_closed());
+    }
+
+    #[test]
+    fn what_a_switch_must_show_is_known_away_from_its_edges() {
+        let switch = StationSwitch::new(100.0, 20.0, 3.0, 0.0);
+        for (table, expected) in
+            [(90.0, Some(false)), (98.0, None), (110.0, Some(true)), (125.0, None), (130.0, Some(false))]
+        {
+            assert_eq!(switch.expected(table, 5.0), expected, "{table}");
+        }
     }
 
     #[test]

@@ -147,6 +147,23 @@ impl Servo {
     }
 }
 
+impl Servo {
+    /// One servo step without power, drawn outwards (positive) by a weight or a spring that gives an acceleration `pull`
+    /// (counts/s²) while `left` counts remain, no faster than `fastest` (counts/s); a brake stops what comes the other
+    /// way first, and the axis at the end. Returns the distance it moved (counts).
+    pub fn draw(&mut self, pull: f64, left: f64, fastest: f64) -> f64 {
+        let h = self.step_s;
+        let to_stop = 0.5 * self.velocity * self.velocity / self.brake + self.velocity * h;
+        if self.velocity < 0.0 || left <= to_stop {
+            return self.coast();
+        }
+        let after = (self.velocity + pull * h).min(fastest.max(self.velocity));
+        let distance = 0.5 * (self.velocity + after) * h;
+        self.velocity = after;
+        distance
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -60,6 +60,18 @@ impl WheelSpindle {
         self.ordered
     }
 
+    /// Ticks from rest to its surface speed.
+    #[must_use]
+    pub fn ticks_to_speed(&self) -> u32 {
+        self.ticks_to_speed
+    }
+
+    /// Whether it is fast enough to cut: from half its speed on; below, it rubs.
+    #[must_use]
+    pub fn cuts(&self) -> bool {
+        self.ticks.saturating_mul(2) > self.ticks_to_speed
+    }
+
     /// Whether it has its surface speed.
     #[must_use]
     pub fn is_running(&self) -> bool {

@@ -6,7 +6,7 @@ use camwright::interpolator::{
 };
 use camwright::job::{InfeedDirection, SpeedLaw};
 use camwright::machine::description::{
-    AXIS_COUNT, Axis, AxisDescription, DriveSettings, MachineDescription, MotionLimits, Scale, Station,
+    AXIS_COUNT, AlarmRetract, Axis, AxisDescription, DriveSettings, MachineDescription, MotionLimits, Scale, Station,
     WheelDescription,
 };
 use camwright::numeric::periodic_spline::PeriodicSpline;
@@ -107,6 +107,7 @@ pub(crate) fn machine() -> MachineDescription {
         },
         contact: None,
         gauge: None,
+        retract: AlarmRetract::default(),
         dresser: None,
         headstock: None,
         tailstock: None,

@@ -21,17 +21,8 @@ fn run(motion: Motion, requests: &[(u64, Request)]) -> (Outcome, Vec<Order>, Mac
     for tick in 1..60_000 {
         let now: Vec<Request> = requests.iter().filter(|(at, _)| *at == tick).map(|(_, request)| *request).collect();
         let out = interpolator.step(&TickInputs { tick, requests: &now });
-        let commands: Vec<MachineCommand> = orders
-            .iter()
-            .filter(|order| order.tick == tick)
-            .map(|order| match order.kind {
-                OrderKind::SetHome { axis, counts } => MachineCommand::SetHome { axis, counts },
-                OrderKind::WheelStart => MachineCommand::WheelStart,
-                OrderKind::WheelStop => MachineCommand::WheelStop,
-                OrderKind::ExpectWheel { radius_nm } => MachineCommand::ExpectWheel { radius_nm },
-                OrderKind::Dress { radius_nm } => MachineCommand::Dress { radius_nm },
-            })
-            .collect();
+        let commands: Vec<MachineCommand> =
+            orders.iter().filter(|order| order.tick == tick).map(|order| order.kind.into()).collect();
         orders.extend(out.orders.iter().copied());
         let report = machine.step(Some(&out.setpoint), &commands, &[]);
         assert_eq!(report.tick, tick);

@@ -52,8 +52,17 @@ pub(super) enum ToEngine {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Command {
     Interpolator(Order),
-    JobBegin { tick: u64 },
-    JobEnd { tick: u64 },
+    JobBegin {
+        tick: u64,
+    },
+    JobEnd {
+        tick: u64,
+    },
+    /// An alarm that the interpolator found; the machine keeps it until it is reset.
+    Alarm {
+        tick: u64,
+        number: u16,
+    },
 }
 
 /// How a motion went.
@@ -352,6 +361,9 @@ impl Engine {
             self.tell(tick, &out.status);
             for event in out.events.iter() {
                 self.send(FromEngine::Event { tick, event: *event });
+                if let Event::Alarm(alarm) = event {
+                    self.command(Command::Alarm { tick, number: alarm.number() }, tick);
+                }
                 if let (Event::Finished(outcome), Some(running)) = (event, &mut self.running) {
                     running.outcome = Some((*outcome, tick));
                 }
@@ -424,7 +436,12 @@ impl Engine {
     fn report_end(&mut self) {
         let (Some(seen), Some(running)) = (self.seen, self.running) else { return };
         let Some((outcome, last_tick)) = running.outcome else { return };
-        if self.withheld.is_some() || seen.tick < last_tick || !(seen.is_standstill || seen.has_alarms) {
+        // An order that is not acknowledged yet may be an alarm.
+        if self.withheld.is_some()
+            || self.unacknowledged.is_some()
+            || seen.tick < last_tick
+            || !(seen.is_standstill || seen.has_alarms)
+        {
             return;
         }
         self.running = None;

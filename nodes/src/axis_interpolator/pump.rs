@@ -222,6 +222,9 @@ fn message(sequence: u32, command: Command, clock: TickClock) -> MachineCommand 
     match command {
         Command::JobBegin { tick } => base(tick, MachineCommand::JOB_BEGIN),
         Command::JobEnd { tick } => base(tick, MachineCommand::JOB_END),
+        Command::Alarm { tick, number } => {
+            MachineCommand { counts: i64::from(number), ..base(tick, MachineCommand::ALARM) }
+        }
         Command::Interpolator(order) => match order.kind {
             OrderKind::SetHome { axis, counts } => {
                 MachineCommand { target: axis.joint().to_owned(), counts, ..base(order.tick, MachineCommand::SET_HOME) }

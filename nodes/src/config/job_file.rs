@@ -1,6 +1,7 @@
 //! Job files: what is written, and the job it means.
 
 use super::ConfigError;
+use super::fault_file::{FaultFile, JobFault};
 use super::follower_file::FollowerFile;
 use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
 use super::locate::{Located, locate};
@@ -66,6 +67,8 @@ struct JobFile {
     obstacles: Vec<ObstacleFile>,
     #[serde(default = "default_clearance")]
     clearance_mm: f64,
+    #[serde(default)]
+    faults: Vec<FaultFile>,
 }
 
 /// Bound on the power of the wheel's spindle.
@@ -163,6 +166,8 @@ pub struct Job {
     pub gauges: Vec<Option<Follower>>,
     /// The machine it is for.
     pub machine: Machine,
+    /// Faults that strike in it.
+    pub faults: Vec<JobFault>,
     /// Radius of the wheel it was written for, if it says so (mm).
     pub wheel_radius_mm: Option<f64>,
     /// The job file, for messages that point into it.
@@ -225,6 +230,15 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
         }
     }
     let lobes = read_lobes(&document, &file, &mut findings);
+    let mut faults = Vec::new();
+    if let Some(machine) = &machine {
+        for (index, fault) in file.faults.iter().enumerate() {
+            match fault.read(&document, index, &machine.description) {
+                Ok(fault) => faults.push(fault),
+                Err(error) => findings.push(error),
+            }
+        }
+    }
     let Some(machine) = machine.filter(|_| findings.is_empty()) else { return Err(findings) };
     let mut spec = spec(&file, profiles, lobes, file.blocks_per_turn.or(blocks).unwrap_or(FORMULA_BLOCKS));
     let lobe_order = (file.lobe_order == LobeOrderFile::Fastest).then(|| fastest_order(&spec, &machine.description));
@@ -240,6 +254,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
         lifts,
         gauges: file.profiles.iter().map(|profile| profile.gauge.as_ref().map(FollowerFile::follower)).collect(),
         machine,
+        faults,
         wheel_radius_mm: file.wheel_radius_mm,
         document,
     })
@@ -505,6 +520,25 @@ mod tests {
         let found = of_two_divisions("blocks_per_turn: 5\n").err().unwrap();
         assert_eq!(found.len(), 1, "{found:?}");
         assert!(found[0].contains("blocks_per_turn is 5; it must be 36 to 36000"), "{found:?}");
+    }
+
+    #[test]
+    fn a_fault_that_cannot_strike_is_told_with_its_line() {
+        let with = |fault: &str| findings(|text| format!("{text}\nfaults:\n  - {fault}\n"));
+        assert!(with("{kind: drive_fault, target: x_axis, at_s: 3.5}").is_empty());
+        assert!(with("{kind: estop, at_tick: 1}").is_empty());
+        for (fault, told) in [
+            ("{kind: gremlin, at_s: 1}", "there is no fault \"gremlin\""),
+            ("{kind: drive_fault, target: LS1, at_s: 1}", "drive_fault cannot strike \"LS1\""),
+            ("{kind: estop}", "a fault needs one of at_tick and at_s"),
+            ("{kind: estop, at_tick: 1, at_s: 1}", "a fault needs one of at_tick and at_s"),
+            ("{kind: estop, at_tick: 0}", "the first tick of a job is 1"),
+            ("{kind: estop, at_s: -1}", "at_s is -1, allowed is 0 to 1000000"),
+            ("{kind: wheel_overspeed, value: 9, at_s: 1}", "value 9 is outside 1 to 3"),
+        ] {
+            let found = with(fault);
+            assert!(found.len() == 1 && found[0].contains(told), "{fault}: {found:?}");
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::ConfigError;
 use super::contact_file::ContactFile;
+use super::fault_file::AlarmRetractFile;
 use super::gauge_file::GaugeFile;
 use super::wheel_file::{DresserFile, ExtentFile};
 use super::yaml::Document;
@@ -36,6 +37,8 @@ struct MachineFile {
     wheel: WheelFile,
     contact: Option<ContactFile>,
     gauge: Option<GaugeFile>,
+    #[serde(default)]
+    alarm_retract: AlarmRetractFile,
     dresser: Option<DresserFile>,
     headstock: Option<ExtentFile>,
     tailstock: Option<ExtentFile>,
@@ -165,6 +168,7 @@ fn describe(file: &MachineFile, hash: String) -> MachineDescription {
         },
         contact: file.contact.as_ref().map(ContactFile::contact),
         gauge: file.gauge.as_ref().map(GaugeFile::gauge),
+        retract: file.alarm_retract.retract(),
         dresser: file.dresser.as_ref().map(DresserFile::dresser),
         headstock: file.headstock.as_ref().map(ExtentFile::extent),
         tailstock: file.tailstock.as_ref().map(ExtentFile::extent),
@@ -292,6 +296,7 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
         );
         return Err(document.error("wheel.surface_speed_m_s", message));
     }
+    file.alarm_retract.check(&within)?;
     if let Some(contact) = &file.contact {
         contact.check(document, &within, (file.z_axis.soft_min_mm, file.z_axis.soft_max_mm))?;
     }

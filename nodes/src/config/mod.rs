@@ -2,6 +2,7 @@
 //! there is only meaning.
 
 mod contact_file;
+pub mod fault_file;
 mod follower_file;
 mod gauge_file;
 pub mod job_file;

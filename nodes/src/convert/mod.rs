@@ -67,6 +67,15 @@ pub fn counts_from_si(scale: Scale, position: f64) -> i64 {
     }
 }
 
+/// A fault's value in the core's unit: offsets of slides come in metres.
+#[must_use]
+pub fn fault_value(target: &str, value: f64) -> f64 {
+    match Axis::from_joint(target) {
+        Some(axis @ (Axis::X | Axis::Z)) => core_from_si(axis, value),
+        _ => value,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

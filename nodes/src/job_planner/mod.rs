@@ -24,7 +24,7 @@ use camwright_msgs::camwright_msgs::action::{ExecutePlan, RunJob};
 use camwright_msgs::camwright_msgs::msg::{
     Alarm, MachineAlarms, MachineDescription as DescriptionMessage, PartLobe, PlanPage,
 };
-use camwright_msgs::camwright_msgs::srv::LoadLobe;
+use camwright_msgs::camwright_msgs::srv::{InjectFault, LoadLobe};
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use course::{Course, Loaded, RunHandler};
 use parts::Parts;
@@ -73,6 +73,7 @@ struct Shared {
     work: Mutex<Option<mpsc::Sender<Work>>>,
     plan: Publisher<PlanPage>,
     load_lobe: Client<LoadLobe>,
+    inject_fault: Client<InjectFault>,
     execute: ActionClient<ExecutePlan>,
 }
 
@@ -104,6 +105,7 @@ impl JobPlanner {
             work: Mutex::new(Some(work)),
             plan: node.publisher("~/plan", &Qos::latched(PLAN_DEPTH))?,
             load_lobe: node.client("machine/load_lobe")?,
+            inject_fault: node.client("machine/inject_fault")?,
             execute: node.action_client("axis_interpolator/execute_plan")?,
             node: node.clone(),
         });

@@ -10,7 +10,7 @@ use camwright_msgs::camwright_msgs::action::{
     ExecutePlan, ExecutePlanFeedback, ExecutePlanGoal, ExecutePlanResult, RunJob, RunJobFeedback, RunJobResult,
 };
 use camwright_msgs::camwright_msgs::msg::{JobStatus, LobeResult, PartLobe};
-use camwright_msgs::camwright_msgs::srv::LoadLobeRequest;
+use camwright_msgs::camwright_msgs::srv::{InjectFaultRequest, LoadLobeRequest};
 use std::sync::{Arc, Mutex, mpsc};
 use std::time::{Duration, Instant};
 
@@ -138,6 +138,7 @@ impl Run {
             self.shared.plan.publish(page).map_err(|error| failed_still(&error.to_string()))?;
         }
         self.load_blanks()?;
+        self.arm_faults()?;
         let (status, ended) = self.execute()?;
         (result.alarm, result.first_tick, result.last_tick) = (ended.alarm, ended.first_tick, ended.last_tick);
         let ticks = ended.last_tick.saturating_sub(ended.first_tick);
@@ -207,6 +208,25 @@ impl Run {
                     return Err(failed_still(&format!("the machine does not take the part: {}", response.message)));
                 }
                 std::thread::sleep(BETWEEN_ATTEMPTS);
+            }
+        }
+        Ok(())
+    }
+
+    /// Hands the faults of the job to the machine, which strikes with them at their ticks.
+    fn arm_faults(&self) -> Result<(), Failure> {
+        for fault in &self.prepared.job.faults {
+            let request = InjectFaultRequest {
+                fault: fault.kind.clone(),
+                target: fault.target.clone(),
+                value: fault.value,
+                active: true,
+                job_tick: fault.job_tick,
+            };
+            let answer =
+                self.shared.inject_fault.call(&request, ANSWER).map_err(|error| failed_still(&error.to_string()))?;
+            if !answer.success {
+                return Err(failed_still(&format!("the fault {} cannot be set: {}", fault.kind, answer.message)));
             }
         }
         Ok(())

@@ -285,6 +285,9 @@ fn order(message: &CommandMessage) -> Option<Order> {
         CommandMessage::WHEEL_STOP => Some(Order::Machine(MachineCommand::WheelStop)),
         CommandMessage::EXPECT_WHEEL => Some(Order::Machine(MachineCommand::ExpectWheel { radius_nm: message.counts })),
         CommandMessage::DRESS => Some(Order::Machine(MachineCommand::Dress { radius_nm: message.counts })),
+        CommandMessage::ALARM => {
+            u16::try_from(message.counts).ok().map(|number| Order::Machine(MachineCommand::Raise { number }))
+        }
         CommandMessage::JOB_BEGIN => Some(Order::JobBegin),
         CommandMessage::JOB_END => Some(Order::JobEnd),
         _ => None,
@@ -305,7 +308,7 @@ fn services(
     })?;
     let way = inlet.clone();
     let estop = node.service::<SetBool>("machine/estop", move |request| {
-        let success = way.send(Inbound::Fault(Fault::EStop(request.data)));
+        let success = way.send(Inbound::Fault(Fault::EStop(request.data), 0));
         let state = if request.data { "pressed" } else { "released; a reset is needed" };
         SetBoolResponse { success, message: format!("emergency stop {state} (a simulation, not a safety function)") }
     })?;
@@ -316,9 +319,12 @@ fn services(
                 FAULTS.iter().map(|f| format!("{} (target: {}; value: {})", f.name, f.target, f.value)).collect();
             return InjectFaultResponse { success: false, message: list.join("; ") };
         }
-        let value = fault_value(&request.target, request.value);
+        let value = crate::convert::fault_value(&request.target, request.value);
         match Fault::from_name(&request.fault, &request.target, value, request.active, &machine) {
-            Ok(fault) => InjectFaultResponse { success: way.send(Inbound::Fault(fault)), message: String::new() },
+            Ok(fault) => InjectFaultResponse {
+                success: way.send(Inbound::Fault(fault, request.job_tick)),
+                message: String::new(),
+            },
             Err(error) => InjectFaultResponse { success: false, message: error.to_string() },
         }
     })?;
@@ -334,14 +340,6 @@ fn services(
         })));
     })?;
     Ok(vec![reset, estop, inject, load])
-}
-
-/// A fault's value in the core's unit: offsets of slides come in metres.
-fn fault_value(target: &str, value: f64) -> f64 {
-    match Axis::from_joint(target) {
-        Some(axis @ (Axis::X | Axis::Z)) => crate::convert::core_from_si(axis, value),
-        _ => value,
-    }
 }
 
 /// What is told when the wheel or the parts have changed.

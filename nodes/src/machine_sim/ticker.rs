@@ -17,6 +17,8 @@ use std::time::{Duration, Instant};
 
 /// Commands that may wait for their tick.
 const PENDING_COMMANDS: usize = 32;
+/// Faults that may wait for their tick of a job.
+const JOB_FAULTS: usize = 32;
 /// Wall time of an idle tick at pace fast: ticks then only show that the machine lives.
 const FAST_IDLE_TICK: Duration = Duration::from_millis(10);
 
@@ -54,7 +56,8 @@ pub(super) enum Inbound {
     /// A chunk, from this writer.
     Chunk([u8; 16], Box<ChunkBuffer>),
     Command([u8; 16], TimedCommand),
-    Fault(Fault),
+    /// A fault, now (0) or at this tick of the next job, its first being 1.
+    Fault(Fault, u64),
     Reset,
     Lobe(Box<RawLobe>),
     Snapshot(Box<Snapshot>),
@@ -113,6 +116,12 @@ pub(super) struct Ticker {
     commands: [Option<TimedCommand>; PENDING_COMMANDS],
     now: [MachineCommand; 4],
     faults: [Option<Fault>; 8],
+    /// Faults that strike at a tick of the next job; and of the one that runs.
+    job_faults: [Option<(u64, Fault)>; JOB_FAULTS],
+    timed_faults: [Option<(u64, Fault)>; JOB_FAULTS],
+    /// Chunks that still get lost, and whether one has been.
+    losing: u32,
+    lost: bool,
     fault_now: [Fault; 8],
     state: StreamState,
     /// What outlives the run, as it was told last.
@@ -147,6 +156,10 @@ impl Ticker {
             commands: [None; PENDING_COMMANDS],
             now: [MachineCommand::WheelStop; 4],
             faults: [None; 8],
+            job_faults: [None; JOB_FAULTS],
+            timed_faults: [None; JOB_FAULTS],
+            losing: 0,
+            lost: false,
             fault_now: [Fault::WheelStall(false); 8],
             state: StreamState::default(),
             last_report: None,
@@ -239,7 +252,8 @@ impl Ticker {
         if self.is_stopped_by_alarm() {
             return !self.machine.is_at_rest();
         }
-        self.has_work(next) && !self.buffer.is_underrun(next) && !self.awaits_job(next)
+        // Setpoints that got lost are not waited for.
+        self.has_work(next) && (self.lost || !self.buffer.is_underrun(next)) && !self.awaits_job(next)
     }
 
     /// A job begins with this tick and its first setpoints are still on their way: they must not find it executed.
@@ -261,7 +275,7 @@ impl Ticker {
         }
         let setpoint = self.buffer.at(next);
         let count = self.take_due(next);
-        let faults = self.take_faults();
+        let faults = self.take_faults(next);
         let report = self.machine.step(setpoint.as_ref(), &self.now[..count], &self.fault_now[..faults]);
         self.buffer.executed(next);
         if self.is_stopped_by_alarm() && report.raised.iter().next().is_some() {
@@ -300,8 +314,13 @@ impl Ticker {
                 }
                 // More than four orders of one tick: the rest follows in the next.
                 Order::Machine(_) => continue,
-                Order::JobBegin => self.job_running = true,
+                Order::JobBegin => {
+                    self.job_running = true;
+                    let timed = self.job_faults.map(|fault| fault.map(|(at, fault)| (tick + at - 1, fault)));
+                    (self.timed_faults, self.job_faults) = (timed, [None; JOB_FAULTS]);
+                }
                 Order::JobEnd => {
+                    self.timed_faults = [None; JOB_FAULTS];
                     if std::mem::take(&mut self.job_running) {
                         self.machine.count_part();
                         self.tell_lasting();
@@ -314,9 +333,18 @@ impl Ticker {
         count
     }
 
-    fn take_faults(&mut self) -> usize {
+    fn take_faults(&mut self, tick: u64) -> usize {
         let mut count = 0;
+        // What finds no place waits for the next tick.
+        let room = self.faults.iter_mut().filter(|place| place.is_none());
+        let due = self.timed_faults.iter_mut().filter(|timed| timed.is_some_and(|(at, _)| at <= tick));
+        for (place, timed) in room.zip(due) {
+            *place = timed.take().map(|(_, fault)| fault);
+        }
         for fault in self.faults.iter_mut().filter_map(Option::take) {
+            if let Fault::LostChunks(chunks) = fault {
+                self.losing = chunks;
+            }
             self.fault_now[count] = fault;
             count += 1;
         }
@@ -328,9 +356,14 @@ impl Ticker {
             match message {
                 Inbound::Chunk(writer, chunk) => self.take_chunk(writer, chunk),
                 Inbound::Command(writer, command) => self.take_command(writer, command),
-                Inbound::Fault(fault) => {
+                Inbound::Fault(fault, 0) => {
                     if let Some(place) = self.faults.iter_mut().find(|place| place.is_none()) {
                         *place = Some(fault);
+                    }
+                }
+                Inbound::Fault(fault, job_tick) => {
+                    if let Some(place) = self.job_faults.iter_mut().find(|place| place.is_none()) {
+                        *place = Some((job_tick, fault));
                     }
                 }
                 Inbound::Reset => self.reset(),
@@ -354,6 +387,12 @@ impl Ticker {
             self.send(Outbound::SecondWriter { holder, refused: writer, chunk });
             return;
         }
+        if self.losing > 0 {
+            self.losing -= 1;
+            self.lost = true;
+            self.send(Outbound::Used(chunk));
+            return;
+        }
         match self.buffer.accept(&chunk.as_chunk(), self.machine.tick()) {
             Ok(()) => {
                 if !self.state.has_holder {
@@ -362,6 +401,12 @@ impl Ticker {
                     self.state.news = true;
                 }
                 self.send(Outbound::Used(chunk));
+            }
+            Err(error @ ChunkError::Lost { first_tick, expected }) => {
+                #[allow(clippy::cast_precision_loss, reason = "tick numbers for people")]
+                self.machine.raise(AlarmKind::SetpointsLost, first_tick as f64, expected as f64);
+                self.buffer.close();
+                self.send(Outbound::Refused(error, writer, chunk));
             }
             Err(error) => {
                 // A closed buffer says that an alarm is active already: not another one.
@@ -422,6 +467,8 @@ impl Ticker {
             self.buffer.open(self.machine.setpoint());
             self.commands = [None; PENDING_COMMANDS];
             self.job_running = false;
+            self.lost = false;
+            self.timed_faults = [None; JOB_FAULTS];
             self.state = StreamState { news: true, alarms_reset: true, ..StreamState::default() };
         }
         self.send(Outbound::ResetDone(outcome));

@@ -5,7 +5,8 @@ use crate::job::{HoldInCut, HomePosition, InfeedCourse, InfeedDirection, LobeSpe
 use crate::lift::{LiftLaw, MotionProgram, MotionSegment};
 use crate::machine::Machine;
 use crate::machine::description::{
-    AxisDescription, ContactDescription, DriveSettings, MotionLimits, Scale, Station, StiffnessAt, WheelDescription,
+    AlarmRetract, AxisDescription, ContactDescription, DriveSettings, MotionLimits, Scale, Station, StiffnessAt,
+    WheelDescription,
 };
 use crate::machine::report::TickReport;
 use crate::machine::state::LastingState;
@@ -38,7 +39,7 @@ fn axis(axis: Axis, scale: Scale, limits: MotionLimits, soft_limits: Option<(f64
     }
 }
 
-fn machine() -> MachineDescription {
+pub(crate) fn machine() -> MachineDescription {
     let limits = |velocity, acceleration, jerk| MotionLimits { velocity, acceleration, jerk };
     MachineDescription {
         name: String::from("test grinder"),
@@ -69,6 +70,7 @@ fn machine() -> MachineDescription {
         },
         contact: None,
         gauge: None,
+        retract: AlarmRetract::default(),
         dresser: None,
         headstock: None,
         tailstock: None,
@@ -77,7 +79,7 @@ fn machine() -> MachineDescription {
 }
 
 /// An ordinary machine and part between centres, softer away from the headstock.
-fn contact() -> ContactDescription {
+pub(crate) fn contact() -> ContactDescription {
     ContactDescription {
         stiffness: vec![StiffnessAt { z_mm: 0.0, n_mm: 4e4 }, StiffnessAt { z_mm: 300.0, n_mm: 3e4 }],
         grinding_n_mm2: 1.5e3,
@@ -115,7 +117,7 @@ fn lobe(name: &str, station: &str, phase_deg: f64, profile: usize) -> LobeSpec {
 }
 
 /// Four lobes, all phases different; I1 begins on a flank (cam angle 130 deg).
-fn job() -> JobSpec {
+pub(crate) fn job() -> JobSpec {
     JobSpec {
         name: String::from("camshaft"),
         profiles: vec![lobe_profile("intake", 6.0, 75.0), lobe_profile("exhaust", 5.5, 78.0)],

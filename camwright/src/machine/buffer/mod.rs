@@ -56,6 +56,14 @@ pub enum ChunkError {
         /// Last tick executed.
         executed: u64,
     },
+    /// Setpoints before it are missing: the stream has begun, is not final, and was sent up to another tick.
+    #[error("the chunk begins at tick {first_tick}, tick {expected} was to come next")]
+    Lost {
+        /// Its first tick.
+        first_tick: u64,
+        /// The first tick that is missing.
+        expected: u64,
+    },
     /// It reaches beyond the credit.
     #[error("the chunk ends at tick {last_tick}, credit reaches to tick {credit}")]
     BeyondCredit {
@@ -268,6 +276,10 @@ impl SetpointBuffer {
     pub fn accept(&mut self, chunk: &Chunk<'_>, executed: u64) -> Result<(), ChunkError> {
         let last_tick = self.check_shape(chunk, executed)?;
         let gap = self.gap(chunk.first_tick, executed);
+        let expected = self.anchor.tick + 1;
+        if !self.is_final && chunk.first_tick > expected {
+            return Err(ChunkError::Lost { first_tick: chunk.first_tick, expected });
+        }
         let kept = self.kept(chunk.first_tick);
         let count = kept.saturating_add(gap).saturating_add(chunk.dense.len());
         if count > self.capacity {

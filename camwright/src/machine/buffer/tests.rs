@@ -79,7 +79,9 @@ fn silence_runs_out_on_the_tail_and_ends_at_rest() {
 #[test]
 fn a_chunk_on_the_tail_continues_the_tail() {
     let mut buffer = buffer();
-    accept(&mut buffer, 1, 5, 0).expect("from rest");
+    let (steady, tail) = chunk_parts(1, 5);
+    let first = Chunk { first_tick: 1, dense: &steady, tail: &tail, is_final: true };
+    buffer.accept(&first, 0).expect("from rest");
     let before = buffer.at(25).expect("the end of the tail");
     let on_the_way = [8, 9, 10].map(|tick| buffer.at(tick));
     let dense = [before; 3];
@@ -93,6 +95,17 @@ fn a_chunk_on_the_tail_continues_the_tail() {
     assert_eq!(buffer.supply(9), Supply::Dense);
     assert_eq!(buffer.at(28), Some(before));
     assert!(!buffer.is_underrun(29), "a final chunk runs out without an underrun");
+}
+
+/// A chunk that got lost is not made up for by the stop of the one before.
+#[test]
+fn a_chunk_after_a_lost_one_is_refused() {
+    let mut buffer = buffer();
+    accept(&mut buffer, 1, 5, 0).expect("from rest");
+    for executed in [0, 4, 7] {
+        buffer.executed(executed);
+        assert_eq!(accept(&mut buffer, 8, 5, executed), Err(ChunkError::Lost { first_tick: 8, expected: 6 }));
+    }
 }
 
 #[test]

@@ -1,13 +1,16 @@
 //! The machine as it runs, one tick after the other.
 
 mod dress;
+mod inputs;
+mod retreat;
 mod stream;
+mod strike;
 mod sweep;
 mod telling;
 mod watch;
 
 use crate::machine::alarm::{ALARM_KINDS, Alarm, AlarmKind, Severity};
-use crate::machine::axis::{AxisState, Span};
+use crate::machine::axis::AxisState;
 use crate::machine::description::{AXIS_COUNT, Axis, DescriptionError, MachineDescription};
 use crate::machine::fault::Fault;
 use crate::machine::gauge::Gauge;
@@ -22,6 +25,8 @@ use crate::setpoint::{Input, Setpoint};
 use crate::units::TURN_RAD;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
+use inputs::{GaugeWatch, SwitchWatch};
+use retreat::{Draw, Retreat};
 use thiserror::Error;
 
 /// Orders that take effect at the tick they are given to.
@@ -43,6 +48,11 @@ pub enum MachineCommand {
         /// The radius (nm).
         radius_nm: i64,
     },
+    /// An alarm that the interpolator found, by its number; what it says about it, the interpolator tells.
+    Raise {
+        /// The number.
+        number: u16,
+    },
     /// The wheel is dressed to this radius; refused with an alarm where it does not stand at the dresser, or would not
     /// touch it.
     Dress {
@@ -57,6 +67,9 @@ pub enum ResetRefused {
     /// The emergency stop is still pressed.
     #[error("the emergency stop is pressed")]
     EStopPressed,
+    /// The mains are not back.
+    #[error("the mains are lost")]
+    PowerLost,
     /// A drive still reports its fault.
     #[error("the drive of {} still reports a fault", .0.joint())]
     DriveFault(Axis),
@@ -70,9 +83,9 @@ pub enum ResetRefused {
 enum Mode {
     /// From the stream.
     Following,
-    /// From the stream until it rests, after an alarm: the tail of the last chunk.
+    /// From the stream until it rests, after an alarm: the tail of the last chunk, and beside it the wheel's way off the part.
     Draining,
-    /// From the machine: every axis decelerates at its limit.
+    /// From the machine: every axis decelerates at its limit, X goes off the part.
     OwnStop,
     /// Nowhere: the axes hold until a reset.
     Halted,
@@ -102,6 +115,26 @@ pub struct Machine {
     /// Lobe that the wheel took something from last, since the last dress and the last part.
     ground: Option<usize>,
     mode: Mode,
+    /// The setpoint of the stream that was followed last, without what an alarm adds to it.
+    followed: Setpoint,
+    /// The wheel on its way off the part, after an alarm.
+    retreat: Option<Retreat>,
+    draw: Option<Draw>,
+    /// Axes whose drives have no power, and those that lose it now.
+    dead: [bool; AXIS_COUNT],
+    kill_due: [bool; AXIS_COUNT],
+    mains_lost: bool,
+    /// Energy left when the mains are lost (J).
+    buffered_j: f64,
+    /// Inputs on one line.
+    shared: Option<[Input; 2]>,
+    switch_watch: Vec<SwitchWatch>,
+    gauge_watch: GaugeWatch,
+    /// Each axis' readings of the last two ticks (counts, true).
+    readings: [[i64; 2]; AXIS_COUNT],
+    /// Times the ordered speed that the wheel has; ticks for which it has had none though it is to run.
+    overspeed: f64,
+    wheel_late: u32,
     drives_ordered: bool,
     powered: bool,
     power_off_due: bool,
@@ -138,7 +171,21 @@ impl Machine {
             OvertravelSwitches::new(min * axes[i].counts_per_unit, max * axes[i].counts_per_unit)
         });
         let turn = TURN_RAD * axes[Axis::C.index()].counts_per_unit;
+        let at_rest = Setpoint { counts: core::array::from_fn(|i| axes[i].setpoint_counts()), ..Setpoint::default() };
         Ok(Self {
+            followed: at_rest,
+            retreat: None,
+            draw: None,
+            dead: [false; AXIS_COUNT],
+            kill_due: [false; AXIS_COUNT],
+            mains_lost: false,
+            buffered_j: description.retract.buffered_energy_j,
+            shared: None,
+            switch_watch: alloc::vec![SwitchWatch::default(); description.stations.len()],
+            gauge_watch: GaugeWatch::default(),
+            readings: core::array::from_fn(|i| [axes[i].reading(); 2]),
+            overspeed: 1.0,
+            wheel_late: 0,
             plausibility: Plausibility::new(&description),
             tick: 0,
             step_s,
@@ -214,6 +261,24 @@ impl Machine {
         }
     }
 
+    /// Where the axes truly are (mm or rad) and how fast (mm/s or rad/s), which no encoder tells: C from the key-way's
+    /// centre facing the wheel.
+    #[must_use]
+    pub fn truth(&self) -> [(f64, f64); AXIS_COUNT] {
+        core::array::from_fn(|i| {
+            let axis = &self.axes[i];
+            (axis.true_position() / axis.counts_per_unit, axis.velocity())
+        })
+    }
+
+    /// Distance of the wheel's cutting point from the farthest point of the lobe in front of it (mm, below 0 where it may
+    /// touch); `None` where nothing is in front of it.
+    #[must_use]
+    pub fn wheel_gap_mm(&self) -> Option<f64> {
+        let lobe = &self.part.lobes()[self.lobe_in_front()?];
+        Some(self.truth()[Axis::X.index()].0 - lobe.reach_mm())
+    }
+
     /// Every axis is clamped at its resting setpoint: from here on any number of idle ticks changes nothing.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
@@ -260,6 +325,8 @@ impl Machine {
             switch.look(table);
         }
         self.wheel = self.wheel.at_speed();
+        self.followed = self.setpoint();
+        self.readings = core::array::from_fn(|i| [self.axes[i].reading(); 2]);
     }
 
     /// Raises an alarm that somebody else found, as the node that watches the stream of setpoints.
@@ -272,14 +339,14 @@ impl Machine {
         let alarm = Alarm { kind, tick: self.tick, value, bound };
         self.alarms.push(alarm);
         self.raised.push(alarm);
-        match kind.entry().severity {
-            Severity::Warning => {}
-            Severity::Stop => {
-                if self.mode == Mode::Following {
-                    self.mode = Mode::Draining;
-                }
-            }
-            Severity::PowerOff => self.power_off_due = true,
+        if kind.entry().severity == Severity::Warning {
+            return;
+        }
+        self.note_kill(kind);
+        if matches!(kind, AlarmKind::Overtravel(_)) && self.mode != Mode::Halted {
+            self.mode = Mode::OwnStop;
+        } else if self.mode == Mode::Following {
+            self.mode = Mode::Draining;
         }
     }
 
@@ -287,10 +354,14 @@ impl Machine {
     /// nothing that was under way is resumed.
     ///
     /// # Errors
-    /// Emergency stop pressed, a drive fault that persists, axes that are not at rest yet; nothing has changed then.
+    /// Emergency stop pressed, mains lost, a drive fault that persists, axes that are not at rest yet, a wheel that has still
+    /// to leave the part; nothing has changed then.
     pub fn reset(&mut self) -> Result<(), ResetRefused> {
         if self.estop {
             return Err(ResetRefused::EStopPressed);
+        }
+        if self.mains_lost {
+            return Err(ResetRefused::PowerLost);
         }
         for axis in Axis::ALL {
             if self.drive_faults[axis.index()] {
@@ -300,9 +371,16 @@ impl Machine {
                 return Err(ResetRefused::Moving(axis));
             }
         }
+        let stops = self.alarms.iter().any(|alarm| alarm.kind.entry().severity > Severity::Warning);
+        if stops && self.powered && self.mode != Mode::Halted {
+            return Err(ResetRefused::Moving(Axis::X));
+        }
         self.alarms = FixedList::new();
         self.power_off_due = false;
         self.powered = self.drives_ordered;
+        self.dead = [!self.powered; AXIS_COUNT];
+        self.draw = None;
+        self.followed = self.setpoint();
         self.mode = Mode::Following;
         Ok(())
     }
@@ -316,6 +394,8 @@ impl Machine {
             self.react();
         } else if !kept_off && self.is_at_rest() {
             self.powered = true;
+            self.dead = [false; AXIS_COUNT];
+            self.followed = self.setpoint();
             if self.alarms.iter().all(|alarm| alarm.kind.entry().severity == Severity::Warning) {
                 self.mode = Mode::Following;
             }
@@ -338,8 +418,9 @@ impl Machine {
         self.react();
         if self.powered {
             self.advance_setpoint(setpoint);
-        } else {
-            self.axes.iter_mut().for_each(AxisState::begin_coasting);
+        }
+        for (axis, _) in self.axes.iter_mut().zip(self.dead).filter(|(_, dead)| *dead) {
+            axis.begin_coasting();
         }
         self.turn_wheel();
         let mut latches = FixedList::new();
@@ -360,69 +441,39 @@ impl Machine {
             self.part.lobe_mut(lobe).refresh();
             self.wear_wheel(lobe, removal);
         }
-        if self.powered {
-            let cycle_time_s = self.description.cycle_time_s();
-            self.axes.iter_mut().for_each(|axis| axis.end_tick(cycle_time_s));
-            self.watch_following_error();
+        let cycle_time_s = self.description.cycle_time_s();
+        for (axis, _) in self.axes.iter_mut().zip(self.dead).filter(|(_, dead)| !*dead) {
+            axis.end_tick(cycle_time_s);
         }
+        self.watch_encoders();
+        self.watch_following_error();
         self.watch_overtravel();
+        self.watch_switches();
         self.watch_wheel(removal);
-        self.react();
         let gauge_mm = self.gauge(lobe);
+        let gauge_mm = self.spoiled(gauge_mm);
+        self.watch_gauge(gauge_mm, lobe, removal);
+        self.end_of_retreat();
+        self.react();
         self.report(setpoint.is_some(), latches, (lobe, removal), gauge_mm)
-    }
-
-    fn apply_fault(&mut self, fault: Fault) {
-        match fault {
-            Fault::EStop(pressed) => {
-                self.estop = pressed;
-                if pressed {
-                    self.raise(AlarmKind::EStop, 0.0, 0.0);
-                    self.wheel.order(false);
-                }
-            }
-            Fault::StuckInput { input: Input::Origin, level } => self.origin.set_stuck(level),
-            Fault::StuckInput { input: Input::Station(index), level } => {
-                if let Some(switch) = self.stations.get_mut(index) {
-                    switch.set_stuck(level);
-                }
-            }
-            Fault::EncoderOffset { axis, offset } => {
-                let axis = &mut self.axes[axis.index()];
-                axis.set_encoder_offset(offset * axis.counts_per_unit);
-            }
-            Fault::DriveGain { axis, factor } => self.axes[axis.index()].set_gain(factor),
-            Fault::DriveFault { axis, active } => {
-                self.drive_faults[axis.index()] = active;
-                if active {
-                    self.raise(AlarmKind::DriveFault(axis), 0.0, 0.0);
-                }
-            }
-            Fault::WheelStall(stalled) => self.wheel.stall(stalled),
-        }
     }
 
     fn apply_command(&mut self, command: MachineCommand) {
         match command {
-            MachineCommand::SetHome { axis, counts } => self.axes[axis.index()].set_home(counts),
+            MachineCommand::SetHome { axis, counts } => {
+                self.axes[axis.index()].set_home(counts);
+                let followed = &mut self.followed.counts[axis.index()];
+                *followed = followed.saturating_sub(counts);
+            }
+            MachineCommand::Raise { number } => {
+                if let Some(kind) = AlarmKind::from_number(number) {
+                    self.raise(kind, f64::NAN, f64::NAN);
+                }
+            }
             MachineCommand::WheelStart => self.start_wheel(),
             MachineCommand::WheelStop => self.wheel.order(false),
             MachineCommand::ExpectWheel { radius_nm } => self.expect_wheel(radius_nm),
             MachineCommand::Dress { radius_nm } => self.dress(radius_nm),
         }
-    }
-
-    /// Takes the power away when an alarm asks for it.
-    fn react(&mut self) {
-        if core::mem::take(&mut self.power_off_due) && self.powered {
-            self.powered = false;
-            self.mode = Mode::Halted;
-            self.axes.iter_mut().for_each(AxisState::release);
-        }
-    }
-
-    fn servo_step(&mut self, index: u32) -> [Span; AXIS_COUNT] {
-        let (count, step_s, powered) = (self.description.servo_steps_per_tick, self.step_s, self.powered);
-        core::array::from_fn(|i| if powered { self.axes[i].step(index, count, step_s) } else { self.axes[i].coast() })
     }
 }

@@ -2,47 +2,58 @@
 
 use super::{Machine, Mode};
 use crate::machine::alarm::AlarmKind;
-use crate::machine::axis::AxisState;
 use crate::machine::description::Axis;
 use crate::machine::plausibility::Implausible;
 use crate::setpoint::Setpoint;
 
 impl Machine {
     pub(super) fn advance_setpoint(&mut self, setpoint: Option<&Setpoint>) {
-        let cycle_time_s = self.description.cycle_time_s();
         if matches!(self.mode, Mode::Following | Mode::Draining) {
+            if self.mode == Mode::Draining {
+                self.begin_retreat();
+            }
             match setpoint {
                 Some(setpoint) => match self.refusal(setpoint) {
                     None => {
-                        for (i, axis) in self.axes.iter_mut().enumerate() {
-                            axis.follow(setpoint.counts[i], setpoint.velocity[i], setpoint.acceleration[i]);
-                        }
+                        self.followed = *setpoint;
+                        self.follow();
                     }
                     Some((kind, value, bound)) => {
                         self.raise(kind, value, bound);
                         self.mode = Mode::OwnStop;
                     }
                 },
-                None if self.setpoint_moves() => {
+                None if self.stream_moves() => {
                     if self.mode == Mode::Following {
                         self.raise(AlarmKind::Underrun, 0.0, 0.0);
                     }
                     self.mode = Mode::OwnStop;
                 }
-                None => self.axes.iter_mut().for_each(AxisState::hold),
+                None => {
+                    self.followed = Setpoint { counts: self.followed.counts, ..Setpoint::default() };
+                    if self.retreat.is_some() { self.follow() } else { self.hold() }
+                }
             }
-            if self.mode == Mode::Draining && !self.setpoint_moves() {
-                self.mode = Mode::Halted;
+            if self.mode == Mode::Draining {
+                self.end_draining();
             }
         } else if self.mode == Mode::Halted {
-            self.axes.iter_mut().for_each(AxisState::hold);
+            self.hold();
         }
         if self.mode == Mode::OwnStop {
-            self.axes.iter_mut().for_each(|axis| axis.decelerate(cycle_time_s));
-            if !self.setpoint_moves() {
-                self.mode = Mode::Halted;
-            }
+            self.stop_by_itself();
         }
+    }
+
+    fn hold(&mut self) {
+        for (axis, _) in self.axes.iter_mut().zip(self.dead).filter(|(_, dead)| !*dead) {
+            axis.hold();
+        }
+    }
+
+    /// The stream has not come to rest.
+    pub(super) fn stream_moves(&self) -> bool {
+        self.followed.velocity.iter().any(|velocity| *velocity != 0.0)
     }
 
     pub(super) fn setpoint_moves(&self) -> bool {
@@ -51,7 +62,7 @@ impl Machine {
 
     /// Why a setpoint cannot be followed: the alarm with its value and bound.
     pub(super) fn refusal(&self, setpoint: &Setpoint) -> Option<(AlarmKind, f64, f64)> {
-        let last = self.setpoint();
+        let last = self.followed;
         if let Some(misfit) = self.plausibility.misfit(&last, setpoint) {
             let kind = match misfit.what {
                 Implausible::Velocity => AlarmKind::SetpointVelocity(misfit.axis),

@@ -1,14 +1,10 @@
-//! The wheel sweeps the lobe in front of it, and the inputs see the axes pass, along one servo step.
+//! The wheel sweeps the lobe in front of it along one servo step.
 
 use super::Machine;
 use crate::contact_law::ContactLaw;
-use crate::machine::axis::{AxisState, Span};
+use crate::machine::axis::Span;
 use crate::machine::description::{AXIS_COUNT, Axis};
-use crate::machine::report::MAX_LATCHES;
-use crate::machine::sensors::Edge;
 use crate::machine::workpiece::{Deflection, Lobe, Removal, WheelPosition};
-use crate::numeric::fixed_list::FixedList;
-use crate::setpoint::{Input, Latch};
 use crate::units::TURN_RAD;
 
 /// Height of the cusps that the sweep may leave where the part is straight or convex (mm); ten times that, 0.05 µm, on
@@ -19,27 +15,6 @@ use crate::units::TURN_RAD;
 const CUSP_MM: f64 = 5.0e-6;
 
 impl Machine {
-    /// Inputs along a servo step.
-    pub(super) fn sense(&mut self, spans: &[Span; AXIS_COUNT], latches: &mut FixedList<Latch, MAX_LATCHES>) {
-        let tick = self.tick;
-        let (headstock, table) = (&spans[Axis::C.index()], &spans[Axis::Z.index()]);
-        let mut caught = |axis: Axis, input: Input, edge: Edge, state: &AxisState| {
-            latches.push(Latch { tick, input, rising: edge.rising, axis, counts: state.reading_at(edge.position) });
-        };
-        if !headstock.is_still()
-            && let Some(edge) = self.origin.edge(headstock.from, headstock.to)
-        {
-            caught(Axis::C, Input::Origin, edge, &self.axes[Axis::C.index()]);
-        }
-        if !table.is_still() {
-            for (index, switch) in self.stations.iter_mut().enumerate() {
-                for edge in switch.pass(table.from, table.to).into_iter().flatten() {
-                    caught(Axis::Z, Input::Station(index), edge, &self.axes[Axis::Z.index()]);
-                }
-            }
-        }
-    }
-
     /// The lobe that stands in front of the wheel: the one whose width overlaps the wheel's, the nearest if several do.
     /// A lobe is centred on the wheel when the table stands at its station's position.
     pub(super) fn lobe_in_front(&self) -> Option<usize> {
@@ -122,7 +97,7 @@ impl Machine {
                 centre_mm: x.at(s, self.step_s) / per_mm + dressed_mm,
                 radius_mm,
             };
-            let cuts = self.wheel.is_running();
+            let cuts = self.wheel.cuts();
             let taken = match law {
                 None => lobe.pass(wheel, cuts),
                 Some(law) => {

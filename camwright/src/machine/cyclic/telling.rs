@@ -6,7 +6,7 @@ use crate::machine::description::Axis;
 use crate::machine::report::{AxisReport, IoState, MAX_LATCHES, MotionState, TickReport};
 use crate::machine::workpiece::Removal;
 use crate::numeric::fixed_list::FixedList;
-use crate::setpoint::Latch;
+use crate::setpoint::{Input, Latch};
 
 impl Machine {
     pub(super) fn motion(&self, has_setpoint: bool) -> MotionState {
@@ -26,10 +26,10 @@ impl Machine {
         let closed = |axis: Axis| self.overtravel[axis.index()].closed(position(axis));
         let ((overtravel_x_min, overtravel_x_max), (overtravel_z_min, overtravel_z_max)) =
             (closed(Axis::X), closed(Axis::Z));
-        let stations = self.stations.iter().enumerate();
         IoState {
-            origin: self.origin.is_closed(position(Axis::C)),
-            stations: stations.fold(0, |word, (i, switch)| word | u64::from(switch.is_closed()) << i),
+            origin: self.level(Input::Origin),
+            stations: (0..self.stations.len().min(64))
+                .fold(0, |word, i| word | u64::from(self.level(Input::Station(i))) << i),
             overtravel_x_min,
             overtravel_x_max,
             overtravel_z_min,
@@ -64,6 +64,7 @@ impl Machine {
                     following_error: axis.following_error(),
                     is_at_rest: axis.is_at_rest(),
                     is_homed: axis.homed,
+                    is_powered: !self.dead[i],
                 }
             }),
             latches,
@@ -74,7 +75,7 @@ impl Machine {
             removal,
             normal_force_n: self.force_n,
             gauge_mm,
-            wheel_rad_s: self.wheel.rad_s(self.lasting.wheel_radius_mm),
+            wheel_rad_s: self.wheel_rad_s(),
         }
     }
 }

@@ -1,0 +1,95 @@
+//! What a machine file says about what an alarm does with the wheel, and a job file about faults that strike in it.
+
+use super::ConfigError;
+use super::machine_file::RangeCheck;
+use super::yaml::Document;
+use camwright::machine::description::{AlarmRetract, MachineDescription};
+use camwright::machine::fault::Fault;
+use serde::Deserialize;
+
+/// How an alarm takes the wheel off the part; see [`AlarmRetract`] for the defaults.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct AlarmRetractFile {
+    clearance_mm: Option<f64>,
+    buffered_energy_j: Option<f64>,
+    standby_power_w: Option<f64>,
+    drawback_mm_s2: Option<f64>,
+}
+
+impl AlarmRetractFile {
+    pub(super) fn retract(&self) -> AlarmRetract {
+        let ordinary = AlarmRetract::default();
+        AlarmRetract {
+            clearance_mm: self.clearance_mm.unwrap_or(ordinary.clearance_mm),
+            buffered_energy_j: self.buffered_energy_j.unwrap_or(ordinary.buffered_energy_j),
+            standby_w: self.standby_power_w.unwrap_or(ordinary.standby_w),
+            drawback_mm_s2: self.drawback_mm_s2.unwrap_or(ordinary.drawback_mm_s2),
+        }
+    }
+
+    pub(super) fn check(&self, within: &RangeCheck<'_>) -> Result<(), ConfigError> {
+        let retract = self.retract();
+        within("alarm_retract.clearance_mm", retract.clearance_mm, 0.1, 100.0)?;
+        within("alarm_retract.buffered_energy_j", retract.buffered_energy_j, 0.0, 1e6)?;
+        within("alarm_retract.standby_power_w", retract.standby_w, 0.0, 1e6)?;
+        within("alarm_retract.drawback_mm_s2", retract.drawback_mm_s2, 0.0, 1e5)
+    }
+}
+
+/// A fault that strikes at a tick of a job.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JobFault {
+    /// Name in [`camwright::machine::fault::FAULTS`].
+    pub kind: String,
+    /// What it strikes.
+    pub target: String,
+    /// Its size, in the unit of the service `machine/inject_fault`.
+    pub value: f64,
+    /// Tick of the job, its first being 1.
+    pub job_tick: u64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct FaultFile {
+    kind: String,
+    #[serde(default)]
+    target: String,
+    #[serde(default = "one")]
+    value: f64,
+    at_tick: Option<u64>,
+    at_s: Option<f64>,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+impl FaultFile {
+    /// The fault, or what is wrong with it.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked against a range before")]
+    pub(super) fn read(
+        &self,
+        document: &Document,
+        index: usize,
+        machine: &MachineDescription,
+    ) -> Result<JobFault, ConfigError> {
+        let refuse = |key: &str, message: String| document.error(&format!("faults.{index}{key}"), message);
+        let job_tick = match (self.at_tick, self.at_s) {
+            (Some(0), None) => {
+                return Err(refuse(".at_tick", "at_tick is 0; the first tick of a job is 1".into()));
+            }
+            (Some(tick), None) => tick,
+            (None, Some(at_s)) if (0.0..=1e6).contains(&at_s) => (at_s / machine.cycle_time_s()).ceil() as u64 + 1,
+            (None, Some(at_s)) => {
+                return Err(refuse(".at_s", format!("at_s is {at_s}, allowed is 0 to 1000000")));
+            }
+            _ => return Err(refuse("", "a fault needs one of at_tick and at_s".into())),
+        };
+        let value = crate::convert::fault_value(&self.target, self.value);
+        Fault::from_name(&self.kind, &self.target, value, true, machine)
+            .map_err(|error| refuse(".kind", error.to_string()))?;
+        Ok(JobFault { kind: self.kind.clone(), target: self.target.clone(), value: self.value, job_tick })
+    }
+}
