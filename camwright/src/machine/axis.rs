@@ -4,7 +4,7 @@ use crate::machine::description::{AxisDescription, Scale, nearest_count};
 use crate::machine::servo::{Demand, Servo};
 use crate::numeric::hermite::Sample;
 
-/// Ticks for which an axis must be within half a count of a resting setpoint before it is clamped there. Eight outlast
+/// Ticks for which an axis must be within its window of a resting setpoint before it is clamped there. Eight outlast
 /// the zero crossing of a swinging loop of any bandwidth above 20 Hz, and cost 8 ms after every motion.
 const SETTLED_TICKS: u32 = 8;
 
@@ -26,7 +26,7 @@ impl Target {
     }
 }
 
-/// Where an axis truly was at both ends of a servo step (counts, counts/s), in true coordinates.
+/// Where what an axis carries truly was at both ends of a servo step (counts, counts/s), in true coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Span {
     pub(crate) from: f64,
@@ -74,6 +74,10 @@ pub(crate) struct AxisState {
     settled_ticks: u32,
     clamped: bool,
     velocity_before: f64,
+    /// Force of the motor (N or N m) in the servo steps of this tick, and their number.
+    pushed: (f64, f64),
+    /// Force on the axis that is not the motor's, in the last servo step (N or N m).
+    disturbance: f64,
 }
 
 impl AxisState {
@@ -96,6 +100,8 @@ impl AxisState {
             settled_ticks: 0,
             clamped: true,
             velocity_before: 0.0,
+            pushed: (0.0, 0.0),
+            disturbance: 0.0,
         }
     }
 
@@ -105,9 +111,10 @@ impl AxisState {
         self.homed = true;
         self.target = Target::resting(counts as f64);
         self.previous = self.target;
-        self.servo.clamp();
+        self.servo.place();
         self.clamped = true;
         self.settled_ticks = 0;
+        self.disturbance = 0.0;
     }
 
     /// The reading `counts` is 0 from now on.
@@ -147,17 +154,18 @@ impl AxisState {
 
     /// What the encoder reads (counts).
     pub(crate) fn counts(&self) -> i64 {
-        nearest_count(self.target.position - self.servo.error()).saturating_sub(self.origin)
+        nearest_count(self.target.position - self.servo.error_seen()).saturating_sub(self.origin)
     }
 
-    /// What the encoder reads when the axis truly stands at `position` (counts).
+    /// What the encoder reads when what the axis carries truly stands at `position` (counts), play and structure being as they are.
     pub(crate) fn reading_at(&self, position: f64) -> i64 {
-        nearest_count(position + self.encoder_offset).saturating_sub(self.origin)
+        nearest_count(position - self.servo.tool_ahead() + self.encoder_offset).saturating_sub(self.origin)
     }
 
-    /// Where the axis truly is (counts).
+    /// Where what the axis carries truly is (counts): the wheel, or the part.
     pub(crate) fn true_position(&self) -> f64 {
-        self.target.position + (self.gone - self.distance()) - self.servo.error() - self.encoder_offset
+        let slide = self.target.position + (self.gone - self.distance()) - self.servo.error() - self.encoder_offset;
+        slide + self.servo.tool_ahead()
     }
 
     /// Setpoint minus actual (mm or rad).
@@ -175,24 +183,30 @@ impl AxisState {
         self.target.velocity / self.counts_per_unit
     }
 
-    /// Mean force (N) or torque (N m) of the last tick.
-    pub(crate) fn effort(&self, cycle_time_s: f64) -> f64 {
+    /// Mean force (N) or torque (N m) of the motor in the last tick. An ideal drive, and one that brakes without power, has what the
+    /// mass needs, against a disturbance.
+    pub(crate) fn effort(&self, cycle_time_s: f64, disturbance: f64) -> f64 {
+        let (sum, steps) = self.pushed;
+        if steps > 0.0 {
+            return sum / steps;
+        }
         let acceleration = (self.servo.velocity() - self.velocity_before) / self.counts_per_unit / cycle_time_s;
-        match self.scale {
+        let force = match self.scale {
             // kg mm/s² is a thousandth of a newton.
             Scale::Linear { .. } => self.inertia * acceleration * 1e-3,
             Scale::Rotary { .. } => self.inertia * acceleration,
-        }
+        };
+        force - disturbance
     }
 
     /// What the encoder counts, whatever zero is in force (counts).
     pub(crate) fn reading(&self) -> i64 {
-        nearest_count(self.target.position - self.servo.error())
+        nearest_count(self.target.position - self.servo.error_seen())
     }
 
     /// Power of the motor in the last tick (W).
     pub(crate) fn power_w(&self, cycle_time_s: f64) -> f64 {
-        let power = self.effort(cycle_time_s) * self.velocity();
+        let power = self.effort(cycle_time_s, self.disturbance) * self.velocity();
         match self.scale {
             // N mm/s.
             Scale::Linear { .. } => power * 1e-3,
@@ -264,19 +278,27 @@ impl AxisState {
         self.target = target;
         self.gone = 0.0;
         self.velocity_before = self.servo.velocity();
+        self.pushed = (0.0, 0.0);
         if !self.is_resting() {
             self.clamped = false;
             self.settled_ticks = 0;
         }
     }
 
-    /// Servo step `index` of `count` in this tick, each `step_s` long, under power.
-    pub(crate) fn step(&mut self, index: u32, count: u32, step_s: f64) -> Span {
+    /// Servo step `index` of `count` in this tick, each `step_s` long, under power, with a force (N or N m) on the axis.
+    pub(crate) fn step(&mut self, index: u32, count: u32, step_s: f64, disturbance: f64) -> Span {
         let from = self.true_position();
-        let from_velocity = self.servo.velocity();
+        let from_velocity = self.servo.tool_velocity();
         if self.clamped {
-            return Span { from, to: from, from_velocity: 0.0, to_velocity: 0.0 };
+            // Its motor holds against what it was clamped with; another force moves it.
+            if self.servo.force().is_none() || disturbance.to_bits() == self.disturbance.to_bits() {
+                self.push();
+                return Span { from, to: from, from_velocity: 0.0, to_velocity: 0.0 };
+            }
+            self.clamped = false;
+            self.settled_ticks = 0;
         }
+        self.disturbance = disturbance;
         let tick_s = step_s * f64::from(count);
         let s = f64::from(index + 1) / f64::from(count);
         let (slope0, slope1) = (self.previous.velocity * tick_s, self.target.velocity * tick_s);
@@ -293,9 +315,23 @@ impl AxisState {
         let middle = s - 0.5 / f64::from(count);
         let acceleration =
             self.previous.acceleration + (self.target.acceleration - self.previous.acceleration) * middle;
-        self.servo.step(Demand { distance: gone - self.gone, velocity, acceleration });
+        self.servo.step(Demand {
+            position: self.previous.position + gone,
+            distance: gone - self.gone,
+            velocity,
+            acceleration,
+            disturbance,
+        });
         self.gone = gone;
-        Span { from, to: self.true_position(), from_velocity, to_velocity: self.servo.velocity() }
+        self.push();
+        Span { from, to: self.true_position(), from_velocity, to_velocity: self.servo.tool_velocity() }
+    }
+
+    /// Adds up what the motor pushes with.
+    fn push(&mut self) {
+        if let Some(force) = self.servo.force() {
+            self.pushed = (self.pushed.0 + force, self.pushed.1 + 1.0);
+        }
     }
 
     /// The drive loses its power: the setpoint is where the axis is.
@@ -311,43 +347,52 @@ impl AxisState {
     /// A tick without power begins.
     pub(crate) fn begin_coasting(&mut self) {
         self.velocity_before = self.servo.velocity();
+        self.pushed = (0.0, 0.0);
+        self.disturbance = 0.0;
     }
 
     /// One servo step without power: the axis brakes and takes its setpoint along; it ends on a count.
     pub(crate) fn coast(&mut self) -> Span {
         let from = self.true_position();
-        let from_velocity = self.servo.velocity();
+        let from_velocity = self.servo.tool_velocity();
         let position = self.target.position + self.servo.coast();
-        let resting = self.servo.velocity() == 0.0;
+        let resting = self.servo.velocity() == 0.0 && self.servo.is_quiet();
         self.target = Target::resting(if resting { libm::round(position) } else { position });
         self.previous = self.target;
         self.clamped = resting;
-        Span { from, to: self.true_position(), from_velocity, to_velocity: self.servo.velocity() }
+        if resting {
+            self.servo.clamp();
+        }
+        Span { from, to: self.true_position(), from_velocity, to_velocity: self.servo.tool_velocity() }
     }
 
     /// One servo step without power, drawn outwards to `end` (counts, true): see [`Servo::draw`].
     pub(crate) fn draw(&mut self, pull: f64, fastest: f64, end: f64) -> Span {
         let from = self.true_position();
-        let from_velocity = self.servo.velocity();
+        let from_velocity = self.servo.tool_velocity();
         let position = self.target.position + self.servo.draw(pull, end - from, fastest);
         self.target = Target::resting(position);
         self.previous = self.target;
         self.clamped = false;
-        Span { from, to: self.true_position(), from_velocity, to_velocity: self.servo.velocity() }
+        Span { from, to: self.true_position(), from_velocity, to_velocity: self.servo.tool_velocity() }
     }
 
     /// End of a tick under power: the rest rule.
     ///
-    /// A resting setpoint, an error below half a count and a speed below half a count per tick, for [`SETTLED_TICKS`]
-    /// ticks: then the axis is clamped exactly on its setpoint with no speed, and nothing of it changes any more until
-    /// the setpoint moves. So the number of idle ticks changes no bit of what follows. An error e₀ (counts) needs about
-    /// ln(2 e₀)/Kv to get there, for a velocity loop of bandwidth w < 4 Kv about ln(2 e₀)·2/w, then 8 ticks.
+    /// A resting setpoint, an error within the window of the drive (half a count where nothing is coarser), a speed within as much per
+    /// tick and a quiet structure, for [`SETTLED_TICKS`] ticks: then the axis is clamped exactly on its setpoint with no speed, and
+    /// nothing of it changes any more until the setpoint or the force on it does. So the number of idle ticks changes no bit of what
+    /// follows. An error e₀ (counts) needs about ln(2 e₀)/Kv to get there, for a velocity loop of bandwidth w < 4 Kv about
+    /// ln(2 e₀)·2/w, a structure as long as it rings, then 8 ticks.
     pub(crate) fn end_tick(&mut self, cycle_time_s: f64) {
         self.gone = self.distance();
         if self.clamped || !self.is_resting() {
             return;
         }
-        let close = self.servo.error().abs() < 0.5 && self.servo.velocity().abs() * cycle_time_s < 0.5;
+        let window = self.servo.window();
+        let close = self.servo.error().abs() < window
+            && self.servo.velocity().abs() * cycle_time_s < window
+            && self.servo.is_quiet();
         self.settled_ticks = if close { self.settled_ticks + 1 } else { 0 };
         if self.settled_ticks >= SETTLED_TICKS {
             self.servo.clamp();

@@ -7,6 +7,7 @@ use alloc::vec::Vec;
 use thiserror::Error;
 
 pub use crate::machine::contact_description::{ContactDescription, StiffnessAt};
+pub use crate::machine::drive_description::{DriveSettings, Structure};
 pub use crate::machine::gauge_description::{GaugeDescription, GaugeKind};
 pub use crate::machine::retract_description::AlarmRetract;
 pub use crate::machine::wheel_description::{WHEEL_TOLERANCE_MM, WheelDescription, WheelTooFast};
@@ -125,29 +126,6 @@ impl MotionLimits {
     }
 }
 
-/// How a servo drive follows its setpoints.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DriveSettings {
-    /// Position loop gain Kv (1/s).
-    pub kv_1_s: f64,
-    /// Velocity feed-forward, 0 none … 1 whole.
-    pub velocity_feed_forward: f64,
-    /// Acceleration feed-forward, 0 none … 1 whole: compensates the velocity loop's lag.
-    pub acceleration_feed_forward: f64,
-    /// Bandwidth of the velocity loop (rad/s); `None` is an ideal, instantaneous loop.
-    pub velocity_loop_rad_s: Option<f64>,
-}
-
-impl DriveSettings {
-    /// A drive that is exactly where it is told to be.
-    pub const IDEAL: DriveSettings = DriveSettings {
-        kv_1_s: 300.0,
-        velocity_feed_forward: 1.0,
-        acceleration_feed_forward: 1.0,
-        velocity_loop_rad_s: None,
-    };
-}
-
 /// One axis of a machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AxisDescription {
@@ -171,7 +149,9 @@ pub struct AxisDescription {
     pub search_velocity: f64,
     /// Drive settings.
     pub drive: DriveSettings,
-    /// Moving mass (kg) or inertia (kg m²), for the effort in joint states.
+    /// The same axis with what is called a good drive, to compare with; `None`: nobody says.
+    pub good_drive: Option<DriveSettings>,
+    /// Moving mass (kg) or inertia (kg m²).
     pub inertia: f64,
     /// Where the axis stands at power-up, relative to the machine's true zero (mm or rad). An incremental encoder reads 0
     /// there, and homing must find the difference; an absolute one reads this position.
@@ -196,11 +176,13 @@ pub enum Effect {
     Deflection,
     /// The wheel loses what it is worn by.
     Wear,
+    /// Drives see their axes in the steps and the noise of encoders.
+    Quantisation,
 }
 
 impl Effect {
     /// All of them.
-    pub const ALL: [Effect; 3] = [Effect::Servo, Effect::Deflection, Effect::Wear];
+    pub const ALL: [Effect; 4] = [Effect::Servo, Effect::Deflection, Effect::Wear, Effect::Quantisation];
 
     /// For people.
     #[must_use]
@@ -209,6 +191,7 @@ impl Effect {
             Effect::Servo => "servo",
             Effect::Deflection => "deflection",
             Effect::Wear => "wear",
+            Effect::Quantisation => "quantisation",
         }
     }
 }
@@ -279,6 +262,7 @@ impl MachineDescription {
     pub fn without(self, effect: Effect) -> Self {
         match effect {
             Effect::Servo => self.with_drives(DriveSettings::IDEAL),
+            Effect::Quantisation => self.with_each_drive(DriveSettings::with_exact_encoder),
             Effect::Deflection => Self { contact: None, ..self },
             Effect::Wear => Self { wheel: WheelDescription { grinding_ratio: None, ..self.wheel }, ..self },
         }
@@ -286,9 +270,25 @@ impl MachineDescription {
 
     /// This machine with the same drive settings on every axis.
     #[must_use]
-    pub fn with_drives(mut self, drive: DriveSettings) -> Self {
+    pub fn with_drives(self, drive: DriveSettings) -> Self {
+        self.with_each_drive(|_| drive)
+    }
+
+    /// This machine with the good drive of every axis that has one; `None` where none has.
+    #[must_use]
+    pub fn with_good_drives(mut self) -> Option<Self> {
+        if self.axes.iter().all(|axis| axis.good_drive.is_none()) {
+            return None;
+        }
         for axis in &mut self.axes {
-            axis.drive = drive;
+            axis.drive = axis.good_drive.unwrap_or(axis.drive);
+        }
+        Some(self)
+    }
+
+    fn with_each_drive(mut self, change: impl Fn(DriveSettings) -> DriveSettings) -> Self {
+        for axis in &mut self.axes {
+            axis.drive = change(axis.drive);
         }
         self
     }
@@ -308,7 +308,7 @@ impl MachineDescription {
             if axis.axis != expected {
                 return Err(DescriptionError::AxisOrder { expected: expected.joint(), found: axis.axis.joint() });
             }
-            axis.validate()?;
+            axis.validate(self.cycle_time_s() / f64::from(self.servo_steps_per_tick))?;
         }
         self.retract.validate()?;
         let wheel = &self.wheel;
@@ -333,6 +333,7 @@ impl MachineDescription {
             value.map_or(Ok(()), |value| positive(what, value))?;
         }
         self.contact.as_ref().map_or(Ok(()), ContactDescription::validate)?;
+        self.validate_contact_of_drives()?;
         self.gauge.map_or(Ok(()), |gauge| gauge.validate())?;
         self.dresser.map_or(Ok(()), |dresser| dresser.validate())?;
         for (what, extent) in [("headstock", self.headstock), ("tailstock", self.tailstock)] {
@@ -362,9 +363,45 @@ impl MachineDescription {
     }
 }
 
+impl MachineDescription {
+    /// The force of a servo step is that of the deflection before it. A mass m on the contact's spring k swings by itself when k h/m
+    /// comes near the bandwidth w of the loop that damps it.
+    fn validate_contact_of_drives(&self) -> Result<(), DescriptionError> {
+        let axis = self.axis(Axis::X);
+        let stiffest = self.contact.iter().flat_map(|contact| &contact.stiffness).map(|at| at.n_mm).fold(0.0, f64::max);
+        for drive in [Some(axis.drive), axis.good_drive].into_iter().flatten() {
+            let Some(bandwidth) = drive.velocity_loop_rad_s else { continue };
+            let step_s = self.cycle_time_s() / f64::from(self.servo_steps_per_tick);
+            // 1 N/mm is 1000 N/m.
+            let allowed = 0.5 * bandwidth * axis.inertia / step_s / 1e3;
+            if stiffest > allowed {
+                let what = "machine stiffness (N/mm) for the mass, the velocity loop and the servo step of x_axis";
+                return Err(DescriptionError::AboveLimit { what, value: stiffest, allowed });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What drives can do beyond the limits that plans keep: a factor on speed and acceleration. It covers rounding to
+/// counts and the tracking of disturbances; a sender that needs more of it has a fault.
+pub const DRIVE_HEADROOM: f64 = 1.2;
+
 impl AxisDescription {
-    /// Whether these figures make an axis.
-    fn validate(&self) -> Result<(), DescriptionError> {
+    /// Fastest change of speed that its drive can make (mm/s² or rad/s²).
+    #[must_use]
+    pub fn most_acceleration(&self) -> f64 {
+        let kept = self.limits.acceleration * DRIVE_HEADROOM;
+        let per_force = match self.scale {
+            // A newton on a kilogram is 1000 mm/s².
+            Scale::Linear { .. } => 1e3 / self.inertia,
+            Scale::Rotary { .. } => 1.0 / self.inertia,
+        };
+        self.drive.max_force.map_or(kept, |force| kept.max(force * per_force))
+    }
+
+    /// Whether these figures make an axis whose servo steps are so long (s).
+    fn validate(&self, step_s: f64) -> Result<(), DescriptionError> {
         let joint = self.axis.joint();
         let (rotary, counts) = match self.scale {
             Scale::Linear { counts_per_mm } => (false, counts_per_mm),
@@ -380,18 +417,12 @@ impl AxisDescription {
         positive("velocity limit", self.limits.velocity)?;
         positive("acceleration limit", self.limits.acceleration)?;
         positive("jerk limit", self.limits.jerk)?;
-        positive("position loop gain", self.drive.kv_1_s)?;
         positive("largest following error", self.max_following_error)?;
         positive("smallest following error", self.min_following_error)?;
-        if let Some(bandwidth) = self.drive.velocity_loop_rad_s {
-            positive("velocity loop bandwidth", bandwidth)?;
+        for drive in [Some(self.drive), self.good_drive].into_iter().flatten() {
+            drive.validate(joint, self.inertia, step_s)?;
         }
-        for (what, value) in [
-            ("velocity feed-forward", self.drive.velocity_feed_forward),
-            ("acceleration feed-forward", self.drive.acceleration_feed_forward),
-            ("power-up position", self.power_up_position),
-            ("inertia", self.inertia),
-        ] {
+        for (what, value) in [("power-up position", self.power_up_position), ("inertia", self.inertia)] {
             if !value.is_finite() {
                 return Err(DescriptionError::AxisNotPositive { joint, what, value });
             }
@@ -447,6 +478,40 @@ pub enum DescriptionError {
         what: &'static str,
         /// Its value.
         value: f64,
+    },
+    /// A figure of an axis must not be negative.
+    #[error("{joint}: {what} must be finite and not negative, not {value}")]
+    AxisNegative {
+        /// The axis.
+        joint: &'static str,
+        /// Which.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A figure of an axis is above what it may be.
+    #[error("{joint}: {what} is {value}; at most {allowed} is allowed")]
+    AxisAbove {
+        /// The axis.
+        joint: &'static str,
+        /// Which.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// The most.
+        allowed: f64,
+    },
+    /// An ideal loop has no motor that anything could act on.
+    #[error("{joint}: friction, backlash, structure, encoder and force limit need a bandwidth of the velocity loop")]
+    NoVelocityLoop {
+        /// The axis.
+        joint: &'static str,
+    },
+    /// Friction would hold an axis off its setpoint for ever.
+    #[error("{joint}: a drive with Coulomb friction needs an integral time of its velocity loop")]
+    NoIntegral {
+        /// The axis.
+        joint: &'static str,
     },
     /// A figure is above what another one allows.
     #[error("{what} is {value}; at most {allowed} is allowed")]

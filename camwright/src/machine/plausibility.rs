@@ -3,9 +3,7 @@
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::setpoint::Setpoint;
 
-/// What drives can do beyond the limits that plans keep: a factor on speed and acceleration. It covers rounding to
-/// counts and the tracking of disturbances; a sender that needs more of it has a fault.
-pub const DRIVE_HEADROOM: f64 = 1.2;
+pub use crate::machine::description::DRIVE_HEADROOM;
 
 /// What is wrong between two setpoints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -14,6 +14,7 @@ pub const ORDINARY_DRIVE: DriveSettings = DriveSettings {
     velocity_feed_forward: 0.99,
     acceleration_feed_forward: 0.95,
     velocity_loop_rad_s: Some(100.0 * TURN_RAD),
+    ..DriveSettings::IDEAL
 };
 
 /// A cam grinder with four stations, as in JPS6156064B2, with the figures of a linear-motor machine of today.
@@ -38,6 +39,7 @@ pub fn cam_grinder() -> MachineDescription {
                 needs_homing: true,
                 search_velocity: rad_s_from_rpm(20.0),
                 drive: ORDINARY_DRIVE,
+                good_drive: None,
                 inertia: 0.05,
                 power_up_position: rad_from_deg(217.3),
             },
@@ -52,6 +54,7 @@ pub fn cam_grinder() -> MachineDescription {
                 needs_homing: false,
                 search_velocity: 20.0,
                 drive: ORDINARY_DRIVE,
+                good_drive: None,
                 inertia: 400.0,
                 power_up_position: 120.0,
             },
@@ -66,6 +69,7 @@ pub fn cam_grinder() -> MachineDescription {
                 needs_homing: false,
                 search_velocity: 50.0,
                 drive: ORDINARY_DRIVE,
+                good_drive: None,
                 inertia: 600.0,
                 power_up_position: 0.0,
             },

@@ -36,8 +36,8 @@ pub struct AxisReport {
     pub position: f64,
     /// Velocity (mm/s or rad/s).
     pub velocity: f64,
-    /// Force (N) or torque (N m) of the motor: what accelerated the axis in this tick, in the mean, and for `x_axis` what holds
-    /// against the wheel's force on the part.
+    /// Force (N) or torque (N m) of the motor in this tick, in the mean, positive in the positive direction of the axis: what its current
+    /// tells. It accelerates the axis, overcomes friction, and holds against the wheel's force on the part.
     pub effort: f64,
     /// Setpoint minus actual (mm or rad), finer than a count.
     pub following_error: f64,

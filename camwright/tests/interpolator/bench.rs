@@ -55,6 +55,7 @@ fn axis(
         needs_homing: homing,
         search_velocity: if axis == Axis::C { 3.0 } else { 40.0 },
         drive: DriveSettings::IDEAL,
+        good_drive: None,
         inertia: 1.0,
         power_up_position: 0.0,
     }

@@ -71,7 +71,7 @@ fn servo_lag_grinds_the_eccentricity_smaller_by_its_closed_form() {
         kv_1_s: kv,
         velocity_feed_forward: 0.0,
         acceleration_feed_forward: 0.0,
-        velocity_loop_rad_s: None,
+        ..DriveSettings::IDEAL
     });
     // Such drives would trip: at 60 rpm C lags by 3.6°.
     for axis in &mut lagging.axes {

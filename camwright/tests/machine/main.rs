@@ -1,6 +1,7 @@
 //! The simulated machine: what it does with setpoints, and what it leaves of a part.
 
 mod correcting;
+mod drives;
 mod grinding;
 mod motion;
 mod pressing;

@@ -91,6 +91,7 @@ fn an_axis_settles_within_the_time_its_gain_gives() {
         velocity_feed_forward: 0.9,
         acceleration_feed_forward: 0.0,
         velocity_loop_rad_s,
+        ..DriveSettings::IDEAL
     };
     for drive in [drive(50.0, Some(600.0)), drive(200.0, Some(600.0)), drive(100.0, None), DriveSettings::IDEAL] {
         let mut machine = machine(&cam_grinder().with_drives(drive));

@@ -1,15 +1,16 @@
 //! Machine files: what is written, and the description it means.
 
-use super::ConfigError;
 use super::contact_file::ContactFile;
+use super::drive_file::{SlideDriveFile, SpindleDriveFile};
 use super::fault_file::AlarmRetractFile;
 use super::gauge_file::GaugeFile;
 use super::wheel_file::{DresserFile, ExtentFile};
 use super::yaml::Document;
+use super::{ConfigError, Place};
 use camwright::machine::description::{
-    Axis, AxisDescription, DriveSettings, MachineDescription, MotionLimits, Scale, Station, WheelDescription,
+    Axis, AxisDescription, MachineDescription, MotionLimits, Scale, Station, WheelDescription,
 };
-use camwright::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
+use camwright::units::{rad_from_deg, rad_s_from_rpm};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::path::Path;
@@ -56,7 +57,8 @@ struct RotaryFile {
     search_speed_rpm: f64,
     power_up_position_deg: f64,
     inertia_kg_m2: f64,
-    drive: DriveFile,
+    drive: SpindleDriveFile,
+    good_drive: Option<SpindleDriveFile>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -75,16 +77,8 @@ struct LinearFile {
     search_speed_mm_s: f64,
     power_up_position_mm: f64,
     mass_kg: f64,
-    drive: DriveFile,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct DriveFile {
-    kv_1_s: f64,
-    velocity_feed_forward: f64,
-    acceleration_feed_forward: f64,
-    velocity_loop_hz: Option<f64>,
+    drive: SlideDriveFile,
+    good_drive: Option<SlideDriveFile>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -137,6 +131,7 @@ pub fn parse(path: &Path, text: &str, overrides: &[String]) -> Result<Machine, C
     let hash = Sha256::digest(document.text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect();
     let description = describe(&file, hash);
     check(&document, &file)?;
+    description.validate().map_err(|error| ConfigError::at(Place::file(path), error.to_string()))?;
     Ok(Machine { description, source: document.text })
 }
 
@@ -191,7 +186,8 @@ fn rotary(file: &RotaryFile) -> AxisDescription {
         min_following_error: rad_from_deg(file.min_following_error_deg),
         needs_homing: true,
         search_velocity: rad_s_from_rpm(file.search_speed_rpm),
-        drive: drive(&file.drive),
+        drive: file.drive.settings(),
+        good_drive: file.good_drive.as_ref().map(SpindleDriveFile::settings),
         inertia: file.inertia_kg_m2,
         power_up_position: rad_from_deg(file.power_up_position_deg),
     }
@@ -212,18 +208,10 @@ fn linear(axis: Axis, file: &LinearFile) -> AxisDescription {
         min_following_error: file.min_following_error_mm,
         needs_homing: false,
         search_velocity: file.search_speed_mm_s,
-        drive: drive(&file.drive),
+        drive: file.drive.settings(),
+        good_drive: file.good_drive.as_ref().map(SlideDriveFile::settings),
         inertia: file.mass_kg,
         power_up_position: file.power_up_position_mm,
-    }
-}
-
-fn drive(file: &DriveFile) -> DriveSettings {
-    DriveSettings {
-        kv_1_s: file.kv_1_s,
-        velocity_feed_forward: file.velocity_feed_forward,
-        acceleration_feed_forward: file.acceleration_feed_forward,
-        velocity_loop_rad_s: file.velocity_loop_hz.map(|hz| hz * TURN_RAD),
     }
 }
 
@@ -255,7 +243,8 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
     within("c_axis.max_following_error_deg", c.max_following_error_deg, c.min_following_error_deg, 360.0)?;
     within("c_axis.power_up_position_deg", c.power_up_position_deg, -360.0, 360.0)?;
     within("c_axis.inertia_kg_m2", c.inertia_kg_m2, 1e-6, 1e4)?;
-    check_drive(&within, "c_axis", &c.drive)?;
+    c.drive.check("c_axis.drive", &within)?;
+    c.good_drive.as_ref().map_or(Ok(()), |drive| drive.check("c_axis.good_drive", &within))?;
     for (name, axis) in [("x_axis", &file.x_axis), ("z_axis", &file.z_axis)] {
         let within = |key: &str, value: f64, low: f64, high: f64| within(&format!("{name}.{key}"), value, low, high);
         #[allow(clippy::cast_precision_loss, reason = "only compared with a range")]
@@ -272,7 +261,8 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
         within("max_following_error_mm", axis.max_following_error_mm, axis.min_following_error_mm, 1e3)?;
         within("power_up_position_mm", axis.power_up_position_mm, axis.soft_min_mm, axis.soft_max_mm)?;
         within("mass_kg", axis.mass_kg, 1e-3, 1e6)?;
-        check_drive(&within, "", &axis.drive)?;
+        axis.drive.check("drive", &within)?;
+        axis.good_drive.as_ref().map_or(Ok(()), |drive| drive.check("good_drive", &within))?;
     }
     within("dog_length_mm", file.dog_length_mm, 0.1, 1e3)?;
     within("switch_hysteresis_mm", file.switch_hysteresis_mm, 0.0, file.dog_length_mm)?;
@@ -317,14 +307,6 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
 
 /// Checks a value under a key against a range.
 pub(super) type RangeCheck<'a> = dyn Fn(&str, f64, f64, f64) -> Result<(), ConfigError> + 'a;
-
-fn check_drive(within: &RangeCheck<'_>, axis: &str, drive: &DriveFile) -> Result<(), ConfigError> {
-    let key = |name: &str| if axis.is_empty() { format!("drive.{name}") } else { format!("{axis}.drive.{name}") };
-    within(&key("kv_1_s"), drive.kv_1_s, 1.0, 2000.0)?;
-    within(&key("velocity_feed_forward"), drive.velocity_feed_forward, 0.0, 1.0)?;
-    within(&key("acceleration_feed_forward"), drive.acceleration_feed_forward, 0.0, 1.0)?;
-    drive.velocity_loop_hz.map_or(Ok(()), |hz| within(&key("velocity_loop_hz"), hz, 1.0, 5000.0))
-}
 
 fn check_stations(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
     if file.stations.is_empty() {

@@ -2,6 +2,7 @@
 //! there is only meaning.
 
 mod contact_file;
+mod drive_file;
 pub mod fault_file;
 mod follower_file;
 mod gauge_file;

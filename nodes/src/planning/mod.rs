@@ -22,7 +22,7 @@ mod turn;
 mod turn_summary;
 
 pub use blame::blame;
-pub use causes::{Without, causes};
+pub use causes::{Causes, Instead, Without, causes};
 pub use dresses::{DressSummary, KeptPathSummary, dresses};
 pub use export::{LimitSummary, LobeSummary, PassSummary, Summary, lobe_times_s, summary, write};
 pub use findings::{Finding, Report, Severity, check};
@@ -30,7 +30,7 @@ pub use giving_way::{FORM_TOLERANCE_MM, GivingWay};
 pub use inspect::{inspections, write_inspection};
 pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
 pub use lobes::{BLANK_POINTS, LobeFormError, blank, lobe_result};
-pub use rehearse::{RehearsalFailed, rehearse_job};
+pub use rehearse::{RehearsalFailed, rehearse_job, rehearse_job_on};
 pub use times::{TimeCompared, compare_times};
 pub use turn_summary::{BoundSummary, RemovalClass};
 

@@ -5,7 +5,7 @@ use super::{PreparedJob, blank, lobe_result};
 use crate::convert::{m_from_mm, mm_from_m, plan::plan_from_pages};
 use camwright::interpolator::{Interpolator, Motion, Prepared};
 use camwright::machine::Machine;
-use camwright::machine::description::Effect;
+use camwright::machine::description::{Effect, MachineDescription};
 use camwright::machine::report::TickReport;
 use camwright::machine::state::LastingState;
 use camwright::rehearsal::{Rehearsed, rehearse};
@@ -34,11 +34,23 @@ pub fn rehearse_job(
     without: &[Effect],
     tell: impl FnMut(&Setpoint, &TickReport),
 ) -> Result<(Rehearsed, Vec<LobeResult>), RehearsalFailed> {
-    let job = &prepared.planned.plan.job;
-    let failed = |reason: String| RehearsalFailed { job: job.clone(), reason };
     let own = prepared.machine.clone();
     let description = without.iter().fold(own, |machine, effect| machine.without(*effect));
-    let lasting = LastingState::new(&description).with_wheel(prepared.wheel);
+    rehearse_job_on(prepared, &description, tell)
+}
+
+/// Runs a job on a machine that differs from its own in nothing that its plan was made for, and measures what was ground.
+///
+/// # Errors
+/// See [`rehearse_job`].
+pub fn rehearse_job_on(
+    prepared: &PreparedJob,
+    description: &MachineDescription,
+    tell: impl FnMut(&Setpoint, &TickReport),
+) -> Result<(Rehearsed, Vec<LobeResult>), RehearsalFailed> {
+    let job = &prepared.planned.plan.job;
+    let failed = |reason: String| RehearsalFailed { job: job.clone(), reason };
+    let lasting = LastingState::new(description).with_wheel(prepared.wheel);
     let mut machine = Machine::new(description.clone(), lasting).map_err(|error| failed(error.to_string()))?;
     for lobe in &prepared.planned.lobes {
         let raw = blank(&lobe.design, prepared.job.spec.stock_mm);
@@ -48,10 +60,9 @@ pub fn rehearse_job(
             .map_err(|error| failed(error.to_string()))?;
     }
     // The plan as a receiver of its pages has it: the way through metres is part of it.
-    let (plan, _) = plan_from_pages(&prepared.pages, &description).map_err(|error| failed(error.to_string()))?;
-    let motion =
-        Prepared::new(Motion::Plan(Arc::new(plan)), &description).map_err(|error| failed(error.to_string()))?;
-    let mut interpolator = Interpolator::new(&description);
+    let (plan, _) = plan_from_pages(&prepared.pages, description).map_err(|error| failed(error.to_string()))?;
+    let motion = Prepared::new(Motion::Plan(Arc::new(plan)), description).map_err(|error| failed(error.to_string()))?;
+    let mut interpolator = Interpolator::new(description);
     let rehearsed =
         rehearse(Box::new(motion), &mut interpolator, &mut machine, tell).map_err(|error| failed(error.to_string()))?;
     let results = prepared

@@ -34,7 +34,8 @@ fn axis(axis: Axis, scale: Scale, limits: MotionLimits, soft_limits: Option<(f64
         needs_homing: axis == Axis::C,
         search_velocity: if axis == Axis::C { rad_s_from_rpm(20.0) } else { 40.0 },
         drive: DriveSettings::IDEAL,
-        inertia: 1.0,
+        good_drive: None,
+        inertia: if axis == Axis::C { 0.05 } else { 250.0 },
         power_up_position: 0.0,
     }
 }

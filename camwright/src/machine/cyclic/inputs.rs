@@ -5,7 +5,6 @@ use crate::machine::alarm::AlarmKind;
 use crate::machine::axis::Span;
 use crate::machine::description::{AXIS_COUNT, Axis};
 use crate::machine::fault::{GaugeFault, ORIGIN_TOLERANCE_RAD};
-use crate::machine::plausibility::DRIVE_HEADROOM;
 use crate::machine::report::MAX_LATCHES;
 use crate::machine::workpiece::Removal;
 use crate::numeric::fixed_list::FixedList;
@@ -169,13 +168,10 @@ impl Machine {
             let now = state.reading();
             let [before, last] = self.readings[i];
             self.readings[i] = [last, now];
-            let most = 2.0
-                * DRIVE_HEADROOM
-                * self.description.axes[i].limits.acceleration
-                * state.counts_per_unit
-                * cycle_time_s
-                * cycle_time_s
-                + JUMP_COUNTS;
+            let description = &self.description.axes[i];
+            let most = 2.0 * description.most_acceleration() * state.counts_per_unit * cycle_time_s * cycle_time_s
+                + JUMP_COUNTS
+                + 4.0 * (description.drive.encoder_step_counts + description.drive.encoder_noise_counts);
             let jump = (now.saturating_sub(last)).saturating_sub(last.saturating_sub(before)).unsigned_abs() as f64;
             if jump > most {
                 let per_unit = state.counts_per_unit;

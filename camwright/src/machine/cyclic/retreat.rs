@@ -208,8 +208,9 @@ impl Machine {
     /// One servo step of every axis.
     pub(super) fn servo_step(&mut self, index: u32) -> [Span; AXIS_COUNT] {
         let (count, step_s, dead, draw) = (self.description.servo_steps_per_tick, self.step_s, self.dead, self.draw);
+        let forces = self.cutting_forces();
         core::array::from_fn(|i| match draw.filter(|_| i == X && dead[i]) {
-            _ if !dead[i] => self.axes[i].step(index, count, step_s),
+            _ if !dead[i] => self.axes[i].step(index, count, step_s, forces[i]),
             Some(draw) => self.axes[i].draw(draw.pull, draw.fastest, draw.end),
             None => self.axes[i].coast(),
         })

@@ -47,6 +47,22 @@ impl Machine {
         contact.law(self.table_mm(), common_mm)
     }
 
+    /// What the contact does to the axes (N of a slide, N m of the headstock): along its normal it pushes the wheelhead away, and turns
+    /// the part out of the wheel's way by the arm that the normal's line has about the part's axis.
+    pub(super) fn cutting_forces(&self) -> [f64; AXIS_COUNT] {
+        if self.force_n == 0.0 {
+            return [0.0; AXIS_COUNT];
+        }
+        let wheelhead = &self.axes[Axis::X.index()];
+        let centre_mm = wheelhead.true_position() / wheelhead.counts_per_unit + self.lasting.wheel_radius_mm;
+        let (along, across) = self.deflection.normal;
+        let sense = f64::from(self.description.rotation_sense);
+        let mut forces = [0.0; AXIS_COUNT];
+        forces[Axis::X.index()] = self.force_n * along;
+        forces[Axis::C.index()] = sense * self.force_n * across * centre_mm * 1e-3;
+        forces
+    }
+
     /// What the gauge reads at the end of a tick, while C turns.
     pub(super) fn gauge(&mut self, lobe: Option<usize>) -> [Option<f64>; 2] {
         let Some(gauge) = &mut self.gauge else { return [None; 2] };

@@ -49,8 +49,7 @@ impl Machine {
         gauge_mm: [Option<f64>; 2],
     ) -> TickReport {
         let cycle_time_s = self.description.cycle_time_s();
-        // The part pushes the wheelhead away, its motor holds against it.
-        let pressing_n = self.force_n * self.deflection.normal.0;
+        let forces = self.cutting_forces();
         TickReport {
             tick: self.tick,
             axes: core::array::from_fn(|i| {
@@ -60,7 +59,7 @@ impl Machine {
                     counts: axis.counts(),
                     position: axis.scale.position(axis.counts()),
                     velocity: axis.velocity(),
-                    effort: axis.effort(cycle_time_s) - if i == Axis::X.index() { pressing_n } else { 0.0 },
+                    effort: axis.effort(cycle_time_s, forces[i]),
                     following_error: axis.following_error(),
                     is_at_rest: axis.is_at_rest(),
                     is_homed: axis.homed,
