@@ -139,7 +139,8 @@ fn an_interpolator_that_dies_in_the_cut_is_a_stop_and_a_new_one_goes_on() {
     until("the axes are at rest", || !*moving.lock().expect("not poisoned"));
     let (status, result) = job.result(PATIENCE).expect("a result");
     assert_eq!((status, result.success), (GoalStatus::Aborted, false), "{}", result.message);
-    assert!(result.message.contains("the axis interpolator has left"), "{}", result.message);
+    assert!(result.message.contains("the axis interpolator does not answer"), "{}", result.message);
+    assert_eq!(result.alarm, 80, "{}", result.message);
 
     interpolator = start(env!("CARGO_BIN_EXE_axis_interpolator"), &[]);
     let reset = node.client::<Trigger>("machine/reset").expect("a client");

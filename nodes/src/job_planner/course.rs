@@ -100,6 +100,11 @@ impl Shared {
         Ok(prepared)
     }
 
+    /// The first alarm that keeps the machine from moving.
+    pub(super) fn stopping_alarm(&self) -> Option<Alarm> {
+        lock(&self.alarms).iter().find(|alarm| alarm.active && alarm.severity >= Alarm::STOP).cloned()
+    }
+
     /// Everything that stands between a goal and its first motion.
     fn decide(&self, name: &str, overrides: &[String]) -> Result<PreparedJob, String> {
         let there = |outcome: Result<(), RosError>| outcome.map_err(|error| error.to_string());
@@ -107,7 +112,7 @@ impl Shared {
         there(self.execute.wait_for_server(MEETING))?;
         let machine = lock(&self.machine).clone();
         let machine = machine.ok_or("the machine has not said what it is (topic machine/description)")?;
-        if let Some(alarm) = lock(&self.alarms).iter().find(|alarm| alarm.active && alarm.severity >= Alarm::STOP) {
+        if let Some(alarm) = self.stopping_alarm() {
             return Err(format!("alarm {} needs a reset: {}; {}", alarm.number, alarm.text, alarm.remedy));
         }
         self.prepare(name, overrides, Some(machine))

@@ -253,6 +253,7 @@ impl Run {
     fn wait(&self, plan: &ClientGoal<ExecutePlan>) -> Result<(GoalStatus, ExecutePlanResult), Failure> {
         let mut give_up: Option<Instant> = None;
         let mut seen = Instant::now();
+        let mut alarmed: Option<Instant> = None;
         loop {
             match self.inbox.recv_timeout(WATCH) {
                 Ok(Event::Ended(status, result)) => return Ok((status, result)),
@@ -270,6 +271,17 @@ impl Run {
                         return Err(Failure::Failed(
                             "the axis interpolator has left; the machine stops on the path by itself".into(),
                         ));
+                    }
+                    // DDS takes most of a minute to miss a node that died; an interpolator that lives ends a job with the alarm.
+                    let stopped = self.shared.stopping_alarm();
+                    alarmed = stopped.as_ref().map(|_| alarmed.unwrap_or_else(Instant::now));
+                    if let (Some(alarm), Some(_)) = (stopped, alarmed.filter(|since| since.elapsed() > OUT_OF_SIGHT)) {
+                        let message = format!(
+                            "alarm {} has stopped the machine ({}), and the axis interpolator does not answer",
+                            alarm.number, alarm.text
+                        );
+                        let ended = ExecutePlanResult { alarm: alarm.number, message, ..ExecutePlanResult::default() };
+                        return Ok((GoalStatus::Aborted, ended));
                     }
                 }
             }
