@@ -9,7 +9,7 @@
 use crate::convert::setpoints::ChunkBuffer;
 use crate::cyclic::{Receiver, Sender, Waker};
 use camwright::interpolator::{
-    AppliedInput, Event, Interpolator, Order, Outcome, Prepared, Request, StartError, Status, TickInputs,
+    AppliedInput, Event, Interpolator, Order, Outcome, Prepared, Request, StartError, State, Status, TickInputs,
 };
 use camwright::machine::buffer::TailPoint;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
@@ -225,7 +225,7 @@ impl Engine {
     }
 
     fn take_news(&mut self, news: &News) {
-        let is_first = self.seen.is_none();
+        let stopped_before = self.seen.map(|seen| seen.has_alarms);
         for latch in &news.latches {
             self.interpolator.feedback(latch);
         }
@@ -255,7 +255,7 @@ impl Engine {
         }
         self.unacknowledged = self.unacknowledged.filter(|(sequence, _)| news.commands_received < *sequence);
         self.report_end();
-        if is_first {
+        if self.running.is_none() && stopped_before != Some(self.has_alarms()) {
             self.tell_idle();
         }
     }
@@ -456,10 +456,11 @@ impl Engine {
         self.tell_idle();
     }
 
-    /// Status between motions, with the override that the next one begins with.
+    /// Status between motions, with the override that the next one begins with; a fault until the machine's alarm is reset.
     fn tell_idle(&mut self) {
         let Some(seen) = self.seen else { return };
-        let mut status = self.interpolator.idle_status();
+        let state = if seen.has_alarms { State::Fault } else { State::Idle };
+        let mut status = Status { state, ..self.interpolator.idle_status() };
         if let Some(Request::SetOverride(value)) = self.requests.iter().flatten().find(|request| is_override(request)) {
             status.feed_override = *value;
         }
