@@ -35,6 +35,12 @@ pub(crate) const BLEND_SHARE: f64 = 0.05;
 /// Longest blend (rad): half of that of a spiral lies in the first spark-out turn, of which three quarters must stay.
 const LONGEST_BLEND_RAD: f64 = TURN_RAD / 2.0;
 
+/// Where the wheel leaves a part that still turns: how far before the end of the last turn it begins and ends to go outwards (rad), and
+/// how far it goes (mm). Farther than any part gives way in a dwell; over so much of a turn that what it leaves is smooth, and done
+/// before C slows down.
+pub(crate) const LEAVES_RAD: (f64, f64) = (TURN_RAD * 0.7, TURN_RAD * 0.1);
+const LEAVES_MM: f64 = 0.2;
+
 /// Most turns with infeed: beyond it a mistyped ΔR is likelier than a wish.
 const MOST_TURNS: u32 = 1000;
 
@@ -306,6 +312,19 @@ impl InfeedLaw {
             Knot { at: -blend_rad, value: first.value - 0.5 * blend_rad * first.first, first: 0.0, second: 0.0 };
         let knots = [before].into_iter().chain(self.law.knots().iter().copied()).collect();
         let law = HermiteSpline::new(knots).expect("a blend is longer than nothing; all numbers are finite");
+        Self { law, ..self }
+    }
+
+    /// The same law for a cut of so many turns (rad) at whose end the wheel leaves the part while it still turns: with the last part of
+    /// the last turn X goes outwards, so that nothing on the part tells where C stopped.
+    #[must_use]
+    pub(crate) fn left_turning(self, turns_rad: f64) -> Self {
+        let left_mm = self.schedule.left_mm;
+        let still = |at: f64, value: f64| Knot { at, value, first: 0.0, second: 0.0 };
+        let knots = self.law.knots().iter().copied();
+        let leaving = [still(turns_rad - LEAVES_RAD.0, left_mm), still(turns_rad - LEAVES_RAD.1, left_mm + LEAVES_MM)];
+        let law = HermiteSpline::new(knots.chain(leaving).collect())
+            .expect("the last blend ends within the first quarter of the last turns; all numbers are finite");
         Self { law, ..self }
     }
 

@@ -13,6 +13,9 @@ use crate::follower::Follower;
 use crate::lift::LiftLaw;
 use crate::machine::description::MachineDescription;
 use crate::machine::fixture::Extent;
+use crate::raw_part::RawPart;
+use crate::runout::Mode;
+use crate::runout::state::MOST_HARMONICS;
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -32,6 +35,31 @@ pub struct ProfileSpec {
     /// Radius of the base circle (mm).
     pub base_radius_mm: f64,
 }
+
+impl ProfileSpec {
+    /// It has no lift: a journal.
+    #[must_use]
+    pub fn is_round(&self) -> bool {
+        self.lift.max_lift_mm() < ROUND_MM
+    }
+}
+
+/// A lift below this is none (mm): what a formula of no lift rounds to.
+const ROUND_MM: f64 = 1e-9;
+
+/// How the runout of journals is corrected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CorrectionSpec {
+    /// By which law.
+    pub mode: Mode,
+    /// Harmonics of the part that are told apart in what the gauge read.
+    pub harmonics: u32,
+    /// Material that the passes leave for the turn that corrects (mm): more than what the part may be smaller than where X stands.
+    pub allowance_mm: f64,
+}
+
+/// Most that may be left for the turn that corrects (mm): it is cut in a single turn.
+pub const MOST_ALLOWANCE_MM: f64 = 0.1;
 
 /// One lobe of the part.
 #[derive(Debug, Clone, PartialEq)]
@@ -280,6 +308,10 @@ pub struct JobSpec {
     pub clearance_mm: f64,
     /// Wheels that single lobes or passes ask for. The machine has one.
     pub wheels: Vec<WheelWish>,
+    /// What is off about the raw part.
+    pub raw_part: RawPart,
+    /// How the runout of its journals is corrected; `None`: not at all. Then every lobe is a journal.
+    pub correction: Option<CorrectionSpec>,
 }
 
 /// A body of revolution on the part that is not ground.
@@ -371,11 +403,56 @@ impl JobSpec {
             let Extent { from_mm, to_mm, radius_mm } = obstacle.extent;
             return Err(JobError::NoBody { name: obstacle.name.clone(), from_mm, to_mm, radius_mm });
         }
+        if let Some(bend) = self.raw_part.bend
+            && bend.between_mm.0.partial_cmp(&bend.between_mm.1) != Some(core::cmp::Ordering::Less)
+        {
+            let (from_mm, to_mm) = bend.between_mm;
+            return Err(JobError::BentNowhere { from_mm, to_mm });
+        }
+        if !self.raw_part.reach_mm().is_finite() {
+            let (key, value) = ("raw_part", self.raw_part.reach_mm());
+            return Err(JobError::OutOfRange { place: String::new(), key, value, wanted: "made of finite numbers" });
+        }
+        self.check_correction(machine)?;
         for wish in &self.wheels {
             positive(|| alloc::format!("{}: ", wish.of), "wheel_radius_mm", wish.radius_mm)?;
         }
         finite(String::new, "home.x_mm", self.home.x_mm)?;
         finite(String::new, "home.z_mm", self.home.z_mm)
+    }
+
+    /// Material of the raw part above the contour where it has most (mm).
+    #[must_use]
+    pub fn most_stock_mm(&self) -> f64 {
+        self.stock_mm + self.raw_part.reach_mm()
+    }
+
+    /// What correcting runout needs of the machine and of the job.
+    fn check_correction(&self, machine: &MachineDescription) -> Result<(), JobError> {
+        let Some(correction) = &self.correction else { return Ok(()) };
+        let lacks = |what| Err(JobError::CannotCorrect { machine: machine.name.clone(), what });
+        if machine.gauge.is_none() {
+            return lacks("in-process gauge");
+        }
+        if machine.contact.is_none() {
+            return lacks("known stiffness (contact)");
+        }
+        if let BetweenLobes::TurnsOn { .. } = self.c_between_lobes {
+            return Err(JobError::CorrectsAndTurnsOn);
+        }
+        for lobe in &self.lobes {
+            if self.profiles.get(lobe.profile).is_some_and(|profile| !profile.is_round()) {
+                return Err(JobError::NotRound { lobe: lobe.name.clone() });
+            }
+        }
+        let range = |key, value, wanted| Err(JobError::OutOfRange { place: String::new(), key, value, wanted });
+        if !(1..=MOST_HARMONICS).contains(&correction.harmonics) {
+            return range("runout_correction.harmonics", f64::from(correction.harmonics), "1 to 100");
+        }
+        if !(correction.allowance_mm >= 0.0 && correction.allowance_mm <= MOST_ALLOWANCE_MM) {
+            return range("runout_correction.allowance_mm", correction.allowance_mm, "0 to 0.1");
+        }
+        Ok(())
     }
 
     fn check_lobe(&self, index: usize, lobe: &LobeSpec, machine: &MachineDescription) -> Result<(), JobError> {

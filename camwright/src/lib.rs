@@ -26,6 +26,7 @@ pub mod path_stop;
 pub mod plan;
 pub mod plan_check;
 pub mod point_to_point;
+pub mod raw_part;
 pub mod rehearsal;
 pub mod runout;
 pub mod setpoint;

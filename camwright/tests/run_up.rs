@@ -34,6 +34,7 @@ fn from_anywhere_on_the_lobe_both_ramps_together_lose_little() {
             infeed_direction: InfeedDirection::X,
             ratio: None,
             spark_out_turns: 2,
+            leaves_turning: false,
             speed: SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 10.0, most_rad_s: 31.4 },
             comes: None,
             goes: None,

@@ -140,7 +140,7 @@ fn bodies(job: &JobSpec, machine: &MachineDescription, lobes: &[PlannedLobe]) ->
         let place_mm = machine.station(&lobe.design.station)?.position_mm;
         let half_mm = 0.5 * lobe.design.width_mm;
         // X is largest with the farthest point of the contour on the wheel line, and is its radius there.
-        let radius_mm = extremes(lobe.tool_path.spline()).1 + job.stock_mm;
+        let radius_mm = extremes(lobe.tool_path.spline()).1 + job.most_stock_mm();
         Some((Body::Lobe(index), Extent { from_mm: place_mm - half_mm, to_mm: place_mm + half_mm, radius_mm }))
     };
     let obstacles = job.obstacles.iter().enumerate();

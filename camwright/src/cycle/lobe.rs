@@ -31,6 +31,14 @@ pub struct LobeDesign {
 }
 
 impl LobeDesign {
+    /// It is a journal: as large all round.
+    #[must_use]
+    pub fn is_round(&self) -> bool {
+        const SAME_MM: f64 = 1e-9;
+        let radius = |i: u32| self.contour.radius_at(f64::from(i) * TURN_RAD / 36.0);
+        (1..36).all(|i| (radius(i) - radius(0)).abs() < SAME_MM)
+    }
+
     /// Radius of the finished lobe at an azimuth of the part, measured from the key-way (mm, rad).
     #[must_use]
     pub fn radius_at(&self, part_azimuth_rad: f64) -> f64 {
@@ -235,7 +243,7 @@ pub(super) fn begins(
 }
 
 /// Where a lobe of this phase (rad) begins if C stands so (counts).
-fn begin_at(machine: &MachineDescription, phase_rad: f64, c_counts: i64) -> Begin {
+pub(super) fn begin_at(machine: &MachineDescription, phase_rad: f64, c_counts: i64) -> Begin {
     let scale = machine.axis(Axis::C).scale;
     let c_rad = scale.position(c_counts.rem_euclid(scale.counts(TURN_RAD)));
     let path_rad = wrap_turn(c_rad - f64::from(machine.rotation_sense.signum()) * phase_rad);
@@ -305,6 +313,7 @@ impl LobePlanner<'_> {
                 infeed_direction: pass.infeed_direction,
                 ratio: shape.ratio.as_ref(),
                 spark_out_turns: pass.spark_out_turns,
+                leaves_turning: job.correction.is_some() && number == last,
                 speed: pass.speed,
                 comes: comes.filter(|_| number == 0),
                 goes: goes.filter(|_| number == last),
@@ -369,21 +378,16 @@ fn check_blank(
             .fold(f64::INFINITY, f64::min)
     };
     let gap_mm = gap_at(total_infeed_mm);
-    if gap_mm > job.stock_mm {
+    let stock_mm = job.most_stock_mm();
+    if gap_mm > stock_mm {
         return Ok(());
     }
-    let (mut low, mut high) = (0.0, 100.0 * (job.stock_mm + total_infeed_mm));
+    let (mut low, mut high) = (0.0, 100.0 * (stock_mm + total_infeed_mm));
     for _ in 0..50 {
         let middle = 0.5 * (low + high);
-        if gap_at(middle) > job.stock_mm { high = middle } else { low = middle }
+        if gap_at(middle) > stock_mm { high = middle } else { low = middle }
     }
-    Err(PlanError::TouchesBlank {
-        lobe: lobe.name.clone(),
-        gap_mm,
-        stock_mm: job.stock_mm,
-        total_infeed_mm,
-        least_mm: high,
-    })
+    Err(PlanError::TouchesBlank { lobe: lobe.name.clone(), gap_mm, stock_mm, total_infeed_mm, least_mm: high })
 }
 
 /// X keeps within its soft limits on every lobe and is clear of the part whenever table or part move. Where C turns on, X stands at
@@ -397,7 +401,7 @@ pub(super) fn check_travel(
 ) -> Result<(), PlanError> {
     let total_infeed_mm = total_infeed_mm(schedules);
     // X is largest with the farthest point of the contour on the wheel line, and is its radius there.
-    let reach = |lobe: &PlannedLobe| extremes(lobe.tool_path.spline()).1 + job.stock_mm;
+    let reach = |lobe: &PlannedLobe| extremes(lobe.tool_path.spline()).1 + job.most_stock_mm();
     let highest = lobes.iter().max_by(|a, b| reach(a).total_cmp(&reach(b)));
     let clear = |place: String, what: &'static str, x_mm: f64, moving: Axis, remedy: &'static str| match highest {
         Some(highest) if x_mm <= reach(highest) => Err(PlanError::NotClear {

@@ -20,6 +20,7 @@
 //! the angle σ·C − αj on, wherever in its table that is. Both ways are always built, and the time of both is told.
 
 mod clearance;
+mod correct;
 mod dress;
 mod error;
 mod lobe;
@@ -28,6 +29,7 @@ mod sequence;
 mod turning;
 mod wheels;
 
+pub use correct::{NotCorrected, PlannedCorrection, decide_corrections, plan_corrections, rests_rad};
 pub use error::PlanError;
 pub use lobe::{LobeDesign, PlannedLobe, designs};
 pub use order::{LobeOrder, fastest_order};
@@ -141,7 +143,7 @@ pub fn plan_job(
 /// The infeed of every pass; each begins where the one before ended.
 fn schedules(job: &JobSpec, machine: &MachineDescription) -> Result<Vec<InfeedSchedule>, PlanError> {
     let scale = machine.axis(Axis::X).scale;
-    let mut left_counts = 0;
+    let mut left_counts = job.correction.map_or(0, |correction| scale.counts(correction.allowance_mm));
     let mut schedules = Vec::with_capacity(job.passes.len());
     for pass in job.passes.iter().rev() {
         let schedule = InfeedSchedule::new(pass.total_infeed_mm, pass.infeed_per_block_mm, job.blocks_per_turn, scale)
@@ -193,7 +195,8 @@ impl<'a> Build<'a> {
             }
             sequence.grind(index, lobe, begin, 0)?;
         }
-        sequence.finish()
+        // Where runout is corrected a second half follows.
+        if self.planner.job.correction.is_some() { sequence.stand_by() } else { sequence.finish() }
     }
 
     /// The plan with C turning on from lobe to lobe, and its lobes.

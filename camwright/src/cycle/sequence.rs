@@ -6,10 +6,11 @@ use super::lobe::{Begin, PlannedLobe, Shape, soft_limit};
 use crate::job::{HoldInCut, JobSpec};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits, Station};
 use crate::numeric::hermite::HermiteSpline;
+use crate::numeric::periodic_spline::PeriodicSpline;
 use crate::path_stop::path_stop_s;
 use crate::plan::{AxisTarget, Command, CutSegment, Phase, Plan, Segment, SegmentKind};
 use crate::point_to_point::{MOVE_SHARE, MoveLaw, PointToPointError, rest_to_rest, velocity_ramp, whole_ticks};
-use crate::speed_plan::SpeedPlan;
+use crate::speed_plan::{SpeedPlan, WaySpeed};
 use crate::units::{TURN_RAD, wrap_turn};
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -170,16 +171,59 @@ impl<'a> Sequence<'a> {
         self.ticks
     }
 
+    /// A turn that corrects a journal: `cut` but for what is shared with the plan.
+    pub(super) fn correct(
+        &mut self,
+        index: usize,
+        name: &str,
+        cut: CutSegment,
+        path: PeriodicSpline,
+        speed: &WaySpeed,
+        offset: HermiteSpline,
+    ) -> Result<(), PlanError> {
+        let of = |phase: Phase| Of { phase, lobe: Some((index, name)), stock_mm: 0.0 };
+        let turn_counts = self.machine.axis(Axis::C).scale.counts(TURN_RAD);
+        self.plan.paths.push(path);
+        let cut = CutSegment {
+            speed: shared(&mut self.plan.time_laws, &speed.law),
+            infeed: shared(&mut self.plan.angle_laws, &offset),
+            start_counts: self.at[Axis::C.index()].rem_euclid(turn_counts),
+            ..cut
+        };
+        let motion = self.plan.motion_of(&cut).expect("its splines have just been put into the plan");
+        let (first, last) = (motion.x_mm(motion.start_s()), motion.x_mm(motion.end_s()));
+        let (first, last) = (self.counts(Axis::X, first), self.counts(Axis::X, last));
+        let rapid = Some(self.job.rapid_speed_mm_s);
+        self.move_axis(of(Phase::Approach), Axis::X, first, rapid, "rapid advance to just clear of it")?;
+        let ticks = whole_ticks(speed.law.end(), self.machine.cycle_time_s());
+        self.at[Axis::C.index()] += i64::from(cut.turns) * turn_counts;
+        self.at[Axis::X.index()] = last;
+        self.push(of(Phase::Cut), SegmentKind::Cut(cut), ticks, speed.stop_ticks, "one turn that corrects its runout");
+        let home = self.counts(Axis::X, self.job.home.x_mm);
+        self.move_axis(of(Phase::Retract), Axis::X, home, rapid, "rapid retract")
+    }
+
+    /// X to its home position and no more: the wheel runs on and the table stays, for the plan that follows.
+    pub(super) fn stand_by(mut self) -> Result<Plan, PlanError> {
+        let of = Of::part(Phase::Return);
+        self.move_axis(of, Axis::X, self.counts(Axis::X, self.job.home.x_mm), None, "wheel clear of the part")?;
+        Ok(self.done())
+    }
+
     /// X, then the table, to the home position; the plan.
     pub(super) fn finish(mut self) -> Result<Plan, PlanError> {
         let of = Of::part(Phase::Return);
         self.move_axis(of, Axis::X, self.counts(Axis::X, self.job.home.x_mm), None, "wheel to its home position")?;
         self.command(of, Command::WheelStop, "wheel stop");
         self.move_axis(of, Axis::Z, self.counts(Axis::Z, self.job.home.z_mm), None, "table to its home position")?;
+        Ok(self.done())
+    }
+
+    fn done(mut self) -> Plan {
         #[allow(clippy::cast_precision_loss, reason = "a part takes far less than 2^53 ticks")]
         let duration_s = self.ticks as f64 * self.machine.cycle_time_s();
         self.plan.duration_s = duration_s;
-        Ok(self.plan)
+        self.plan
     }
 
     /// The table goes to just before the switch, whichever side it comes from, then searches for it in its positive

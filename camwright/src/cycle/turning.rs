@@ -54,7 +54,7 @@ pub(super) fn clear_x_mm(planner: &LobePlanner<'_>, stopping: &[PlannedLobe]) ->
     let reach_mm = |lobe: &PlannedLobe| {
         let (_, highest_mm) = extremes(lobe.tool_path.spline());
         let infeed_mm = infeed_of_x_mm(planner.job, &lobe.tool_path, lobe.start_rad, planner.total_infeed_mm());
-        highest_mm + planner.job.stock_mm.max(infeed_mm)
+        highest_mm + planner.job.most_stock_mm().max(infeed_mm)
     };
     let clear_mm = stopping.iter().map(reach_mm).fold(0.0, f64::max) + planner.job.retract_clearance_mm;
     let scale = planner.machine.axis(Axis::X).scale;

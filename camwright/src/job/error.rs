@@ -132,6 +132,35 @@ pub enum JobError {
         /// Its radius.
         radius_mm: f64,
     },
+    /// A bend that is nowhere.
+    #[error(
+        "the raw part is bent between {from_mm} and {to_mm} mm; it must be bent from a smaller to a larger position"
+    )]
+    BentNowhere {
+        /// Its beginning (mm).
+        from_mm: f64,
+        /// Its end (mm).
+        to_mm: f64,
+    },
+    /// The machine cannot correct runout.
+    #[error("the runout of journals cannot be corrected on machine {machine}: it has no {what}")]
+    CannotCorrect {
+        /// The machine.
+        machine: String,
+        /// What it lacks.
+        what: &'static str,
+    },
+    /// What is not round has no runout.
+    #[error("lobe {lobe} is not round; the runout of a job is corrected only where all of it are journals")]
+    NotRound {
+        /// The lobe.
+        lobe: String,
+    },
+    /// Between measuring and correcting C stops.
+    #[error(
+        "c_axis cannot turn on between the journals of a job whose runout is corrected: every one is measured to its end"
+    )]
+    CorrectsAndTurnsOn,
     /// A number is outside its range.
     #[error("{place}{key} is {value}; it must be {wanted}")]
     OutOfRange {

@@ -7,9 +7,21 @@
 use crate::machine::description::{GaugeDescription, GaugeKind};
 use crate::machine::workpiece::{Deflection, Lobe};
 use crate::numeric::noise::Noise;
+use crate::runout::gauge::{self, GaugeError};
 use crate::units::TURN_RAD;
 
 impl GaugeDescription {
+    /// Its first gauge as one that tells the depth of cut, on a machine whose part has this share in what gives way.
+    ///
+    /// # Errors
+    /// A contact at the wheel.
+    pub fn seen(&self, part_share: f64) -> Result<gauge::Gauge, GaugeError> {
+        match self.kind {
+            GaugeKind::Diameter => gauge::Gauge::diameter(self.behind_wheel_rad),
+            GaugeKind::Radius => gauge::Gauge::radius(self.behind_wheel_rad, part_share),
+        }
+    }
+
     /// Readings of a part without lag, noise and steps (mm), with the wheel line at this azimuth, and a part that gives way so far.
     fn touch(&self, lobe: &Lobe, line_rad: f64, sense: f64, part_gives_way: Deflection) -> [Option<f64>; 2] {
         [Some(self.behind_wheel_rad), self.second_behind_wheel_rad].map(|behind| {

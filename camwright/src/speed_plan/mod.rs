@@ -25,6 +25,7 @@ mod time_optimal;
 mod turn_request;
 mod turn_speed;
 mod variable;
+mod whole_way;
 
 pub use bound_use::{ACTIVE_SHARE, Bound, TurnBounds};
 pub use lead::{LEAD_PATH_SHARE, Turning, largest_lead_speed_rad_s, shortest_lead_s};
@@ -33,6 +34,7 @@ pub(crate) use limit_use::{figures, windows};
 pub use process::{Cutting, largest_speed_rad_s};
 pub use turn_request::{TurnError, TurnRequest};
 pub use turn_speed::{TurnPoint, TurnSpeed};
+pub(crate) use whole_way::{WayRequest, WaySpeed};
 
 use crate::cut_motion::CutMotion;
 use crate::infeed::{BLEND_SHARE, InfeedLaw, InfeedSchedule};
@@ -85,6 +87,8 @@ pub struct SpeedRequest<'a> {
     pub ratio: Option<&'a PeriodicSpline>,
     /// Turns without infeed after it.
     pub spark_out_turns: u32,
+    /// The wheel leaves the part at the end of the last turn, while it still turns.
+    pub leaves_turning: bool,
     /// Speed wanted.
     pub speed: SpeedLaw,
     /// How C comes to the cut if it turns; else from rest.
@@ -483,7 +487,8 @@ impl<'a> SpeedRequest<'a> {
     /// The infeed at a largest speed: its steps lie on the base circle, path angle 0.
     fn infeed_for(&self, speed_rad_s: f64) -> InfeedLaw {
         let law = self.infeed.law_for(speed_rad_s, self.x, wrap_turn(-self.path_start_rad));
-        if self.comes.is_some() { law.begun_at_speed() } else { law }
+        let law = if self.comes.is_some() { law.begun_at_speed() } else { law };
+        if self.leaves_turning { law.left_turning(f64::from(self.turns()) * TURN_RAD) } else { law }
     }
 }
 

@@ -158,6 +158,7 @@ fn cut_between(
         infeed_direction: InfeedDirection::X,
         ratio: None,
         spark_out_turns: 2,
+        leaves_turning: false,
         speed,
         c: machine.axis(Axis::C).limits,
         comes,

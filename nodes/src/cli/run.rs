@@ -406,6 +406,15 @@ impl Report<'_> {
                 um(lobe.form_error_rms),
             );
         }
+        for lobe in result.lobes.iter().filter(|lobe| lobe.runout_before > 0.0) {
+            println!(
+                "{:<5} ran out by {:.2} um when it was measured; one turn left {:.3} um, sparking out would have taken {:.0} turns",
+                lobe.name,
+                um(lobe.runout_before),
+                um(lobe.runout),
+                lobe.spark_out_turns.ceil(),
+            );
+        }
         for time in self.times.iter().skip(result.lobes.len()) {
             println!("{:<32} {:>6.2} s {:>18}", time.what, time.actual_s, predicted(time));
         }
@@ -483,6 +492,9 @@ impl Report<'_> {
                     "form_error_max_um": um(lobe.form_error_max),
                     "form_error_max_deg": deg_from_rad(lobe.form_error_max_angle),
                     "form_error_rms_um": um(lobe.form_error_rms),
+                    "runout_um": um(lobe.runout),
+                    "runout_before_um": um(lobe.runout_before),
+                    "spark_out_turns": lobe.spark_out_turns,
                 })
             })
             .collect();

@@ -3,6 +3,7 @@
 use super::ConfigError;
 use super::fault_file::{FaultFile, JobFault};
 use super::follower_file::FollowerFile;
+use super::journal_file::{CorrectionFile, RawPartFile};
 use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
 use super::locate::{Located, locate};
 use super::machine_file::{self, Machine};
@@ -69,6 +70,9 @@ struct JobFile {
     clearance_mm: f64,
     #[serde(default)]
     faults: Vec<FaultFile>,
+    #[serde(default)]
+    raw_part: RawPartFile,
+    runout_correction: Option<CorrectionFile>,
 }
 
 /// Bound on the power of the wheel's spindle.
@@ -200,6 +204,8 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     document.require_schema("job", SCHEMA_VERSION).map_err(one)?;
     let file: JobFile = document.read().map_err(one)?;
     let mut findings = ranges(&document, &file);
+    findings.extend(file.raw_part.findings(&document));
+    findings.extend(file.runout_correction.iter().flat_map(|correction| correction.findings(&document)));
     let machine = read_machine(&document, &file, located).map_err(|error| findings.push(error)).ok();
     let mut hasher = Sha256::new();
     add_to_hash(&mut hasher, &document.text);
@@ -305,6 +311,8 @@ fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks
         dressing: file.dressing.as_ref().map(DressingFile::spec),
         obstacles: file.obstacles.iter().map(ObstacleFile::spec).collect(),
         clearance_mm: file.clearance_mm,
+        raw_part: file.raw_part.part(),
+        correction: file.runout_correction.as_ref().map(CorrectionFile::spec),
         wheels: wishes(
             (file.lobes.iter().map(|lobe| ("lobe", lobe.name.as_str(), lobe.wheel_radius_mm)))
                 .chain(file.roughing.iter().map(|rough| ("pass", rough.name(), rough.wheel_radius_mm()))),

@@ -3,7 +3,7 @@
 //! ```text
 //! table, half_table, opening_table + closing_table ─► lift_text ─► rows ─► LiftTable ─► reading ─┐
 //! segments ─────────────────────────────────────────────────────────────► MotionProgram ─────────┼─► LiftLaw
-//! eccentric ─────────────────────────────────────────────────────────────► formula ──────────────┘
+//! eccentric, round ──────────────────────────────────────────────────────► formula ──────────────┘
 //! ```
 
 use super::follower_file::mm_per_deg;
@@ -29,7 +29,7 @@ const NOSE_DEG: f64 = 180.0;
 /// A lift larger than this many base radii is no cam that can be ground (a flat follower of 1 mm on 0.5 mm is).
 const LIFT_PER_BASE_RADIUS: f64 = 2.0;
 
-/// `lift` of a profile as written. Exactly one source: a table in one of its three forms, segments, or an eccentric.
+/// `lift` of a profile as written. Exactly one source: a table in one of its three forms, segments, an eccentric, or none: round.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LiftFile {
@@ -39,6 +39,7 @@ pub struct LiftFile {
     closing_table: Option<String>,
     segments: Option<Vec<SegmentFile>>,
     eccentric: Option<EccentricFile>,
+    round: Option<bool>,
     columns: Option<Vec<String>>,
     angle: Option<AngleUnit>,
     header_lines: Option<usize>,
@@ -118,16 +119,25 @@ pub fn read(
 ) -> Result<ProfileLift, Vec<ConfigError>> {
     let formula = |law| ProfileLift { law, table: None, files: Vec::new(), others: Vec::new(), warnings: Vec::new() };
     let halves = file.opening_table.is_some() || file.closing_table.is_some();
-    let sources =
-        [file.table.is_some(), file.half_table.is_some(), halves, file.segments.is_some(), file.eccentric.is_some()];
+    let is_round = file.round.unwrap_or(false);
+    let sources = [
+        file.table.is_some(),
+        file.half_table.is_some(),
+        halves,
+        file.segments.is_some(),
+        file.eccentric.is_some(),
+        is_round,
+    ];
     if sources.iter().filter(|given| **given).count() != 1 {
-        let message =
-            "lift needs exactly one of: table, half_table, opening_table with closing_table, segments, eccentric";
+        let message = "lift needs exactly one of: table, half_table, opening_table with closing_table, segments, eccentric, round: true";
         return Err(profile.refuse("", message));
     }
     refuse_misplaced(file, &profile)?;
     if let Some(segments) = &file.segments {
         return lift_formula::program(segments, file.start_deg.unwrap_or(0.0), &profile).map(formula);
+    }
+    if is_round {
+        return lift_formula::round(&profile).map(formula);
     }
     if let Some(eccentric) = &file.eccentric {
         return lift_formula::eccentric(eccentric, &profile).map(formula);
@@ -165,7 +175,7 @@ fn refuse_misplaced(file: &LiftFile, profile: &OfProfile<'_>) -> Result<(), Vec<
         ("smooth_within_um", file.smooth_within_um.is_some()),
     ];
     let mut errors = Vec::new();
-    let is_formula = file.segments.is_some() || file.eccentric.is_some();
+    let is_formula = file.segments.is_some() || file.eccentric.is_some() || file.round == Some(true);
     for (key, _) in for_tables.iter().filter(|(_, given)| is_formula && *given) {
         errors.extend(profile.refuse(key, format!("{key} is about a table; this lift is a formula")));
     }

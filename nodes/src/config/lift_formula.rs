@@ -85,6 +85,11 @@ fn segment_of(error: &ProgramError) -> Option<usize> {
     }
 }
 
+/// No lift: a journal.
+pub(super) fn round(profile: &OfProfile<'_>) -> Result<LiftLaw, Vec<ConfigError>> {
+    LiftLaw::eccentric_flat(0.0, 0.0).map_err(|error| profile.refuse("round", error))
+}
+
 /// What the follower does on a disc of radius base circle + eccentricity, turned about a point off its centre.
 pub(super) fn eccentric(file: &EccentricFile, profile: &OfProfile<'_>) -> Result<LiftLaw, Vec<ConfigError>> {
     let refuse = |message: String| profile.refuse("eccentric", message);

@@ -7,6 +7,7 @@ pub mod fault_file;
 mod follower_file;
 mod gauge_file;
 pub mod job_file;
+mod journal_file;
 pub mod lift_file;
 mod lift_formula;
 pub mod lift_text;

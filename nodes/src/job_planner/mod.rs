@@ -5,6 +5,7 @@
 
 mod board;
 mod course;
+mod gaugings;
 mod parts;
 mod run;
 mod services;
@@ -22,11 +23,12 @@ use board::Board;
 use camwright::wheel::WheelNow;
 use camwright_msgs::camwright_msgs::action::{ExecutePlan, RunJob};
 use camwright_msgs::camwright_msgs::msg::{
-    Alarm, MachineAlarms, MachineDescription as DescriptionMessage, PartLobe, PlanPage,
+    Alarm, GaugeReading, MachineAlarms, MachineDescription as DescriptionMessage, PartLobe, PlanPage,
 };
 use camwright_msgs::camwright_msgs::srv::{InjectFault, LoadLobe};
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use course::{Course, Loaded, RunHandler};
+use gaugings::Gaugings;
 use parts::Parts;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -35,6 +37,9 @@ use std::thread::JoinHandle;
 
 /// Pages of plans that a late joiner still gets: some ten plans.
 const PLAN_DEPTH: u32 = 256;
+
+/// Readings of the gauge that may wait for this node: two seconds of them.
+const GAUGE_DEPTH: u32 = 2000;
 
 /// A running `job_planner`.
 #[derive(Debug)]
@@ -62,6 +67,7 @@ struct Shared {
     machine: Mutex<Option<MachineNow>>,
     alarms: Mutex<Vec<Alarm>>,
     parts: Parts,
+    gaugings: Gaugings,
     board: Board,
     /// The job that `load_job` planned last.
     loaded: Mutex<Option<Loaded>>,
@@ -98,6 +104,7 @@ impl JobPlanner {
             machine: Mutex::default(),
             alarms: Mutex::default(),
             parts: Parts::default(),
+            gaugings: Gaugings::default(),
             board: Board::new(&node)?,
             loaded: Mutex::default(),
             course: Mutex::default(),
@@ -239,5 +246,13 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
     let alarms = node.subscribe::<MachineAlarms>("machine/alarms", &Qos::latched(1), move |message, _| {
         *lock(&this.alarms) = message.alarms;
     })?;
-    Ok(vec![description, part, alarms])
+    let this = Arc::clone(shared);
+    let gauge = node.subscribe::<GaugeReading>(
+        "machine/gauge",
+        &Qos::default_topic().keep_last(GAUGE_DEPTH),
+        move |reading, _| {
+            this.gaugings.take(&reading);
+        },
+    )?;
+    Ok(vec![description, part, alarms, gauge])
 }

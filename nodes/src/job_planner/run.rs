@@ -3,13 +3,15 @@
 use super::course::Course;
 use super::{Shared, lock};
 use crate::convert::plan::{phase_from, phase_name};
-use crate::planning::{self, PreparedJob};
+use crate::planning::{self, PreparedCorrection, PreparedJob};
 use crate::ros::{ClientGoal, GoalHandle, GoalStatus};
+use camwright::cycle::rests_rad;
+use camwright::runout::journal::LOG_ENDS_RAD;
 use camwright::speed_plan::SpeedPlan;
 use camwright_msgs::camwright_msgs::action::{
     ExecutePlan, ExecutePlanFeedback, ExecutePlanGoal, ExecutePlanResult, RunJob, RunJobFeedback, RunJobResult,
 };
-use camwright_msgs::camwright_msgs::msg::{JobStatus, LobeResult, PartLobe};
+use camwright_msgs::camwright_msgs::msg::{JobStatus, LobeResult, PartLobe, PlanPage};
 use camwright_msgs::camwright_msgs::srv::{InjectFaultRequest, LoadLobeRequest};
 use std::sync::{Arc, Mutex, mpsc};
 use std::time::{Duration, Instant};
@@ -61,9 +63,18 @@ pub(super) struct Run {
 struct LobeTicks {
     current: Option<usize>,
     spans: Vec<(u64, Option<u64>)>,
+    /// What the lobes took in the half before (ticks).
+    before: Vec<u64>,
 }
 
 impl LobeTicks {
+    /// The lobes come once more: the half before is over.
+    fn next_half(&mut self) {
+        let last = self.spans.iter().filter_map(|(_, end)| *end).max().unwrap_or_default();
+        self.before = (0..self.spans.len()).filter_map(|lobe| self.of(lobe, last)).collect();
+        (self.current, self.spans) = (None, Vec::new());
+    }
+
     fn note(&mut self, lobe: Option<usize>, tick: u64) {
         if lobe == self.current {
             return;
@@ -81,7 +92,8 @@ impl LobeTicks {
     /// Ticks of a lobe; the last one may end with the job.
     fn of(&self, lobe: usize, last_tick: u64) -> Option<u64> {
         let (begin, end) = self.spans.get(lobe)?;
-        Some(end.unwrap_or(last_tick).saturating_sub(*begin))
+        let before = self.before.get(lobe).copied().unwrap_or_default();
+        Some(before + end.unwrap_or(last_tick).saturating_sub(*begin))
     }
 }
 
@@ -134,19 +146,36 @@ impl Run {
     }
 
     fn proceed(&self, result: &mut RunJobResult) -> Result<(), Failure> {
-        for page in &self.prepared.pages {
-            self.shared.plan.publish(page).map_err(|error| failed_still(&error.to_string()))?;
-        }
         self.load_blanks()?;
+        self.publish(&self.prepared.pages)?;
         self.arm_faults()?;
-        let (status, ended) = self.execute()?;
+        self.listen();
+        let (status, mut ended) = self.execute(self.prepared.plan_hash(), 0.0)?;
         (result.alarm, result.first_tick, result.last_tick) = (ended.alarm, ended.first_tick, ended.last_tick);
+        let mut correction = None;
+        let status = match status {
+            GoalStatus::Succeeded if self.prepared.expected_correction.is_some() => {
+                let second = self.correct()?;
+                self.publish(&second.pages)?;
+                lock(&self.times).next_half();
+                let done_s = self.prepared.planned.plan.duration_s;
+                let (status, last) = self.execute(second.plan_hash(), done_s)?;
+                (result.alarm, result.last_tick) = (last.alarm, last.last_tick);
+                ended = ExecutePlanResult { first_tick: ended.first_tick, ..last };
+                correction = Some(second);
+                status
+            }
+            status => status,
+        };
         let ticks = ended.last_tick.saturating_sub(ended.first_tick);
         result.duration = self.seconds(ticks);
         result.duration_with_indexing = result.duration + self.prepared.planned.saved_by_not_indexing_s();
         match status {
             GoalStatus::Succeeded => {
                 result.lobes = self.measure(&ended)?;
+                if let Some(correction) = &correction {
+                    correction.add_to(&mut result.lobes);
+                }
                 let times = planning::compare_times(&self.prepared, &result.lobes, result.duration);
                 let told: Vec<String> = times.iter().map(ToString::to_string).collect();
                 self.shared.node.logger().info(&told.join("; "));
@@ -158,8 +187,48 @@ impl Run {
         }
     }
 
+    fn publish(&self, pages: &[PlanPage]) -> Result<(), Failure> {
+        pages
+            .iter()
+            .try_for_each(|page| self.shared.plan.publish(page))
+            .map_err(|error| failed_still(&error.to_string()))
+    }
+
+    /// Listens to the gauge where the job needs it.
+    fn listen(&self) {
+        match (&self.prepared.expected_correction, &self.prepared.machine.gauge) {
+            (Some(_), Some(gauge)) => self.shared.gaugings.listen(gauge.behind_wheel_rad),
+            _ => self.shared.gaugings.stop(),
+        }
+    }
+
+    /// Decides from what the gauge read how the second half goes.
+    fn correct(&self) -> Result<PreparedCorrection, Failure> {
+        let planned = &self.prepared.planned;
+        let rests = rests_rad(&planned.plan, &self.prepared.machine);
+        let names = planned.lobes.iter().map(|lobe| lobe.design.name.as_str());
+        let wanted: Vec<(&str, f64)> = names.zip(rests.iter().map(|rest_rad| rest_rad - LOG_ENDS_RAD)).collect();
+        let logs = self.shared.gaugings.wait(&wanted, MEASURING).map_err(|missing| {
+            Failure::Failed(format!(
+                "the gauge did not read lobe {missing} to the end of its dwell; the wheel is clear of the part"
+            ))
+        })?;
+        self.shared.gaugings.stop();
+        let correction = planning::correct(&self.prepared, &logs)
+            .map_err(|error| Failure::Failed(format!("{error}; the wheel is clear of the part")))?;
+        for told in correction.told(&self.prepared) {
+            self.shared.node.logger().info(&told);
+        }
+        self.shared.node.logger().info(&format!(
+            "second half: {:.2} s, plan {:.12}",
+            correction.planned.plan.duration_s,
+            correction.plan_hash()
+        ));
+        Ok(correction)
+    }
+
     fn told(&self, result: &RunJobResult) -> String {
-        let (lobes, predicted_s) = (result.lobes.len(), self.prepared.planned.plan.duration_s);
+        let (lobes, predicted_s) = (result.lobes.len(), self.prepared.duration_s());
         let late_s = result.duration - predicted_s;
         let mut took =
             format!("{lobes} lobes in {:.2} s, predicted {predicted_s:.2} s ({late_s:+.2} s)", result.duration);
@@ -192,9 +261,8 @@ impl Run {
 
     /// Puts the raw part between the centres.
     fn load_blanks(&self) -> Result<(), Failure> {
-        let stock_mm = self.prepared.job.spec.stock_mm;
-        for (index, lobe) in self.prepared.planned.lobes.iter().enumerate() {
-            let request = LoadLobeRequest { clear: index == 0, lobe: planning::blank(&lobe.design, stock_mm) };
+        for index in 0..self.prepared.planned.lobes.len() {
+            let request = LoadLobeRequest { clear: index == 0, lobe: planning::raw_lobe(&self.prepared, index) };
             let end = Instant::now() + AT_REST;
             loop {
                 self.check_cancelled()?;
@@ -232,14 +300,14 @@ impl Run {
         Ok(())
     }
 
-    /// Hands the plan to the interpolator and waits for its end.
-    fn execute(&self) -> Result<(GoalStatus, ExecutePlanResult), Failure> {
+    /// Hands a plan to the interpolator, before which so much of the job was done (s, as predicted), and waits for its end.
+    fn execute(&self, plan_hash: &str, done_s: f64) -> Result<(GoalStatus, ExecutePlanResult), Failure> {
         self.check_cancelled()?;
         let wanted = ExecutePlanGoal {
-            plan_hash: self.prepared.plan_hash().to_owned(),
+            plan_hash: plan_hash.to_owned(),
             client: format!("{}, job {}", self.shared.node.fully_qualified_name(), self.prepared.job.spec.name),
         };
-        let sent = self.shared.execute.send_goal(wanted, self.feedback(), ANSWER);
+        let sent = self.shared.execute.send_goal(wanted, self.feedback(done_s), ANSWER);
         let plan = sent.map_err(|error| failed_still(&error.to_string()))?;
         if !plan.accepted() {
             return Err(failed_still("the axis interpolator refused the plan; its log says why"));
@@ -292,11 +360,14 @@ impl Run {
         }
     }
 
-    /// Passes the interpolator's feedback on in the words of the job.
-    fn feedback(&self) -> impl FnMut(ExecutePlanFeedback) + Send + 'static {
+    /// Passes the interpolator's feedback on in the words of the job, of which so much was done before (s, as predicted).
+    fn feedback(&self, done_s: f64) -> impl FnMut(ExecutePlanFeedback) + Send + 'static {
         let (goal, times) = (self.goal.clone(), Arc::clone(&self.times));
         let names: Vec<String> = self.prepared.planned.plan.lobes.clone();
         let mut last_index = 0;
+        let whole_s = self.prepared.duration_s();
+        let first_s = self.prepared.planned.plan.duration_s;
+        let (half_s, after_s) = if done_s > 0.0 { (whole_s - done_s, 0.0) } else { (first_s, whole_s - first_s) };
         move |feedback| {
             let lobe = usize::try_from(feedback.lobe).ok().filter(|index| *index < names.len());
             lock(&times).note(lobe, feedback.tick);
@@ -310,8 +381,8 @@ impl Run {
                 turn: feedback.turn,
                 turns: feedback.turns,
                 stock: feedback.stock,
-                percent: feedback.percent,
-                time_left: feedback.time_left,
+                percent: (100.0 * done_s + feedback.percent * half_s) / whole_s,
+                time_left: feedback.time_left + after_s,
             });
         }
     }
@@ -356,6 +427,19 @@ mod tests {
             ticks.note(lobe, tick);
         }
         assert_eq!((ticks.of(0, 600), ticks.of(1, 600), ticks.of(2, 600)), (Some(200), Some(150), None));
+    }
+
+    #[test]
+    fn a_lobe_that_comes_twice_lasts_as_long_as_both_times() {
+        let mut ticks = LobeTicks::default();
+        for (lobe, tick) in [(None, 0), (Some(0), 100), (Some(1), 300), (None, 450)] {
+            ticks.note(lobe, tick);
+        }
+        ticks.next_half();
+        for (lobe, tick) in [(Some(0), 1000), (Some(1), 1040), (None, 1090)] {
+            ticks.note(lobe, tick);
+        }
+        assert_eq!((ticks.of(0, 1100), ticks.of(1, 1100)), (Some(240), Some(200)));
     }
 
     #[test]

@@ -75,6 +75,10 @@ fn job_key(job: &Job, error: &JobError) -> String {
             format!("{}.station", lobe_key(lobe))
         }
         JobError::TurnsAndIndexes => "c_between_lobes".into(),
+        JobError::BentNowhere { .. } => "raw_part.bent_between_mm".into(),
+        JobError::CannotCorrect { .. } => "runout_correction".into(),
+        JobError::NotRound { lobe } => format!("{}.profile", lobe_key(lobe)),
+        JobError::CorrectsAndTurnsOn => "c_between_lobes".into(),
         JobError::UnknownProfile { lobe, .. } => format!("{}.profile", lobe_key(lobe)),
         JobError::WiderThanWheel { lobe, .. } => format!("{}.width_mm", lobe_key(lobe)),
         JobError::NoSparkOut { .. } => "infeed.spark_out_turns".into(),

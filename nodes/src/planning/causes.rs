@@ -54,7 +54,9 @@ fn effects(machine: &MachineDescription) -> Vec<Effect> {
 /// # Errors
 /// See [`rehearse_job_on`].
 pub fn causes(prepared: &PreparedJob) -> Result<Causes, RehearsalFailed> {
-    let all = effects(&prepared.machine);
+    let mut all = effects(&prepared.machine);
+    // What a gauge finds by how the machine gives way cannot be found on one that does not.
+    all.retain(|effect| *effect != Effect::Deflection || prepared.expected_correction.is_none());
     let mut left_out: Vec<Vec<Effect>> = all.iter().map(|effect| vec![*effect]).collect();
     // One alone is all of them already.
     if all.len() > 1 {

@@ -165,7 +165,8 @@ pub struct LimitSummary {
 pub fn lobe_times_s(prepared: &PreparedJob) -> Vec<f64> {
     let cycle_s = prepared.machine.cycle_time_s();
     let ticks = |index: usize| -> u64 {
-        let segments = prepared.planned.plan.segments.iter();
+        let second = prepared.expected_correction.iter().flat_map(|second| &second.plan.segments);
+        let segments = prepared.planned.plan.segments.iter().chain(second);
         segments.filter(|segment| segment.lobe == Some(index)).map(|segment| segment.ticks).sum()
     };
     #[allow(clippy::cast_precision_loss, reason = "a job of 2^53 ticks would last 285 000 years")]
@@ -184,8 +185,8 @@ pub fn summary(prepared: &PreparedJob) -> Summary {
         job_hash: prepared.provenance.job_hash.clone(),
         machine_hash: prepared.provenance.machine_hash.clone(),
         plan_hash: prepared.plan_hash().to_owned(),
-        duration_s: plan.duration_s,
-        duration_with_indexing_s: plan.duration_with_indexing_s,
+        duration_s: prepared.duration_s(),
+        duration_with_indexing_s: prepared.duration_s() + prepared.planned.saved_by_not_indexing_s(),
         saved_by_turning_on_s: prepared.planned.saved_by_turning_on_s(),
         saved_s: prepared.planned.saved_by_not_indexing_s(),
         rotary_indexing: prepared.job.spec.rotary_indexing,

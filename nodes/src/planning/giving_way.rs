@@ -57,6 +57,10 @@ pub(super) fn of_lobe(prepared: &PreparedJob, lobe: usize) -> Option<GivingWay> 
 /// What is wrong with the spark-out of the lobe that keeps most, if more than the tolerance.
 pub(super) fn too_little_spark_out(prepared: &PreparedJob) -> Option<String> {
     let lobes = (0..prepared.planned.lobes.len()).filter_map(|lobe| Some((lobe, of_lobe(prepared, lobe)?)));
+    // What is left before the turn that corrects is not what is left of the job.
+    if prepared.job.spec.correction.is_some() {
+        return None;
+    }
     let (lobe, way) = lobes.max_by(|a, b| a.1.left_um.total_cmp(&b.1.left_um))?;
     let tolerance_um = um_from_mm(FORM_TOLERANCE_MM);
     if way.left_um <= tolerance_um {

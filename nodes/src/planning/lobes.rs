@@ -21,13 +21,12 @@ pub struct LobeFormError {
     pub source: FormError,
 }
 
-/// The raw outline of a lobe: its contour with the stock along the normal, on equal azimuths of the part.
+/// The raw outline of a lobe: its contour with the stock along the normal and what the part has above that (mm), on equal azimuths of
+/// the part.
 #[must_use]
-pub fn blank(design: &LobeDesign, stock_mm: f64) -> PartLobe {
-    let radius = (0..BLANK_POINTS)
-        .map(|i| blank_radius_mm(&design.contour, azimuth(i) - design.phase_rad, stock_mm))
-        .map(m_from_mm)
-        .collect();
+pub(super) fn blank(design: &LobeDesign, stock_mm: f64, above_mm: impl Fn(f64) -> f64) -> PartLobe {
+    let even_mm = |azimuth_rad: f64| blank_radius_mm(&design.contour, azimuth_rad - design.phase_rad, stock_mm);
+    let radius = (0..BLANK_POINTS).map(azimuth).map(|at| m_from_mm(even_mm(at) + above_mm(at))).collect();
     PartLobe {
         name: design.name.clone(),
         station: design.station.clone(),
@@ -92,7 +91,9 @@ pub fn lobe_result(design: &LobeDesign, measured: &PartLobe) -> Result<LobeResul
     let radii_mm: Vec<f64> = measured.radius.iter().map(|radius| mm_from_m(*radius)).collect();
     let form = Form::measure(&radii_mm, &design.contour, design.phase_rad)
         .map_err(|source| LobeFormError { lobe: design.name.clone(), source })?;
+    let span = measured.radius.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), r| (low.min(*r), high.max(*r)));
     Ok(LobeResult {
+        runout: if design.is_round() { span.1 - span.0 } else { 0.0 },
         name: design.name.clone(),
         station: design.station.clone(),
         form_error_max: m_from_mm(form.largest.deviation_mm),
@@ -121,7 +122,7 @@ mod tests {
     #[test]
     fn the_blank_of_a_disc_is_a_larger_disc() {
         let (e, r, stock, phase) = (4.2, 19.0, 0.3, 1.1);
-        let blank = blank(&disc(e, r, phase), stock);
+        let blank = blank(&disc(e, r, phase), stock, |_| 0.0);
         assert_eq!(blank.radius.len(), BLANK_POINTS);
         for (i, radius) in blank.radius.iter().enumerate() {
             let angle = azimuth(i) - phase;
@@ -134,7 +135,7 @@ mod tests {
     #[test]
     fn the_form_error_of_a_blank_is_its_stock() {
         let design = disc(4.2, 19.0, -0.7);
-        let result = lobe_result(&design, &blank(&design, 0.25)).unwrap();
+        let result = lobe_result(&design, &blank(&design, 0.25, |_| 0.0)).unwrap();
         assert!((result.form_error_max - 0.25e-3).abs() < 1e-11);
         assert!((result.form_error_rms - 0.25e-3).abs() < 1e-11);
     }

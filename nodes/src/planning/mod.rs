@@ -13,6 +13,7 @@ mod export;
 mod findings;
 mod giving_way;
 mod inspect;
+mod journals;
 mod lifts;
 mod lobes;
 mod plots;
@@ -28,8 +29,9 @@ pub use export::{LimitSummary, LobeSummary, PassSummary, Summary, lobe_times_s, 
 pub use findings::{Finding, Report, Severity, check};
 pub use giving_way::{FORM_TOLERANCE_MM, GivingWay};
 pub use inspect::{inspections, write_inspection};
+pub use journals::{CorrectionFailed, PreparedCorrection, correct, gauged, raw_lobe};
 pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
-pub use lobes::{BLANK_POINTS, LobeFormError, blank, lobe_result};
+pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result};
 pub use rehearse::{RehearsalFailed, rehearse_job, rehearse_job_on};
 pub use times::{TimeCompared, compare_times};
 pub use turn_summary::{BoundSummary, RemovalClass};
@@ -37,7 +39,7 @@ pub use turn_summary::{BoundSummary, RemovalClass};
 use crate::config::ConfigError;
 use crate::config::job_file::{self, Job};
 use crate::convert::plan::{Provenance, pages_from_plan};
-use camwright::cycle::{PlannedJob, plan_job};
+use camwright::cycle::{PlannedCorrection, PlannedJob, plan_job};
 use camwright::inspection::Inspection;
 use camwright::machine::description::MachineDescription;
 use camwright::wheel::WheelNow;
@@ -62,6 +64,8 @@ pub struct PreparedJob {
     pub job: Job,
     /// The plan and what it was made of; designs per lobe are in `planned.lobes`.
     pub planned: PlannedJob,
+    /// The second half of a job whose runout is corrected, as it is expected.
+    pub expected_correction: Option<PlannedCorrection>,
     /// Each lobe under the gauge it is inspected with, where the job says so.
     pub inspections: Vec<Option<Inspection>>,
     /// The machine it was planned for.
@@ -83,25 +87,32 @@ impl PreparedJob {
         self.pages.first().map_or("", |page| &page.plan_hash)
     }
 
+    /// Predicted duration of all of it (s).
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        let second_s = self.expected_correction.as_ref().map_or(0.0, |second| second.plan.duration_s);
+        self.planned.plan.duration_s + second_s
+    }
+
     /// One sentence about it.
     #[must_use]
     pub fn summary(&self) -> String {
         let plan = &self.planned.plan;
-        let conventional = plan.duration_with_indexing_s;
+        let conventional = self.duration_s() + self.planned.saved_by_not_indexing_s();
         let compared = if self.job.spec.rotary_indexing {
             String::from("with rotary indexing before each lobe")
         } else {
             format!("{conventional:.2} s with rotary indexing, {:.2} s saved", self.planned.saved_by_not_indexing_s())
         };
         let stops = self.planned.saved_by_turning_on_s().map_or_else(String::new, |saved_s| {
-            format!(", {:.2} s with C stopping between lobes, {saved_s:.2} s saved", plan.duration_s + saved_s)
+            format!(", {:.2} s with C stopping between lobes, {saved_s:.2} s saved", self.duration_s() + saved_s)
         });
         let compared = compared + &stops;
         format!(
             "{}: {} lobes, {:.2} s ({compared}), plan {:.12}",
             plan.job,
             plan.lobes.len(),
-            plan.duration_s,
+            self.duration_s(),
             self.plan_hash()
         )
     }
@@ -133,11 +144,22 @@ pub fn plan(job: Job, machine: Option<&MachineNow>) -> Result<PreparedJob, Confi
         }
     };
     let planned = plan_job(&job.spec, &description, wheel, None).map_err(|error| blame(&job, &error))?;
+    let expected_correction = journals::expected(&job, &description, &planned)?;
     let inspections = inspections(&job, &planned)?;
     let provenance = Provenance { job_hash: job.hash.clone(), machine_hash: description.hash.clone() };
     let pages = pages_from_plan(&planned.plan, &provenance);
     let wheel_radius_mm = wheel.radius_mm;
-    Ok(PreparedJob { job, planned, inspections, machine: description, wheel_radius_mm, wheel, provenance, pages })
+    Ok(PreparedJob {
+        job,
+        planned,
+        expected_correction,
+        inspections,
+        machine: description,
+        wheel_radius_mm,
+        wheel,
+        provenance,
+        pages,
+    })
 }
 
 fn fits_machine(job: &Job, now: &MachineNow) -> Result<(), ConfigError> {

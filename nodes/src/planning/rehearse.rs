@@ -1,16 +1,17 @@
 //! A prepared job run through interpolator and machine without ROS: what it would grind, on its machine and on one that lacks
 //! an effect which leaves an error.
 
-use super::{PreparedJob, blank, lobe_result};
-use crate::convert::{m_from_mm, mm_from_m, plan::plan_from_pages};
+use super::{PreparedJob, correct, lobe_result, raw_lobe};
+use crate::convert::{m_from_mm, mm_from_m, plan::plan_from_pages, si_from_counts};
 use camwright::interpolator::{Interpolator, Motion, Prepared};
 use camwright::machine::Machine;
-use camwright::machine::description::{Effect, MachineDescription};
+use camwright::machine::description::{Axis, Effect, MachineDescription};
 use camwright::machine::report::TickReport;
 use camwright::machine::state::LastingState;
 use camwright::rehearsal::{Rehearsed, rehearse};
+use camwright::runout::journal::Gauged;
 use camwright::setpoint::Setpoint;
-use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe};
+use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe, PlanPage};
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -46,26 +47,43 @@ pub fn rehearse_job(
 pub fn rehearse_job_on(
     prepared: &PreparedJob,
     description: &MachineDescription,
-    tell: impl FnMut(&Setpoint, &TickReport),
+    mut tell: impl FnMut(&Setpoint, &TickReport),
 ) -> Result<(Rehearsed, Vec<LobeResult>), RehearsalFailed> {
     let job = &prepared.planned.plan.job;
     let failed = |reason: String| RehearsalFailed { job: job.clone(), reason };
     let lasting = LastingState::new(description).with_wheel(prepared.wheel);
     let mut machine = Machine::new(description.clone(), lasting).map_err(|error| failed(error.to_string()))?;
-    for lobe in &prepared.planned.lobes {
-        let raw = blank(&lobe.design, prepared.job.spec.stock_mm);
+    for index in 0..prepared.planned.lobes.len() {
+        let raw = raw_lobe(prepared, index);
         let radii = raw.radius.iter().map(|radius| mm_from_m(*radius)).collect();
         machine
             .load_lobe(&raw.name, &raw.station, mm_from_m(raw.width), radii)
             .map_err(|error| failed(error.to_string()))?;
     }
-    // The plan as a receiver of its pages has it: the way through metres is part of it.
-    let (plan, _) = plan_from_pages(&prepared.pages, description).map_err(|error| failed(error.to_string()))?;
-    let motion = Prepared::new(Motion::Plan(Arc::new(plan)), description).map_err(|error| failed(error.to_string()))?;
     let mut interpolator = Interpolator::new(description);
-    let rehearsed =
-        rehearse(Box::new(motion), &mut interpolator, &mut machine, tell).map_err(|error| failed(error.to_string()))?;
-    let results = prepared
+    let mut logs = vec![Vec::new(); prepared.planned.lobes.len()];
+    let mut run = |pages: &[PlanPage], tell: &mut dyn FnMut(&Setpoint, &TickReport)| {
+        // The plan as a receiver of its pages has it: the way through metres is part of it.
+        let (plan, _) = plan_from_pages(pages, description).map_err(|error| failed(error.to_string()))?;
+        let motion =
+            Prepared::new(Motion::Plan(Arc::new(plan)), description).map_err(|error| failed(error.to_string()))?;
+        rehearse(Box::new(motion), &mut interpolator, &mut machine, tell).map_err(|error| failed(error.to_string()))
+    };
+    let mut rehearsed = run(&prepared.pages, &mut |setpoint, report| {
+        if let Some(log) = report.lobe.and_then(|lobe| logs.get_mut(lobe)) {
+            log.extend(gauged_at(description, report));
+        }
+        tell(setpoint, report);
+    })?;
+    let correction = match prepared.expected_correction {
+        Some(_) => Some(correct(prepared, &logs).map_err(|error| failed(error.to_string()))?),
+        None => None,
+    };
+    if let Some(correction) = &correction {
+        let second = run(&correction.pages, &mut tell)?;
+        rehearsed = Rehearsed { outcome: second.outcome, last_tick: second.last_tick, ..rehearsed };
+    }
+    let mut results: Vec<LobeResult> = prepared
         .planned
         .lobes
         .iter()
@@ -76,7 +94,22 @@ pub fn rehearse_job_on(
             lobe_result(&lobe.design, &measured).map_err(|error| failed(error.to_string()))
         })
         .collect::<Result<_, _>>()?;
+    if let Some(correction) = &correction {
+        correction.add_to(&mut results);
+    }
     Ok((rehearsed, results))
+}
+
+/// What the gauge says at a tick, with the way through metres that a message takes.
+fn gauged_at(machine: &MachineDescription, report: &TickReport) -> Option<Gauged> {
+    let position = |axis: Axis| si_from_counts(machine.axis(axis).scale, report.axes[axis.index()].counts);
+    let value_mm = report.gauge_mm[0]?;
+    Some(Gauged {
+        tick: report.tick,
+        c_rad: position(Axis::C),
+        x_mm: mm_from_m(position(Axis::X)),
+        value_mm: mm_from_m(m_from_mm(value_mm)),
+    })
 }
 
 #[cfg(test)]

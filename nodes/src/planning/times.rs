@@ -42,7 +42,7 @@ pub fn compare_times(prepared: &PreparedJob, lobes: &[LobeResult], duration_s: f
         })
         .collect();
     let in_lobes = |of: fn(&TimeCompared) -> f64| times.iter().map(of).sum::<f64>();
-    let predicted_s = prepared.planned.plan.duration_s;
+    let predicted_s = prepared.duration_s();
     let outside = TimeCompared {
         what: "outside the lobes".into(),
         predicted_s: predicted_s - in_lobes(|time| time.predicted_s),

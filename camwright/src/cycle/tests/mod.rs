@@ -151,6 +151,8 @@ pub(crate) fn job() -> JobSpec {
         obstacles: Vec::new(),
         clearance_mm: 1.0,
         wheels: Vec::new(),
+        raw_part: crate::raw_part::RawPart::default(),
+        correction: None,
     }
 }
 

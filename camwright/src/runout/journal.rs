@@ -1,0 +1,400 @@
+//! From what was logged while a journal was ground to the way of the wheel that makes it round and to size.
+//!
+//! ```text
+//! x  clear ──────────╮                              ╭────── clear
+//!                     ╲ enters        ╭──╮         ╱ leaves
+//!                      ╰───╮       ╭──╯  ╰────────╯
+//!                          ╰───────╯
+//!    C0: rests      C_s                   C_s + 2π            C0 + whole turns
+//!       └ runs up ┘ └────── corrects ──────┘
+//! ```
+//! The wheel had left the part before C stopped, and comes back to it while C turns. What it cuts on entering is cut again at the end
+//! of the turn: the way in is therefore fixed first, logged as if it had been driven, and the turn is computed with it. It ends where the
+//! least radius leaves the wheel, so that the turn begins and ends alike.
+//!
+//! Size is the gauge's, not that of `x_axis`: where both disagree on the mean radius, the wheel stands elsewhere than its axis says, by
+//! its wear or by the growth of a machine that has warmed up, and the turn is moved by as much.
+
+use super::Mode;
+use super::correction::{Correction, CorrectionError, Forecast, Start, Steepness, Target};
+use super::fit::Fit;
+use super::gauge::{Gauge, GaugeError};
+use super::published::{PublishedError, PublishedRunout};
+use super::record::{GaugeRecord, Reading, RecordError};
+use super::spark_out::{self, SparkOutError};
+use super::state::{MeasureSettings, PartState, StateError};
+use super::wheel_log::{WheelLog, WheelLogError, WheelPosition};
+use crate::contact_law::ContactLaw;
+use crate::infeed;
+use crate::numeric::hermite::{HermiteError, HermiteSpline, Knot, Sample};
+use crate::units::{TURN_RAD, deg_from_rad, um_from_mm};
+use alloc::vec::Vec;
+use thiserror::Error;
+
+/// Angle that C has for coming to its speed and, at the end, to rest (rad).
+const RUN_UP_RAD: f64 = TURN_RAD / 8.0;
+/// Angle over which the wheel enters, and over which it leaves (rad). Where X moves by x' per angle, a wheel of radius R touches a journal
+/// of radius r beside the line of centres and is x'² R/(2 r (r + R)) nearer to it than the law of a phase knows; so it enters slowly.
+const ENTERS_RAD: f64 = TURN_RAD * 0.6;
+const LEAVES_RAD: f64 = TURN_RAD * 0.25;
+/// How far the wheel is clear of the largest radius before and after (mm).
+const CLEAR_MM: f64 = 0.03;
+/// Knots of the turn, and phases of the part that it is computed from.
+const PHASES: u32 = 720;
+/// Places at which the way in is logged.
+const ENTRY_PLACES: u32 = 600;
+/// Steps of the published measurement: 5° as in the text.
+const PUBLISHED_PHASES: usize = 72;
+/// How far the wheel may be below the target where it has entered (mm): less than a gauge resolves.
+const MOST_BELOW_MM: f64 = 1e-4;
+/// How far before the end of its log the last turn of readings may end for its rounding (rad).
+const ROUNDING_RAD: f64 = 1e-9;
+
+/// What the gauge and the axes said at a tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gauged {
+    /// When.
+    pub tick: u64,
+    /// Angle of the headstock, growing from turn to turn (rad).
+    pub c_rad: f64,
+    /// Position of `x_axis` (mm).
+    pub x_mm: f64,
+    /// What the gauge read (mm).
+    pub value_mm: f64,
+}
+
+/// How long before C rests the log is read to the end (rad): the wheel has left by then, and C does not yet slow down much.
+pub const LOG_ENDS_RAD: f64 = TURN_RAD / 36.0;
+
+/// Of everything that was logged of a journal what is needed: from the last turn with infeed on, to where the wheel had left it.
+#[must_use]
+pub fn needed_log(gauged: &[Gauged], rest_rad: f64, dwell_turns: u32) -> &[Gauged] {
+    let from_rad = rest_rad - f64::from(dwell_turns + 1) * TURN_RAD;
+    let from = gauged.partition_point(|gauged| gauged.c_rad < from_rad);
+    let until = gauged.partition_point(|gauged| gauged.c_rad <= rest_rad - LOG_ENDS_RAD);
+    gauged.get(from..until).unwrap_or_default()
+}
+
+/// What a journal is corrected with.
+#[derive(Debug, Clone, Copy)]
+pub struct JournalRequest<'a> {
+    /// The gauge.
+    pub gauge: Gauge,
+    /// Time constant of its amplifier (s), 0 for none.
+    pub lag_s: f64,
+    /// Interpolation period (s).
+    pub cycle_time_s: f64,
+    /// The log: from a turn before the dwell on, or later, to where the wheel had left the part.
+    pub gauged: &'a [Gauged],
+    /// Contact law at the journal.
+    pub law: ContactLaw,
+    /// By which law to correct.
+    pub mode: Mode,
+    /// Harmonics told apart.
+    pub harmonics: u32,
+    /// Radius that the journal is to have (mm).
+    pub radius_mm: f64,
+    /// C where it rested after the log, counted as in the log (rad).
+    pub rest_rad: f64,
+}
+
+/// Why a journal cannot be corrected.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum JournalError {
+    /// Readings that are no record.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// Positions that are no log.
+    #[error(transparent)]
+    Log(#[from] WheelLogError),
+    /// Readings that tell no state of the part.
+    #[error(transparent)]
+    State(#[from] StateError),
+    /// A part that cannot be corrected.
+    #[error(transparent)]
+    Correction(#[from] CorrectionError),
+    /// No published measurement.
+    #[error(transparent)]
+    Published(#[from] PublishedError),
+    /// Runouts that are none.
+    #[error(transparent)]
+    SparkOut(#[from] SparkOutError),
+    /// The published method and two gauges, or one that knows no size.
+    #[error("the gauge reads no diameter; by the published method the depth of cut is the difference of two diameters")]
+    NoDiameter,
+    /// What is needed is not known.
+    #[error("{what} is not known")]
+    NotKnown {
+        /// What.
+        what: &'static str,
+    },
+    /// A gauge that tells no depth of cut.
+    #[error(transparent)]
+    Gauge(#[from] GaugeError),
+    /// Readings are missing between two ticks.
+    #[error("readings of the gauge are missing between tick {from} and tick {to}")]
+    Lost {
+        /// The last before the gap.
+        from: u64,
+        /// The first after it.
+        to: u64,
+    },
+    /// A way that is none.
+    #[error(transparent)]
+    Way(#[from] HermiteError),
+}
+
+/// The correction of a journal: decided, and ready to be planned.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JournalCorrection {
+    /// Which law made it.
+    pub mode: Mode,
+    /// `x_axis` (mm) over the angle since C began to turn (rad), over whole turns.
+    pub way: HermiteSpline,
+    /// Turns of C.
+    pub turns: u32,
+    /// Angle since C began to turn at which the correction begins (rad); it takes one turn.
+    pub corrects_from_rad: f64,
+    /// How steep the way is.
+    pub steepness: Steepness,
+    /// How much larger the part is than `x_axis` says, as the gauge found (mm); nothing where it reads no size.
+    pub size_offset_mm: Option<f64>,
+    /// Runout before it (mm): of the part as the gauge knew it.
+    pub before_mm: f64,
+    /// What it will come to, of an exact correction.
+    pub forecast: Option<Forecast>,
+    /// Standard deviation of the readings about the contact law (mm).
+    pub scatter_mm: Option<f64>,
+    /// The first and the last tick that it was decided from.
+    pub ticks: (u64, u64),
+    law: ContactLaw,
+}
+
+impl JournalCorrection {
+    /// Turns at constant wheel position, as one sparks out by habit, until the runout were as small as given (mm).
+    ///
+    /// # Errors
+    /// A runout that is not above 0.
+    pub fn spark_out_turns_to(&self, left_mm: f64) -> Result<f64, SparkOutError> {
+        spark_out::turns(&self.law, self.before_mm, left_mm)
+    }
+
+    /// What is expected before anything is known of the journal: a turn around its radius (mm), for a prediction of time and room.
+    #[must_use]
+    pub fn expected(mode: Mode, radius_mm: f64, law: ContactLaw) -> Self {
+        const TURNS: u32 = 3;
+        let still = |at: f64| Knot { at, value: radius_mm + CLEAR_MM, first: 0.0, second: 0.0 };
+        let way = HermiteSpline::new(Vec::from([still(0.0), still(f64::from(TURNS) * TURN_RAD)]));
+        Self {
+            mode,
+            way: way.expect("two knots a turn and more apart"),
+            turns: TURNS,
+            corrects_from_rad: TURN_RAD,
+            steepness: Steepness { first_mm_rad: 0.0, second_mm_rad2: 0.0, third_mm_rad3: 0.0 },
+            size_offset_mm: None,
+            before_mm: 0.0,
+            forecast: None,
+            scatter_mm: None,
+            ticks: (0, 0),
+            law,
+        }
+    }
+
+    /// From the log of a journal that was fed, dwelled on and left.
+    ///
+    /// # Errors
+    /// Readings that are lost or do not tell the part; a part that the turn cannot make round and to size.
+    pub fn decide(request: &JournalRequest<'_>) -> Result<Self, JournalError> {
+        if let Some(pair) = request.gauged.windows(2).find(|pair| pair[1].tick != pair[0].tick + 1) {
+            return Err(JournalError::Lost { from: pair[0].tick, to: pair[1].tick });
+        }
+        let (readings, positions) = records(request);
+        let record = GaugeRecord::of_one(request.gauge, &readings)?;
+        let settings = MeasureSettings {
+            fit: Fit::Readings { harmonics: request.harmonics },
+            phases: Some(PHASES as usize),
+            ..MeasureSettings::default()
+        };
+        let state = PartState::measure(&record, WheelLog::new(&positions)?, request.law, &settings)?;
+        let size_offset_mm = size_offset_mm(&request.gauge, &readings, &state);
+        let earliest_rad = request.rest_rad + RUN_UP_RAD + ENTERS_RAD;
+        let (decided, begins) = match request.mode {
+            Mode::Exact => {
+                let target = Target::Radius(request.radius_mm - size_offset_mm.unwrap_or(0.0));
+                let start = Start::AtLeastRadius { from_rad: earliest_rad };
+                let first = Correction::exact(&state, start, target)?;
+                let start_rad = first.start_rad();
+                // At the least radius the turn begins without slope; noise must not make the wheel dip below it on its way in.
+                let begins = Sample { value: first.at(0.0).value, ..Sample::default() };
+                let logged = with_entry(&positions, start_rad, clear_mm(&state)?, begins)?;
+                let entered = PartState::measure(&record, WheelLog::new(&logged)?, request.law, &settings)?;
+                let decided = match Correction::exact(&entered, Start::At(start_rad), target) {
+                    // On entering the wheel has already been at the target, but for rounding and the noise between two phases.
+                    Err(CorrectionError::TargetAboveLeast { target_mm, least_mm })
+                        if target_mm - least_mm < MOST_BELOW_MM =>
+                    {
+                        Correction::exact(&entered, Start::At(start_rad), Target::Radius(least_mm))?
+                    }
+                    other => other?,
+                };
+                (decided, begins)
+            }
+            Mode::Published => {
+                if request.gauge.feels_deflection() != 0.0 || request.gauge.is_two() {
+                    return Err(JournalError::NoDiameter);
+                }
+                let window_rad = record.end_rad() - (TURN_RAD + request.gauge.span_rad()) - ROUNDING_RAD;
+                let runout = PublishedRunout::measure(&record, &request.law, window_rad, PUBLISHED_PHASES)?.runout;
+                // Where the wheel stood while it was measured.
+                let wheel_mm = positions.iter().map(|position| position.x_mm).fold(f64::INFINITY, f64::min);
+                let decided = Correction::published(&runout, &request.law, wheel_mm, earliest_rad)?;
+                let begins = decided.at(0.0);
+                (decided, begins)
+            }
+        };
+        let before = state.radii_at(request.rest_rad)?;
+        let (low, high) = range(before.radii_mm().iter().copied());
+        let (way, turns) = whole_way(&decided, begins, request.rest_rad, clear_mm(&state)?)?;
+        Ok(Self {
+            mode: request.mode,
+            way,
+            turns,
+            corrects_from_rad: decided.start_rad() - request.rest_rad,
+            steepness: decided.steepness(),
+            size_offset_mm,
+            before_mm: high - low,
+            forecast: decided.forecast().copied(),
+            scatter_mm: state.scatter_mm(),
+            ticks: (readings[0].tick, readings[readings.len() - 1].tick),
+            law: request.law,
+        })
+    }
+}
+
+/// Readings at the angles that they belong to, and the wheel's positions. Where C stands or an encoder lets it seem to, the later one is
+/// left out.
+fn records(request: &JournalRequest<'_>) -> (Vec<Reading>, Vec<WheelPosition>) {
+    let (mut readings, mut positions) = (Vec::<Reading>::new(), Vec::<WheelPosition>::new());
+    let mut before: Option<Gauged> = None;
+    // Of a wheel that is leaving, cuts end somewhere: they are followed by the law, not measured.
+    let until_rad = request.rest_rad - infeed::LEAVES_RAD.0 + request.gauge.known_after_rad();
+    for gauged in request.gauged {
+        // An amplifier of first order shows what there was a time constant ago.
+        let lag_rad = before.map_or(0.0, |before| (gauged.c_rad - before.c_rad) / request.cycle_time_s * request.lag_s);
+        let reading = Reading { c_rad: gauged.c_rad - lag_rad, value_mm: gauged.value_mm, tick: gauged.tick };
+        if before.is_some()
+            && reading.c_rad <= until_rad
+            && readings.last().is_none_or(|last| reading.c_rad > last.c_rad)
+        {
+            readings.push(reading);
+        }
+        if positions.last().is_none_or(|last| gauged.c_rad > last.c_rad) {
+            positions.push(WheelPosition { c_rad: gauged.c_rad, x_mm: gauged.x_mm });
+        }
+        before = Some(*gauged);
+    }
+    (readings, positions)
+}
+
+/// How much larger the part is than positions of the wheel and the contact law say, in the mean of the last turn of readings; nothing of
+/// a gauge that feels the part give way.
+fn size_offset_mm(gauge: &Gauge, readings: &[Reading], state: &PartState<'_>) -> Option<f64> {
+    if gauge.feels_deflection() != 0.0 || gauge.is_two() {
+        return None;
+    }
+    let end_rad = readings[readings.len() - 1].c_rad;
+    let contacts = gauge.contacts_rad(super::record::Which::First);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for reading in readings.iter().filter(|reading| reading.c_rad > end_rad - TURN_RAD) {
+        let (mut radii_mm, mut touched) = (0.0, 0.0);
+        for behind_rad in contacts.iter().flatten() {
+            radii_mm += state.radius_mm(reading.c_rad - behind_rad);
+            touched += 1.0;
+        }
+        sum += (reading.value_mm - radii_mm) / touched;
+        count += 1.0;
+    }
+    Some(sum / count)
+}
+
+/// Where the wheel is clear of the part (mm).
+fn clear_mm(state: &PartState<'_>) -> Result<f64, StateError> {
+    let end_rad = state.logged_until_rad().unwrap_or(0.0);
+    let (_, high_mm) = range(state.radii_at(end_rad)?.radii_mm().iter().copied());
+    Ok(high_mm + CLEAR_MM)
+}
+
+/// From clear of the part to where the turn begins.
+fn entry(start_rad: f64, clear_mm: f64, begins: Sample) -> [Knot; 2] {
+    [
+        Knot { at: start_rad - ENTERS_RAD, value: clear_mm, first: 0.0, second: 0.0 },
+        Knot { at: start_rad, value: begins.value, first: begins.first, second: begins.second },
+    ]
+}
+
+/// The log, and the way in as if it had been driven.
+fn with_entry(
+    positions: &[WheelPosition],
+    start_rad: f64,
+    clear_mm: f64,
+    begins: Sample,
+) -> Result<Vec<WheelPosition>, HermiteError> {
+    let law = HermiteSpline::new(Vec::from(entry(start_rad, clear_mm, begins)))?;
+    let places = (0..=ENTRY_PLACES).map(|place| {
+        let c_rad = start_rad - ENTERS_RAD * (1.0 - f64::from(place) / f64::from(ENTRY_PLACES));
+        WheelPosition { c_rad, x_mm: law.sample(c_rad).value }
+    });
+    Ok(positions.iter().copied().chain(places).collect())
+}
+
+/// The way over whole turns from where C rests.
+fn whole_way(
+    turn: &Correction,
+    begins: Sample,
+    rest_rad: f64,
+    clear_mm: f64,
+) -> Result<(HermiteSpline, u32), HermiteError> {
+    let start_rad = turn.start_rad() - rest_rad;
+    let ends_rad = start_rad + TURN_RAD + LEAVES_RAD;
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "two or three turns")]
+    let turns = libm::ceil((ends_rad + RUN_UP_RAD) / TURN_RAD) as u32;
+    let still = |at: f64| Knot { at, value: clear_mm, first: 0.0, second: 0.0 };
+    let knot = |place: u32| {
+        let since_rad = TURN_RAD * f64::from(place) / f64::from(PHASES);
+        let at = match place {
+            0 => begins,
+            // From here on it takes nothing, and must not on its way out.
+            PHASES => Sample { value: turn.leaves_mm(), ..Sample::default() },
+            _ => turn.at(since_rad),
+        };
+        Knot { at: start_rad + since_rad, value: at.value, first: at.first, second: at.second }
+    };
+    let [enters, _] = entry(start_rad, clear_mm, begins);
+    let knots = [still(0.0), enters]
+        .into_iter()
+        .chain((0..=PHASES).map(knot))
+        .chain([still(ends_rad), still(f64::from(turns) * TURN_RAD)]);
+    Ok((HermiteSpline::new(knots.collect())?, turns))
+}
+
+fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+}
+
+impl core::fmt::Display for JournalCorrection {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let mode = match self.mode {
+            Mode::Exact => "exact",
+            Mode::Published => "published",
+        };
+        write!(f, "{mode} correction of {:.2} um", um_from_mm(self.before_mm))?;
+        if let Some(forecast) = &self.forecast {
+            write!(f, " to {:.3} um", um_from_mm(forecast.left_mm))?;
+        }
+        if let Some(offset_mm) = self.size_offset_mm {
+            write!(f, ", the gauge reads {:+.2} um in radius against x_axis", um_from_mm(offset_mm))?;
+        }
+        let at_deg = deg_from_rad(self.corrects_from_rad);
+        write!(f, ", begun {at_deg:.1} deg after C, decided from ticks {} to {}", self.ticks.0, self.ticks.1)
+    }
+}
