@@ -15,7 +15,7 @@ use camwright::machine::fault::Fault;
 use camwright::machine::state::LastingState;
 use camwright::units::um_from_mm;
 use camwright_nodes::convert::{mm_from_m, plan::plan_from_pages};
-use camwright_nodes::planning::{PreparedJob, blank, prepare};
+use camwright_nodes::planning::{PreparedJob, prepare, raw_lobe};
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -42,8 +42,8 @@ struct Row {
 fn cell(prepared: &PreparedJob, description: &MachineDescription) -> Result<Cell, Box<dyn std::error::Error>> {
     let lasting = LastingState::new(description).with_wheel(prepared.wheel);
     let mut machine = Machine::new(description.clone(), lasting)?;
-    for lobe in &prepared.planned.lobes {
-        let raw = blank(&lobe.design, prepared.job.spec.stock_mm);
+    for index in 0..prepared.planned.lobes.len() {
+        let raw = raw_lobe(prepared, index);
         let radii = raw.radius.iter().map(|radius| mm_from_m(*radius)).collect();
         machine.load_lobe(&raw.name, &raw.station, mm_from_m(raw.width), radii)?;
     }

@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 const BUILT_IN: &[(&str, &str)] = &[
     ("machines/cam_grinder.yaml", include_str!("../../../params/machines/cam_grinder.yaml")),
     ("machines/cam_grinder_with_dresser.yaml", include_str!("../../../params/machines/cam_grinder_with_dresser.yaml")),
+    ("machines/journal_grinder.yaml", include_str!("../../../params/machines/journal_grinder.yaml")),
+    ("jobs/journal_runout.yaml", include_str!("../../../params/jobs/journal_runout.yaml")),
     ("jobs/dressed_batch.yaml", include_str!("../../../params/jobs/dressed_batch.yaml")),
     ("jobs/four_lobe_camshaft.yaml", include_str!("../../../params/jobs/four_lobe_camshaft.yaml")),
     ("jobs/rough_and_finish.yaml", include_str!("../../../params/jobs/rough_and_finish.yaml")),
