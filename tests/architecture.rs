@@ -12,6 +12,7 @@ const ORDER: &[&[&str]] = &[
     &["units"],
     &["numeric"],
     &["contact_law"],
+    &["raw_part"],
     &["wheel"],
     &["follower"],
     &["motion_law"],

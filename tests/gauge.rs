@@ -5,29 +5,18 @@ mod support;
 use byteorder::LittleEndian;
 use camwright_msgs::camwright_msgs::msg::{GaugeReading, PartLobe};
 use camwright_nodes::bag::Bag;
-use std::path::{Path, PathBuf};
 use std::process::Command;
-use support::Domain;
-
-/// A folder of its own, removed at the end.
-struct Folder(PathBuf);
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _gone_already = std::fs::remove_dir_all(&self.0);
-    }
-}
+use support::{Domain, Folder};
 
 /// One lobe ground under a gauge 250° behind the wheel: whatever it reads of a lobe that is nearly at size are the radii of the lobe
 /// that come out of the machine at last, where they passed it, and every reading is in the bag.
 #[test]
 fn a_gauge_reads_the_diameters_of_what_passed_the_wheel() {
-    let folder = Folder(Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("gauge-{}", std::process::id())));
-    std::fs::create_dir_all(&folder.0).expect("a folder under target/tmp");
-    let (domain, bag) = (Domain::take(), folder.0.join("bag"));
+    let folder = Folder::new("gauge");
+    let (domain, bag) = (Domain::take(), folder.join("bag"));
     let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
     command.current_dir(support::repository()).env("ROS_DOMAIN_ID", domain.id().to_string());
-    command.env("XDG_STATE_HOME", &folder.0).args(["run", "--json", "--bag"]).arg(&bag);
+    command.env("XDG_STATE_HOME", folder.path()).args(["run", "--json", "--bag"]).arg(&bag);
     for set in [
         "lobes=[{name: I1, station: LS1, profile: intake, phase_deg: 210, width_mm: 14}]",
         "infeed.total_mm=0.072",

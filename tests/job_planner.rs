@@ -52,7 +52,8 @@ fn a_job_is_run_to_its_end_with_feedback_and_measured() {
     assert!(complete.job_source.contains("per_block_um: 0.05"), "overrides are written in: {}", complete.job_source);
     assert_eq!(complete.lobes, result.lobes);
 
-    // The same again, from the loaded plan, without a word more; two runs of one plan give one part.
+    // The same again, from the loaded plan, without a word more. Two runs of one plan give one part: C has a shorter way to its origin
+    // now, so the noise of the encoders meets the cut elsewhere, and a count of X, 10 nm, is what that may come to.
     let load = LoadJobRequest { job: "eccentric".into(), overrides: SHORT.map(String::from).into() };
     let loaded = cell.client.call::<LoadJob>("job_planner/load_job", &load);
     assert!(loaded.success, "{}", loaded.message);
@@ -62,7 +63,7 @@ fn a_job_is_run_to_its_end_with_feedback_and_measured() {
     let (status, second) = again.result(PATIENCE).expect("a result");
     assert_eq!(status, GoalStatus::Succeeded, "{}", second.message);
     let error = (second.lobes[0].form_error_max - lobe.form_error_max).abs();
-    assert!(error < 1e-9, "{error} m between two parts");
+    assert!(error < 1e-8, "{error} m between two parts");
     cell.stop();
 }
 

@@ -1,25 +1,11 @@
 //! `camwright plan` against what can be solved on paper, and its files against their contract.
 
+mod support;
+
 use std::f64::consts::TAU;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
-
-/// A folder of its own per test, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("plan-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).expect("a folder under target/tmp");
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _gone_already = std::fs::remove_dir_all(&self.0);
-    }
-}
+use support::Folder;
 
 fn plan(job: &str, out: &Path, set: &[String]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
@@ -62,11 +48,11 @@ fn settings(e: f64, r: f64, wheel: f64) -> Vec<String> {
 /// The eccentric of E 4.2, D 38 with a tool of R 15, and others, the lift given as a formula.
 #[test]
 fn an_eccentric_disc_is_planned_to_a_millionth_of_a_micrometre() {
-    let folder = Folder::new("formula");
+    let folder = Folder::new("plan-formula");
     for (e, diameter, wheel) in [(4.2, 38.0, 15.0), (4.2, 38.0, 60.0), (0.75, 22.5, 40.0), (8.0, 50.0, 25.0)] {
         let r = diameter / 2.0;
-        planned("eccentric", &folder.0, &settings(e, r, wheel));
-        let (_, rows) = table(&folder.0.join("A/tool_path.csv"));
+        planned("eccentric", folder.path(), &settings(e, r, wheel));
+        let (_, rows) = table(&folder.join("A/tool_path.csv"));
         assert_eq!(rows.len(), 3600);
         for row in &rows {
             let theta = row[0].to_radians();
@@ -85,9 +71,9 @@ fn an_eccentric_disc_is_planned_to_a_millionth_of_a_micrometre() {
 /// With phase α and cutting C the wheel line is at θ = C − α in the lobe's frame.
 #[test]
 fn the_phase_turns_the_path() {
-    let folder = Folder::new("phase");
-    planned("eccentric", &folder.0, &["lobes.A.phase_deg=75".into()]);
-    let (_, rows) = table(&folder.0.join("A/tool_path.csv"));
+    let folder = Folder::new("plan-phase");
+    planned("eccentric", folder.path(), &["lobes.A.phase_deg=75".into()]);
+    let (_, rows) = table(&folder.join("A/tool_path.csv"));
     for row in rows {
         let exact = closed_form(4.2, 19.0, 15.0, (row[0] - 75.0).to_radians());
         assert!((row[1] - exact).abs() < 1e-9, "{} deg", row[0]);
@@ -99,17 +85,17 @@ fn the_phase_turns_the_path() {
 /// The same disc from a printed table: X lies within half a digit of the exact one.
 #[test]
 fn an_eccentric_disc_from_a_printed_table_is_planned_within_half_a_digit() {
-    let folder = Folder::new("table");
+    let folder = Folder::new("plan-table");
     for (name, digits, half_digit) in [("fine.csv", 3, 0.5e-3), ("coarse.csv", 2, 0.5e-2)] {
         let lift = |i: u32| 4.2 * (1.0 + (f64::from(i) * TAU / 3600.0).cos());
         let rows: Vec<String> = (0..3600).map(|i| format!("{:.1},{:.digits$}", f64::from(i) / 10.0, lift(i))).collect();
-        std::fs::write(folder.0.join(name), format!("cam_angle_deg,lift_mm\n{}\n", rows.join("\n"))).expect("a table");
+        std::fs::write(folder.join(name), format!("cam_angle_deg,lift_mm\n{}\n", rows.join("\n"))).expect("a table");
         let job = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../params/jobs/eccentric.yaml"))
             .expect("the eccentric job")
             .replace("lift: {eccentric: {eccentricity_mm: 4.2}}", &format!("lift: {{table: {name}}}"));
-        let path = folder.0.join("job.yaml");
+        let path = folder.join("job.yaml");
         std::fs::write(&path, job).expect("a job");
-        let out = folder.0.join("out");
+        let out = folder.join("out");
         let summary = planned(&path.display().to_string(), &out, &[]);
         let deviation = summary["lobes"][0]["lift_deviation_mm"].as_f64().expect("a table has a deviation");
         assert!(deviation <= half_digit * (1.0 + 1e-9), "{deviation}");
@@ -141,16 +127,16 @@ fn four_lobes() -> String {
 /// Increments per block, as on the tape of JPS6156064B2, give every file of a plan byte for byte as absolute lifts do.
 #[test]
 fn increments_per_block_give_the_motion_of_absolute_lifts() {
-    let folder = Folder::new("increments");
+    let folder = Folder::new("plan-increments");
     for name in ["intake.csv", "exhaust.csv"] {
         let lift = shipped_lift_um(name);
         let row = |k: usize| format!("{}.{},{}\n", k / 10, k % 10, lift[(k + 1) % lift.len()] - lift[k]);
         let rows: String = (0..lift.len()).map(row).collect();
-        std::fs::write(folder.0.join(name), format!("cam_angle_deg,increment_um\n{rows}")).expect("a table");
+        std::fs::write(folder.join(name), format!("cam_angle_deg,increment_um\n{rows}")).expect("a table");
     }
-    let job = folder.0.join("job.yaml");
+    let job = folder.join("job.yaml");
     std::fs::write(&job, four_lobes()).expect("a job");
-    let (absolute, increments) = (folder.0.join("absolute"), folder.0.join("increments"));
+    let (absolute, increments) = (folder.join("absolute"), folder.join("increments"));
     let a = planned("four_lobe_camshaft", &absolute, &[]);
     let b = planned(&job.display().to_string(), &increments, &[]);
     assert_ne!(a["job_hash"], b["job_hash"], "other files");
@@ -165,16 +151,16 @@ fn increments_per_block_give_the_motion_of_absolute_lifts() {
 /// An exhaust table of 0.2 degrees beside an intake table of 0.1: the same cams, and the infeed in blocks of 0.1 degrees.
 #[test]
 fn tables_of_different_division_make_one_part() {
-    let folder = Folder::new("divisions");
+    let folder = Folder::new("plan-divisions");
     for (name, every) in [("intake.csv", 1), ("exhaust.csv", 2)] {
         let lift = shipped_lift_um(name);
         let row = |k: usize| format!("{}.{},{}\n", k / 10, k % 10, lift[k]);
         let rows: String = (0..lift.len()).step_by(every).map(row).collect();
-        std::fs::write(folder.0.join(name), format!("cam_angle_deg,lift_um\n{rows}")).expect("a table");
+        std::fs::write(folder.join(name), format!("cam_angle_deg,lift_um\n{rows}")).expect("a table");
     }
-    let job = folder.0.join("job.yaml");
+    let job = folder.join("job.yaml");
     std::fs::write(&job, four_lobes() + "blocks_per_turn: 3600\n").expect("a job");
-    let (shipped, coarse) = (folder.0.join("shipped"), folder.0.join("coarse"));
+    let (shipped, coarse) = (folder.join("shipped"), folder.join("coarse"));
     let a = planned("four_lobe_camshaft", &shipped, &[]);
     let b = planned(&job.display().to_string(), &coarse, &[]);
     for lobe in 0..4 {
@@ -189,10 +175,10 @@ fn tables_of_different_division_make_one_part() {
 
 #[test]
 fn every_file_has_its_columns_and_agrees_with_the_others() {
-    let folder = Folder::new("files");
-    let summary = planned("four_lobe_camshaft", &folder.0, &[]);
+    let folder = Folder::new("plan-files");
+    let summary = planned("four_lobe_camshaft", folder.path(), &[]);
     let written: serde_json::Value =
-        serde_json::from_str(&std::fs::read_to_string(folder.0.join("summary.json")).expect("summary.json"))
+        serde_json::from_str(&std::fs::read_to_string(folder.join("summary.json")).expect("summary.json"))
             .expect("JSON");
     assert_eq!(summary, written, "what is printed is what is written");
     assert!(summary["saved_s"].as_f64().expect("a number") > 0.0, "not turning the part saves time");
@@ -205,7 +191,7 @@ fn every_file_has_its_columns_and_agrees_with_the_others() {
         ["I1", "E1", "I2", "E2"]
     );
     for lobe in lobes {
-        let folder = folder.0.join(lobe["name"].as_str().expect("text"));
+        let folder = folder.join(lobe["name"].as_str().expect("text"));
         let (header, contour) = table(&folder.join("contour.csv"));
         assert_eq!(header, "azimuth_deg,radius_mm,normal_deg,curvature_1_mm");
         let (header, path) = table(&folder.join("tool_path.csv"));
@@ -249,16 +235,16 @@ fn check_speed_plan(lobe: &serde_json::Value, rows: &[Vec<f64>]) {
 fn at_a_constant_removal_rate_no_tick_exceeds_it_or_a_limit() {
     const RATE_MM2_S: f64 = 10.0;
     const PERIOD_S: f64 = 1e-3;
-    let folder = Folder::new("removal");
+    let folder = Folder::new("plan-removal");
     let law = ["speed.law=constant_removal_rate", "speed.removal_rate_mm2_s=10.0", "work_speed_rpm=300.0"];
-    let stops = planned("four_lobe_camshaft", &folder.0, &law.map(String::from));
-    check_turns(&stops, &folder.0, RATE_MM2_S, PERIOD_S);
+    let stops = planned("four_lobe_camshaft", folder.path(), &law.map(String::from));
+    check_turns(&stops, folder.path(), RATE_MM2_S, PERIOD_S);
     assert!(stops.get("saved_by_turning_on_s").is_none(), "{stops}");
     // On the way onto the path and off it, too.
-    let folder = Folder::new("turning-on");
+    let folder = Folder::new("plan-turning-on");
     let set: Vec<String> = law.into_iter().chain(["c_between_lobes=turns_on"]).map(String::from).collect();
-    let turns = planned("four_lobe_camshaft", &folder.0, &set);
-    check_turns(&turns, &folder.0, RATE_MM2_S, PERIOD_S);
+    let turns = planned("four_lobe_camshaft", folder.path(), &set);
+    check_turns(&turns, folder.path(), RATE_MM2_S, PERIOD_S);
     let seconds = |summary: &serde_json::Value, key: &str| summary[key].as_f64().expect("a number");
     let saved_s = seconds(&stops, "duration_s") - seconds(&turns, "duration_s");
     assert!(saved_s > 1.0 && (saved_s - seconds(&turns, "saved_by_turning_on_s")).abs() < 1e-9, "{saved_s}");
@@ -289,10 +275,10 @@ fn check_turns(summary: &serde_json::Value, folder: &Path, rate_mm2_s: f64, peri
 /// Every drawing is there as SVG and PNG, and is the same when it is made again.
 #[test]
 fn plots_are_written_for_every_lobe_and_are_the_same_again() {
-    let folder = Folder::new("plots");
+    let folder = Folder::new("plan-plots");
     let set = ["--set", "speed={law: constant_removal_rate, removal_rate_mm2_s: 5.0}", "--set", "work_speed_rpm=200.0"];
     let files = |name: &str| {
-        let out = folder.0.join(name);
+        let out = folder.join(name);
         let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
         let output =
             command.args(["plan", "eccentric", "--plots", "--out"]).arg(&out).args(set).output().expect("runs");
@@ -320,8 +306,8 @@ fn plots_are_written_for_every_lobe_and_are_the_same_again() {
 
 #[test]
 fn a_job_that_cannot_be_made_leaves_no_files() {
-    let folder = Folder::new("refused");
-    let out = folder.0.join("out");
+    let folder = Folder::new("plan-refused");
+    let out = folder.join("out");
     let output = plan("eccentric", &out, &["infeed.total_mm=0.35".into()]);
     let errors = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{errors}");

@@ -10,29 +10,7 @@ use camwright_msgs::camwright_msgs::srv::{ValidateJob, ValidateJobRequest};
 use cell::Cell;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-
-/// A folder of its own per test, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("refusals-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).expect("a folder under target/tmp");
-        Self(path)
-    }
-
-    fn write(&self, name: &str, text: &str) -> PathBuf {
-        let path = self.0.join(name);
-        std::fs::write(&path, text).expect("a file under target/tmp");
-        path
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _gone_already = std::fs::remove_dir_all(&self.0);
-    }
-}
+use support::Folder;
 
 fn params(file: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../params").join(file);
@@ -84,7 +62,7 @@ impl BadJob {
 
     /// `camwright check` refuses it.
     fn refused(&self) {
-        let folder = Folder::new(self.name);
+        let folder = Folder::new(&format!("refusals-{}", self.name));
         let (code, text) = check(&self.write(&folder));
         assert_eq!(code, 2, "{} must be refused: {text}", self.name);
         self.is_told_by("check", &text);
@@ -280,7 +258,7 @@ fn the_default_job_is_clean() {
 fn the_service_and_the_action_refuse_the_same_with_nothing_moved() {
     let cell = Cell::start(&[]);
     for bad in ALL.map(|bad| bad()) {
-        let folder = Folder::new(&format!("ros-{}", bad.name));
+        let folder = Folder::new(&format!("refusals-ros-{}", bad.name));
         let job = bad.write(&folder).display().to_string();
         let request = ValidateJobRequest { job: job.clone(), overrides: Vec::new() };
         let validated = cell.client.call::<ValidateJob>("job_planner/validate_job", &request);

@@ -5,24 +5,7 @@ mod support;
 use camwright_nodes::bag::Bag;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use support::Domain;
-
-/// A folder of its own per test, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("wheel-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).expect("a folder under target/tmp");
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _gone_already = std::fs::remove_dir_all(&self.0);
-    }
-}
+use support::{Domain, Folder};
 
 fn camwright(args: &[&str], set: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
@@ -34,16 +17,16 @@ fn camwright(args: &[&str], set: &[&str]) -> Output {
 }
 
 fn planned(job: &str, name: &str, set: &[&str]) -> serde_json::Value {
-    let folder = Folder::new(name);
-    let output = camwright(&["plan", job, "--json", "--out", &folder.0.display().to_string()], set);
+    let folder = Folder::new(&format!("wheel-{name}"));
+    let output = camwright(&["plan", job, "--json", "--out", &folder.path().display().to_string()], set);
     assert!(output.status.success(), "{job} {set:?}: {}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).expect("a summary in JSON")
 }
 
 /// What `camwright plan` says when it refuses.
 fn refusal(job: &str, set: &[&str]) -> String {
-    let folder = Folder::new("refused");
-    let output = camwright(&["plan", job, "--out", &folder.0.display().to_string()], set);
+    let folder = Folder::new("wheel-refused");
+    let output = camwright(&["plan", job, "--out", &folder.path().display().to_string()], set);
     assert_eq!(output.status.code(), Some(2), "{job} {set:?} was planned");
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     let error = text.lines().find(|line| line.starts_with("error: "));
@@ -85,7 +68,7 @@ fn the_error_of_a_kept_path_is_told_for_every_dress() {
 fn a_wheel_that_a_dress_would_use_up_is_refused() {
     let text = refusal("dressed_batch", &["wheel_radius_mm=42.5", "dressing={every_lobes: 1, depth_um: 40}"]);
     says(&text, &["a wheel of radius 42.4", "turns at 18", "its spindle is allowed 18000.0 rpm"]);
-    let slower = Folder::new("slower");
+    let slower = Folder::new("wheel-slower");
     let machine = machine_with(&slower, "max_speed_rpm: 18000.0", "max_speed_rpm: 30000.0");
     let machine = format!("machine={}", machine.display());
     let text =
@@ -98,14 +81,14 @@ fn machine_with(folder: &Folder, from: &str, to: &str) -> PathBuf {
     let path = support::repository().join("params/machines/cam_grinder_with_dresser.yaml");
     let text = std::fs::read_to_string(path).expect("the machine");
     assert!(text.contains(from), "{from}");
-    let changed = folder.0.join("machine.yaml");
+    let changed = folder.join("machine.yaml");
     std::fs::write(&changed, text.replace(from, to)).expect("a machine file");
     changed
 }
 
 #[test]
 fn a_wheel_beyond_its_strength_is_refused() {
-    let folder = Folder::new("burst");
+    let folder = Folder::new("wheel-burst");
     let machine = machine_with(&folder, "\n  surface_speed_m_s: 80.0", "\n  surface_speed_m_s: 120.0");
     let text = refusal("dressed_batch", &[&format!("machine={}", machine.display())]);
     says(&text, &["machine.yaml:", "wheel.surface_speed_m_s is 120", "wheel.max_surface_speed_m_s, 100"]);
@@ -177,13 +160,13 @@ fn what_stands_in_the_wheels_way_is_named_with_how_much_is_missing() {
 /// Two parts on one machine: what the first left of the wheel the second begins with, and the machine tells its radius.
 #[test]
 fn the_wheel_of_one_run_is_the_wheel_of_the_next() {
-    let folder = Folder::new("run");
+    let folder = Folder::new("wheel-run");
     let domain = Domain::take();
     let run = |name: &str| -> Vec<f64> {
-        let bag = folder.0.join(name);
+        let bag = folder.join(name);
         let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
         command.current_dir(support::repository()).env("ROS_DOMAIN_ID", domain.id().to_string());
-        command.env("XDG_STATE_HOME", &folder.0).args(["run", "dressed_batch", "--json", "--bag"]).arg(&bag);
+        command.env("XDG_STATE_HOME", folder.path()).args(["run", "dressed_batch", "--json", "--bag"]).arg(&bag);
         let output = command.output().expect("camwright runs");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         radii_mm(&bag)
@@ -198,7 +181,7 @@ fn the_wheel_of_one_run_is_the_wheel_of_the_next() {
         (number("wheel_radius_mm:"), number("dress_count:") as u64)
     };
     let state = || {
-        let path = folder.0.join("camwright/cam_grinder_with_dresser.yaml");
+        let path = folder.join("camwright/cam_grinder_with_dresser.yaml");
         dresses(&std::fs::read_to_string(path).expect("what outlives a run"))
     };
     let told = run("first");

@@ -23,6 +23,7 @@
 use crate::job::InfeedCourse;
 use crate::machine::description::{MotionLimits, Scale};
 use crate::numeric::hermite::{HermiteSpline, Knot};
+use crate::runout::journal::DWELL_LEAVES_RAD;
 use crate::units::TURN_RAD;
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -35,10 +36,7 @@ pub(crate) const BLEND_SHARE: f64 = 0.05;
 /// Longest blend (rad): half of that of a spiral lies in the first spark-out turn, of which three quarters must stay.
 const LONGEST_BLEND_RAD: f64 = TURN_RAD / 2.0;
 
-/// Where the wheel leaves a part that still turns: how far before the end of the last turn it begins and ends to go outwards (rad), and
-/// how far it goes (mm). Farther than any part gives way in a dwell; over so much of a turn that what it leaves is smooth, and done
-/// before C slows down.
-pub(crate) const LEAVES_RAD: (f64, f64) = (TURN_RAD * 0.7, TURN_RAD * 0.1);
+/// How far the wheel goes outwards when it leaves a part that still turns (mm): farther than any part gives way in a dwell.
 const LEAVES_MM: f64 = 0.2;
 
 /// Most turns with infeed: beyond it a mistyped ΔR is likelier than a wish.
@@ -322,7 +320,10 @@ impl InfeedLaw {
         let left_mm = self.schedule.left_mm;
         let still = |at: f64, value: f64| Knot { at, value, first: 0.0, second: 0.0 };
         let knots = self.law.knots().iter().copied();
-        let leaving = [still(turns_rad - LEAVES_RAD.0, left_mm), still(turns_rad - LEAVES_RAD.1, left_mm + LEAVES_MM)];
+        let leaving = [
+            still(turns_rad - DWELL_LEAVES_RAD.0, left_mm),
+            still(turns_rad - DWELL_LEAVES_RAD.1, left_mm + LEAVES_MM),
+        ];
         let law = HermiteSpline::new(knots.chain(leaving).collect())
             .expect("the last blend ends within the first quarter of the last turns; all numbers are finite");
         Self { law, ..self }

@@ -156,11 +156,26 @@ pub struct Segment {
     pub stock_mm: f64,
 }
 
+/// How much of a job a plan is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u8)]
+pub enum Half {
+    /// All of it.
+    #[default]
+    Whole = 0,
+    /// Another follows, which is made from what this one finds out.
+    First = 1,
+    /// What follows such a one; the part is finished by it.
+    Second = 2,
+}
+
 /// A plan for one part.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Plan {
     /// Name of the job.
     pub job: String,
+    /// How much of it this is.
+    pub half: Half,
     /// Names of the lobes, in the order of machining.
     pub lobes: Vec<String>,
     /// Periodic paths: `x_axis` position (mm) over σ times the wheel-line angle (rad); one for each profile and radius of

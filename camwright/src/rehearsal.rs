@@ -50,9 +50,13 @@ pub fn rehearse(
     machine: &mut Machine,
     mut tell: impl FnMut(&Setpoint, &TickReport),
 ) -> Result<Rehearsed, RehearsalError> {
+    let begins = motion.begins_job();
     interpolator.resync(machine.setpoint().counts);
     interpolator.start(motion).map_err(|(error, _)| error)?;
     let first_tick = machine.tick() + 1;
+    if begins {
+        machine.begin_job();
+    }
     let mut orders: Vec<(u64, MachineCommand)> = Vec::new();
     let mut tick = first_tick;
     let outcome = loop {

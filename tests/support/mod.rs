@@ -7,10 +7,12 @@
 
 mod domain;
 mod env;
+mod folder;
 mod peer;
 mod process;
 
 pub use domain::Domain;
 pub use env::{PeerEnv, in_ci, peer_env, repository, target_directory};
+pub use folder::Folder;
 pub use peer::Peer;
 pub use process::{Guarded, PATIENCE};

@@ -19,7 +19,7 @@ use crate::job::{HoldInCut, JobSpec, SpeedLaw};
 use crate::machine::description::{Axis, MachineDescription};
 use crate::numeric::hermite::{HermiteSpline, Knot};
 use crate::numeric::periodic_spline::PeriodicSpline;
-use crate::plan::{Command, CutSegment, Plan, SegmentKind};
+use crate::plan::{Command, CutSegment, Half, Plan, SegmentKind};
 use crate::plan_check::{PlanReport, check_plan};
 use crate::runout::journal::{Gauged, JournalCorrection, JournalError, JournalRequest, needed_log};
 use crate::speed_plan::{WayRequest, WaySpeed};
@@ -182,6 +182,7 @@ pub fn plan_corrections(
     }
     let mut plan = sequence.finish()?;
     plan.duration_with_indexing_s = plan.duration_s;
+    plan.half = Half::Second;
     check_clearance(job, machine, &first.lobes, &plan, start.counts)?;
     let report = check_plan(&plan, machine, start.counts)?;
     Ok(PlannedCorrection { plan, speeds_rad_s, report })

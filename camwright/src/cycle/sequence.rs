@@ -8,7 +8,7 @@ use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLi
 use crate::numeric::hermite::HermiteSpline;
 use crate::numeric::periodic_spline::PeriodicSpline;
 use crate::path_stop::path_stop_s;
-use crate::plan::{AxisTarget, Command, CutSegment, Phase, Plan, Segment, SegmentKind};
+use crate::plan::{AxisTarget, Command, CutSegment, Half, Phase, Plan, Segment, SegmentKind};
 use crate::point_to_point::{MOVE_SHARE, MoveLaw, PointToPointError, rest_to_rest, velocity_ramp, whole_ticks};
 use crate::speed_plan::{SpeedPlan, WaySpeed};
 use crate::units::{TURN_RAD, wrap_turn};
@@ -207,6 +207,7 @@ impl<'a> Sequence<'a> {
     pub(super) fn stand_by(mut self) -> Result<Plan, PlanError> {
         let of = Of::part(Phase::Return);
         self.move_axis(of, Axis::X, self.counts(Axis::X, self.job.home.x_mm), None, "wheel clear of the part")?;
+        self.plan.half = Half::First;
         Ok(self.done())
     }
 

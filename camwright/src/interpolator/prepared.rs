@@ -6,7 +6,7 @@ use super::trajectory::Trajectory;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits, Scale};
 use crate::numeric::hermite::Knot;
 use crate::path_stop::path_stop_s;
-use crate::plan::{Command, CutSegment, Phase, Plan, Segment, SegmentKind};
+use crate::plan::{Command, CutSegment, Half, Phase, Plan, Segment, SegmentKind};
 use crate::point_to_point::{MOVE_SHARE, MoveLaw, PointToPointError, whole_ticks};
 use crate::setpoint::Input;
 use crate::units::TURN_RAD;
@@ -134,6 +134,12 @@ pub struct Prepared {
 }
 
 impl Prepared {
+    /// It is not the second half of a job.
+    #[must_use]
+    pub fn begins_job(&self) -> bool {
+        self.plan.half != Half::Second
+    }
+
     /// Makes a motion ready. Allocates; not for the cyclic path.
     ///
     /// # Errors

@@ -105,6 +105,11 @@ impl AxisState {
         }
     }
 
+    /// A job begins.
+    pub(crate) fn begin_job(&mut self) {
+        self.servo.begin_job();
+    }
+
     /// Places the axis at rest at a true position (counts), homed.
     pub(crate) fn place(&mut self, counts: i64) {
         self.origin = 0;

@@ -56,6 +56,11 @@ impl Gauge {
         Self { description, kept, lagging_mm: None, noise: Noise::new(description.seed) }
     }
 
+    /// A job begins: its noise is that of every job.
+    pub(super) fn begin_job(&mut self) {
+        self.noise = Noise::new(self.description.seed);
+    }
+
     /// There is nothing under it, or it rests.
     pub(super) fn rest(&mut self) {
         self.lagging_mm = None;

@@ -51,6 +51,8 @@ pub struct Servo {
     /// Coulomb's friction (counts/s²), and friction per speed (1/s), over the mass.
     friction: (f64, f64),
     noise: Noise,
+    /// Where it begins.
+    seed: u64,
     error: f64,
     /// Error as the encoder shows it (counts).
     seen: f64,
@@ -90,6 +92,7 @@ impl Servo {
             gain: 1.0,
             friction,
             noise: Noise::new(seed(axis.axis)),
+            seed: seed(axis.axis),
             error: 0.0,
             seen: 0.0,
             seen_way: 0.0,
@@ -100,6 +103,11 @@ impl Servo {
             ideal_velocity: 0.0,
             mechanics: Mechanics::new(drive.structure, friction.0, friction.1, drive.backlash * counts, step_s),
         }
+    }
+
+    /// A job begins: the noise of the encoder is that of every job.
+    pub fn begin_job(&mut self) {
+        self.noise = Noise::new(self.seed);
     }
 
     fn is_ideal(&self) -> bool {

@@ -25,12 +25,14 @@ use super::spark_out::{self, SparkOutError};
 use super::state::{MeasureSettings, PartState, StateError};
 use super::wheel_log::{WheelLog, WheelLogError, WheelPosition};
 use crate::contact_law::ContactLaw;
-use crate::infeed;
 use crate::numeric::hermite::{HermiteError, HermiteSpline, Knot, Sample};
 use crate::units::{TURN_RAD, deg_from_rad, um_from_mm};
 use alloc::vec::Vec;
 use thiserror::Error;
 
+/// Where the wheel leaves a part that still turns: how far before the end of the last turn of a dwell it begins and ends to go outwards
+/// (rad). Over so much of a turn that what it leaves is smooth, and done before C slows down.
+pub(crate) const DWELL_LEAVES_RAD: (f64, f64) = (TURN_RAD * 0.7, TURN_RAD * 0.1);
 /// Angle that C has for coming to its speed and, at the end, to rest (rad).
 const RUN_UP_RAD: f64 = TURN_RAD / 8.0;
 /// Angle over which the wheel enters, and over which it leaves (rad). Where X moves by x' per angle, a wheel of radius R touches a journal
@@ -277,7 +279,7 @@ fn records(request: &JournalRequest<'_>) -> (Vec<Reading>, Vec<WheelPosition>) {
     let (mut readings, mut positions) = (Vec::<Reading>::new(), Vec::<WheelPosition>::new());
     let mut before: Option<Gauged> = None;
     // Of a wheel that is leaving, cuts end somewhere: they are followed by the law, not measured.
-    let until_rad = request.rest_rad - infeed::LEAVES_RAD.0 + request.gauge.known_after_rad();
+    let until_rad = request.rest_rad - DWELL_LEAVES_RAD.0 + request.gauge.known_after_rad();
     for gauged in request.gauged {
         // An amplifier of first order shows what there was a time constant ago.
         let lag_rad = before.map_or(0.0, |before| (gauged.c_rad - before.c_rad) / request.cycle_time_s * request.lag_s);

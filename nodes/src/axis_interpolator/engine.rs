@@ -9,10 +9,11 @@
 use crate::convert::setpoints::ChunkBuffer;
 use crate::cyclic::{Receiver, Sender, Waker};
 use camwright::interpolator::{
-    AppliedInput, Event, Interpolator, Order, Outcome, Prepared, Request, StartError, State, Status, TickInputs,
+    AppliedInput, Event, Interpolator, Motion, Order, Outcome, Prepared, Request, StartError, State, Status, TickInputs,
 };
 use camwright::machine::buffer::TailPoint;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
+use camwright::plan::Half;
 use camwright::setpoint::{Latch, Setpoint, StopPoint};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -39,11 +40,28 @@ pub(super) struct News {
     pub(super) latches: Vec<Latch>,
 }
 
+/// Whether a job begins and ends with a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct JobEnds {
+    pub(super) begins: bool,
+    pub(super) ends: bool,
+}
+
+impl JobEnds {
+    /// Only a plan belongs to a job.
+    pub(super) fn of(motion: &Motion) -> Self {
+        match motion {
+            Motion::Plan(plan) => Self { begins: plan.half != Half::Second, ends: plan.half != Half::First },
+            Motion::Trajectory(_) | Motion::Home(_) => Self::default(),
+        }
+    }
+}
+
 /// To the engine.
 #[derive(Debug)]
 pub(super) enum ToEngine {
     News(Box<News>),
-    Start { motion: Box<Prepared>, is_job: bool },
+    Start { motion: Box<Prepared>, job: JobEnds },
     Request(Request),
     Chunk(Box<ChunkBuffer>),
 }
@@ -106,7 +124,7 @@ pub(super) enum FromEngine {
 /// A motion between its first and its last tick.
 #[derive(Debug, Clone, Copy)]
 struct Running {
-    is_job: bool,
+    job: JobEnds,
     first_tick: u64,
     /// How it ended, once its last setpoint has been computed.
     outcome: Option<(Outcome, u64)>,
@@ -193,7 +211,7 @@ impl Engine {
                     self.take_news(&news);
                     self.send(FromEngine::Used(news));
                 }
-                ToEngine::Start { motion, is_job } => self.start(motion, is_job),
+                ToEngine::Start { motion, job } => self.start(motion, job),
                 ToEngine::Request(request) => self.ask(request),
                 ToEngine::Chunk(chunk) => {
                     if self.pool.len() < CHUNK_POOL {
@@ -277,7 +295,7 @@ impl Engine {
         }
     }
 
-    fn start(&mut self, motion: Box<Prepared>, is_job: bool) {
+    fn start(&mut self, motion: Box<Prepared>, job: JobEnds) {
         let Some(seen) = self.seen.filter(|seen| self.running.is_none() && !seen.has_alarms && seen.is_standstill)
         else {
             let error = if self.running.is_some() { StartError::Busy } else { StartError::Fault };
@@ -293,11 +311,11 @@ impl Engine {
         let first_tick = seen.tick + lead.max(1);
         self.next_tick = first_tick;
         self.sequence = 0;
-        self.running = Some(Running { is_job, first_tick, outcome: None });
+        self.running = Some(Running { job, first_tick, outcome: None });
         let before = self.requests;
         self.wait(before.iter().flatten().copied().filter(is_override));
         self.send(FromEngine::Started { tick: first_tick });
-        if is_job {
+        if job.begins {
             self.command(Command::JobBegin { tick: first_tick }, first_tick);
         }
     }
@@ -378,7 +396,7 @@ impl Engine {
         let Some(running) = self.running else { return };
         match running.outcome {
             // Only a job that came to its end has made a part.
-            Some((Outcome::Completed, tick)) if running.is_job => {
+            Some((Outcome::Completed, tick)) if running.job.ends => {
                 self.withheld = Some(chunk);
                 self.command(Command::JobEnd { tick }, tick);
             }

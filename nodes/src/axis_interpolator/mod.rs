@@ -24,7 +24,7 @@ use camwright_msgs::camwright_msgs::msg::{
 use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldResponse, SetOverride, SetOverrideResponse};
 use camwright_msgs::control_msgs::action::FollowJointTrajectory;
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
-use engine::{Engine, News, ToEngine};
+use engine::{Engine, JobEnds, News, ToEngine};
 use goals::{Goal, Served};
 use plans::Plans;
 use pump::{Outlets, Pump};
@@ -288,11 +288,12 @@ impl Shared {
     }
 
     /// Starts a motion for the goal that has command.
-    fn begin(&self, motion: Motion, is_job: bool) {
+    fn begin(&self, motion: Motion) {
+        let job = JobEnds::of(&motion);
         let sent = match lock(&self.cell).as_ref() {
             None => Err("the machine has not been heard of yet".to_owned()),
             Some(cell) => match Prepared::new(motion, &cell.machine) {
-                Ok(prepared) => match cell.inlet.send(ToEngine::Start { motion: Box::new(prepared), is_job }) {
+                Ok(prepared) => match cell.inlet.send(ToEngine::Start { motion: Box::new(prepared), job }) {
                     true => Ok(()),
                     false => Err("the engine does not take anything any more".into()),
                 },
@@ -328,7 +329,7 @@ impl Shared {
         let Some(machine) = self.machine() else { return };
         let outcome = lock(&self.plans).take(&hash, &machine);
         match outcome {
-            Ok(Some(plan)) => self.begin(Motion::Plan(plan), true),
+            Ok(Some(plan)) => self.begin(Motion::Plan(plan)),
             Ok(None) => {}
             Err(reason) => lock(&self.served).refuse(&reason),
         }
@@ -441,7 +442,7 @@ impl ActionHandler<Home> for HomeHandler {
             axes = Axis::ALL.into_iter().filter(needs).collect();
         }
         lock(&self.0.served).begin(Goal::Home(handle), "homing".into(), String::new());
-        self.0.begin(Motion::Home(axes), false);
+        self.0.begin(Motion::Home(axes));
     }
 
     fn cancel(&mut self, _id: GoalId) -> bool {

@@ -34,7 +34,7 @@ impl ActionHandler<FollowJointTrajectory> for Handler {
         let trajectory = self.0.trajectory(&handle.goal().trajectory);
         lock(&self.0.served).begin(Goal::Trajectory(handle), "a joint trajectory".into(), String::new());
         match trajectory {
-            Ok(trajectory) => self.0.begin(Motion::Trajectory(trajectory), false),
+            Ok(trajectory) => self.0.begin(Motion::Trajectory(trajectory)),
             Err(reason) => lock(&self.0.served).refuse(&reason),
         }
     }
@@ -55,7 +55,7 @@ pub(super) fn subscribe(shared: &Arc<Shared>) -> Result<Subscription, RosError> 
         match outcome {
             Ok(trajectory) => {
                 lock(&this.served).begin(Goal::Topic, "a joint trajectory of the topic".into(), String::new());
-                this.begin(Motion::Trajectory(trajectory), false);
+                this.begin(Motion::Trajectory(trajectory));
             }
             Err(reason) => this.node.logger().warn(&format!("joint trajectory refused: {reason}")),
         }

@@ -4,7 +4,7 @@ use super::{core_from_si, m_from_mm, mm_from_m, si_from_core};
 use camwright::machine::description::{Axis, MachineDescription, MotionLimits};
 use camwright::numeric::hermite::{HermiteSpline, Knot};
 use camwright::numeric::periodic_spline::PeriodicSpline;
-use camwright::plan::{AxisTarget, Command, CutSegment, Phase, Plan, Segment, SegmentKind};
+use camwright::plan::{AxisTarget, Command, CutSegment, Half, Phase, Plan, Segment, SegmentKind};
 use camwright_msgs::camwright_msgs::msg::{MachineCommand, PlanHeader, PlanPage, PlanSegment, PlanSpline};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -66,6 +66,7 @@ pub fn pages_from_plan(plan: &Plan, provenance: &Provenance) -> Vec<PlanPage> {
         .collect();
     let header = PlanHeader {
         job: plan.job.clone(),
+        half: plan.half as u8,
         job_hash: provenance.job_hash.clone(),
         machine_hash: provenance.machine_hash.clone(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -234,6 +235,12 @@ pub fn plan_from_pages(pages: &[PlanPage], machine: &MachineDescription) -> Resu
     let invalid = |what: String| PlanPagesError::Invalid { hash: hash.clone(), what };
     let mut plan = Plan {
         job: header.job.clone(),
+        half: match header.half {
+            PlanHeader::WHOLE => Half::Whole,
+            PlanHeader::FIRST => Half::First,
+            PlanHeader::SECOND => Half::Second,
+            other => return Err(invalid(format!("there is no half {other}"))),
+        },
         lobes: header.lobes.clone(),
         duration_s: header.duration,
         duration_with_indexing_s: header.duration_with_indexing,

@@ -316,6 +316,7 @@ impl Ticker {
                 Order::Machine(_) => continue,
                 Order::JobBegin => {
                     self.job_running = true;
+                    self.machine.begin_job();
                     let timed = self.job_faults.map(|fault| fault.map(|(at, fault)| (tick + at - 1, fault)));
                     (self.timed_faults, self.job_faults) = (timed, [None; JOB_FAULTS]);
                 }

@@ -314,6 +314,14 @@ impl Machine {
         self.ground = None;
     }
 
+    /// A job begins: what only chance decides begins anew, so that a job is the same whatever the machine did before.
+    pub fn begin_job(&mut self) {
+        self.axes.iter_mut().for_each(AxisState::begin_job);
+        if let Some(gauge) = &mut self.gauge {
+            gauge.begin_job();
+        }
+    }
+
     /// Places every axis at rest at a true position (counts), homed, and the wheel at speed: for an offline simulation
     /// that begins in the middle of a job.
     pub fn place(&mut self, counts: [i64; AXIS_COUNT]) {
