@@ -36,9 +36,9 @@ pub(crate) struct Span {
 }
 
 impl Span {
-    /// Position at fraction `s` of the step: the cubic with these ends.
-    pub(crate) fn at(&self, s: f64, step_s: f64) -> f64 {
-        self.from + hermite(s, self.to - self.from, self.from_velocity * step_s, self.to_velocity * step_s)
+    /// Way done at fraction `s` of the step: the cubic with these ends.
+    pub(crate) fn way(&self, s: f64, step_s: f64) -> f64 {
+        hermite(s, self.to - self.from, self.from_velocity * step_s, self.to_velocity * step_s)
     }
 
     pub(crate) fn is_still(&self) -> bool {

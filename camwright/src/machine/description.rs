@@ -10,6 +10,7 @@ pub use crate::machine::contact_description::{ContactDescription, StiffnessAt};
 pub use crate::machine::drive_description::{DriveSettings, Structure};
 pub use crate::machine::gauge_description::{GaugeDescription, GaugeKind};
 pub use crate::machine::retract_description::AlarmRetract;
+pub use crate::machine::thermal_description::ThermalDescription;
 pub use crate::machine::wheel_description::{WHEEL_TOLERANCE_MM, WheelDescription, WheelTooFast};
 
 /// Index of an axis in everything that has one value per axis. The order is that of the setpoint message.
@@ -176,13 +177,18 @@ pub enum Effect {
     Deflection,
     /// The wheel loses what it is worn by.
     Wear,
+    /// The wheelhead grows.
+    Thermal,
+    /// The wheel is thrown about.
+    Unbalance,
     /// Drives see their axes in the steps and the noise of encoders.
     Quantisation,
 }
 
 impl Effect {
     /// All of them.
-    pub const ALL: [Effect; 4] = [Effect::Servo, Effect::Deflection, Effect::Wear, Effect::Quantisation];
+    pub const ALL: [Effect; 6] =
+        [Effect::Servo, Effect::Deflection, Effect::Wear, Effect::Thermal, Effect::Unbalance, Effect::Quantisation];
 
     /// For people.
     #[must_use]
@@ -191,6 +197,8 @@ impl Effect {
             Effect::Servo => "servo",
             Effect::Deflection => "deflection",
             Effect::Wear => "wear",
+            Effect::Thermal => "thermal",
+            Effect::Unbalance => "unbalance",
             Effect::Quantisation => "quantisation",
         }
     }
@@ -224,6 +232,8 @@ pub struct MachineDescription {
     pub wheel: WheelDescription,
     /// How wheel and part give way to each other; `None`: not at all.
     pub contact: Option<ContactDescription>,
+    /// How the wheelhead grows as it gets warm; `None`: not at all.
+    pub thermal: Option<ThermalDescription>,
     /// What measures the lobe that stands in front of the wheel; `None`: nothing does.
     pub gauge: Option<GaugeDescription>,
     /// How an alarm takes the wheel off the part.
@@ -262,6 +272,8 @@ impl MachineDescription {
     pub fn without(self, effect: Effect) -> Self {
         match effect {
             Effect::Servo => self.with_drives(DriveSettings::IDEAL),
+            Effect::Thermal => Self { thermal: None, ..self },
+            Effect::Unbalance => Self { wheel: WheelDescription { unbalance_mm: 0.0, ..self.wheel }, ..self },
             Effect::Quantisation => self.with_each_drive(DriveSettings::with_exact_encoder),
             Effect::Deflection => Self { contact: None, ..self },
             Effect::Wear => Self { wheel: WheelDescription { grinding_ratio: None, ..self.wheel }, ..self },
@@ -320,6 +332,9 @@ impl MachineDescription {
         if !(wheel.spin_up_s >= 0.0 && wheel.spin_up_s.is_finite()) {
             return Err(DescriptionError::Negative { what: "wheel spin-up time (s)", value: wheel.spin_up_s });
         }
+        if !(wheel.unbalance_mm >= 0.0 && wheel.unbalance_mm.is_finite()) {
+            return Err(DescriptionError::Negative { what: "unbalance of the wheel (mm)", value: wheel.unbalance_mm });
+        }
         if let Some(allowed) = wheel.max_surface_speed_m_s
             && (wheel.surface_speed_m_s > allowed || allowed.is_nan())
         {
@@ -334,6 +349,7 @@ impl MachineDescription {
         }
         self.contact.as_ref().map_or(Ok(()), ContactDescription::validate)?;
         self.validate_contact_of_drives()?;
+        self.thermal.map_or(Ok(()), |thermal| thermal.validate())?;
         self.gauge.map_or(Ok(()), |gauge| gauge.validate())?;
         self.dresser.map_or(Ok(()), |dresser| dresser.validate())?;
         for (what, extent) in [("headstock", self.headstock), ("tailstock", self.tailstock)] {

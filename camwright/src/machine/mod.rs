@@ -28,6 +28,7 @@ pub mod sensors;
 pub mod servo;
 pub mod simulate;
 pub mod state;
+mod thermal_description;
 pub mod wheel;
 mod wheel_description;
 pub mod workpiece;

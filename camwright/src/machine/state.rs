@@ -10,6 +10,10 @@ pub struct LastingState {
     pub wheel_radius_mm: f64,
     /// What it has lost since then (mm).
     pub wheel_wear_mm: f64,
+    /// What the wheelhead has grown by towards the part (mm).
+    pub growth_mm: f64,
+    /// What it had grown by at the wheel's last dress (mm).
+    pub growth_at_dress_mm: f64,
     /// Lobes ground since then; one that is ground again after another counts again.
     pub lobes_since_dress: u32,
     /// Parts finished since then.
@@ -27,6 +31,8 @@ impl LastingState {
         Self {
             wheel_radius_mm: description.wheel.new_radius_mm,
             wheel_wear_mm: 0.0,
+            growth_mm: description.thermal.map_or(0.0, |thermal| thermal.start_mm()),
+            growth_at_dress_mm: description.thermal.map_or(0.0, |thermal| thermal.start_mm()),
             lobes_since_dress: 0,
             parts_since_dress: 0,
             dress_count: 0,
@@ -63,6 +69,8 @@ impl LastingState {
         Self {
             wheel_radius_mm: radius_mm,
             wheel_wear_mm: 0.0,
+            growth_mm: self.growth_mm,
+            growth_at_dress_mm: self.growth_mm,
             lobes_since_dress: 0,
             parts_since_dress: 0,
             dress_count: self.dress_count.saturating_add(1),

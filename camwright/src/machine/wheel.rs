@@ -72,6 +72,12 @@ impl WheelSpindle {
         self.ticks.saturating_mul(2) > self.ticks_to_speed
     }
 
+    /// Its speed as a share of that which it is to have.
+    #[must_use]
+    pub fn share_of_speed(&self) -> f64 {
+        f64::from(self.ticks) / f64::from(self.ticks_to_speed)
+    }
+
     /// Whether it has its surface speed.
     #[must_use]
     pub fn is_running(&self) -> bool {

@@ -26,6 +26,8 @@ pub struct WheelDescription {
     pub max_speed_rad_s: Option<f64>,
     /// G, volume of the part removed per volume that the wheel loses doing it; `None` is a wheel that does not wear.
     pub grinding_ratio: Option<f64>,
+    /// How far its unbalance throws its centre to either side at speed, once a turn (mm).
+    pub unbalance_mm: f64,
 }
 
 impl WheelDescription {

@@ -5,6 +5,7 @@ mod drives;
 mod grinding;
 mod motion;
 mod pressing;
+mod slow;
 mod turned;
 
 use camwright::machine::Machine;

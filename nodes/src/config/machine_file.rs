@@ -4,13 +4,13 @@ use super::contact_file::ContactFile;
 use super::drive_file::{SlideDriveFile, SpindleDriveFile};
 use super::fault_file::AlarmRetractFile;
 use super::gauge_file::GaugeFile;
-use super::wheel_file::{DresserFile, ExtentFile};
+use super::wheel_file::{DresserFile, ExtentFile, ThermalFile};
 use super::yaml::Document;
 use super::{ConfigError, Place};
 use camwright::machine::description::{
     Axis, AxisDescription, MachineDescription, MotionLimits, Scale, Station, WheelDescription,
 };
-use camwright::units::{rad_from_deg, rad_s_from_rpm};
+use camwright::units::{mm_from_um, rad_from_deg, rad_s_from_rpm};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::path::Path;
@@ -37,6 +37,7 @@ struct MachineFile {
     origin_window_deg: f64,
     wheel: WheelFile,
     contact: Option<ContactFile>,
+    thermal: Option<ThermalFile>,
     gauge: Option<GaugeFile>,
     #[serde(default)]
     alarm_retract: AlarmRetractFile,
@@ -99,6 +100,8 @@ struct WheelFile {
     max_speed_rpm: Option<f64>,
     spin_up_s: f64,
     grinding_ratio: Option<f64>,
+    #[serde(default)]
+    unbalance_um: f64,
 }
 
 /// A machine as its file describes it.
@@ -160,8 +163,10 @@ fn describe(file: &MachineFile, hash: String) -> MachineDescription {
             max_surface_speed_m_s: file.wheel.max_surface_speed_m_s,
             max_speed_rad_s: file.wheel.max_speed_rpm.map(rad_s_from_rpm),
             grinding_ratio: file.wheel.grinding_ratio,
+            unbalance_mm: mm_from_um(file.wheel.unbalance_um),
         },
         contact: file.contact.as_ref().map(ContactFile::contact),
+        thermal: file.thermal.as_ref().map(ThermalFile::thermal),
         gauge: file.gauge.as_ref().map(GaugeFile::gauge),
         retract: file.alarm_retract.retract(),
         dresser: file.dresser.as_ref().map(DresserFile::dresser),
@@ -272,6 +277,7 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
     within("wheel.width_mm", file.wheel.width_mm, 0.1, 1e3)?;
     within("wheel.surface_speed_m_s", file.wheel.surface_speed_m_s, 1.0, 300.0)?;
     within("wheel.spin_up_s", file.wheel.spin_up_s, 0.0, 600.0)?;
+    within("wheel.unbalance_um", file.wheel.unbalance_um, 0.0, 100.0)?;
     for (key, value, low, high) in [
         ("wheel.max_surface_speed_m_s", file.wheel.max_surface_speed_m_s, 1.0, 300.0),
         ("wheel.max_speed_rpm", file.wheel.max_speed_rpm, 1.0, 1e6),
@@ -289,6 +295,10 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
     file.alarm_retract.check(&within)?;
     if let Some(contact) = &file.contact {
         contact.check(document, &within, (file.z_axis.soft_min_mm, file.z_axis.soft_max_mm))?;
+    }
+    if let Some(thermal) = &file.thermal {
+        within("thermal.growth_um", thermal.growth_um, -1000.0, 1000.0)?;
+        within("thermal.time_constant_s", thermal.time_constant_s, 1.0, 1e6)?;
     }
     for (key, value, low, high) in file.gauge.iter().flat_map(GaugeFile::ranges) {
         within(key, value, low, high)?;

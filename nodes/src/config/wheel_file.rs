@@ -4,6 +4,7 @@ use super::ConfigError;
 use super::yaml::Document;
 use camwright::dressing::DressingSpec;
 use camwright::job::{ObstacleSpec, WheelWish};
+use camwright::machine::description::ThermalDescription;
 use camwright::machine::fixture::{Dresser, Extent};
 use camwright::units::mm_from_um;
 use serde::Deserialize;
@@ -45,6 +46,35 @@ impl DresserFile {
             ("dresser.dwell_s", self.dwell_s, 0.0, 600.0),
             ("dresser.max_depth_um", self.max_depth_um, 1e-3, 1e4),
         ]
+    }
+}
+
+/// How the wheelhead grows.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ThermalFile {
+    pub(super) growth_um: f64,
+    pub(super) time_constant_s: f64,
+    #[serde(default)]
+    start: StartFile,
+}
+
+/// How a machine that has never run begins.
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum StartFile {
+    #[default]
+    Cold,
+    Warm,
+}
+
+impl ThermalFile {
+    pub(super) fn thermal(&self) -> ThermalDescription {
+        let start_share = match self.start {
+            StartFile::Cold => 0.0,
+            StartFile::Warm => 1.0,
+        };
+        ThermalDescription { growth_mm: mm_from_um(self.growth_um), time_constant_s: self.time_constant_s, start_share }
     }
 }
 

@@ -1,4 +1,4 @@
-//! What outlives a run of the machine, in one small file: wheel radius, dress count, part counter.
+//! What outlives a run of the machine, in one small file: wheel radius, growth of the wheelhead, dress count, part counter.
 
 use crate::config::{ConfigError, Place};
 use camwright::machine::description::MachineDescription;
@@ -17,6 +17,10 @@ struct StateFile {
     wheel_radius_mm: f64,
     #[serde(default, skip_serializing_if = "is_none")]
     wheel_wear_mm: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    growth_mm: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    growth_at_dress_mm: Option<f64>,
     #[serde(default, skip_serializing_if = "is_zero")]
     lobes_since_dress: u32,
     #[serde(default, skip_serializing_if = "is_zero")]
@@ -28,6 +32,14 @@ struct StateFile {
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it so")]
 fn is_none(wear_mm: &f64) -> bool {
     *wear_mm <= 0.0
+}
+
+/// Most that a wheelhead can have grown by (mm).
+const MOST_GROWTH_MM: f64 = 1.0;
+
+/// A growth that is written.
+fn grown(mm: f64) -> Option<f64> {
+    (mm.abs() > 0.0).then_some(mm)
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it so")]
@@ -72,9 +84,20 @@ pub fn load(path: &Path, description: &MachineDescription) -> Result<LastingStat
     if !(0.0..=most.max(0.0)).contains(&file.wheel_wear_mm) {
         return Err(refuse(format!("wheel_wear_mm is {}, the wheel can lose 0 to {most}", file.wheel_wear_mm)));
     }
+    // What was written before the machine grew begins as a machine that has never run.
+    let new = LastingState::new(description);
+    let (growth_mm, growth_at_dress_mm) =
+        (file.growth_mm.unwrap_or(new.growth_mm), file.growth_at_dress_mm.unwrap_or(new.growth_at_dress_mm));
+    for (key, value) in [("growth_mm", growth_mm), ("growth_at_dress_mm", growth_at_dress_mm)] {
+        if !(-MOST_GROWTH_MM..=MOST_GROWTH_MM).contains(&value) {
+            return Err(refuse(format!("{key} is {value}, allowed is -{MOST_GROWTH_MM} to {MOST_GROWTH_MM}")));
+        }
+    }
     Ok(LastingState {
         wheel_radius_mm: file.wheel_radius_mm,
         wheel_wear_mm: file.wheel_wear_mm,
+        growth_mm,
+        growth_at_dress_mm,
         lobes_since_dress: file.lobes_since_dress,
         parts_since_dress: file.parts_since_dress,
         dress_count: file.dress_count,
@@ -92,6 +115,8 @@ pub fn store(path: &Path, state: &LastingState) -> Result<(), ConfigError> {
         schema: SCHEMA.to_owned(),
         wheel_radius_mm: state.wheel_radius_mm,
         wheel_wear_mm: state.wheel_wear_mm,
+        growth_mm: grown(state.growth_mm),
+        growth_at_dress_mm: grown(state.growth_at_dress_mm),
         lobes_since_dress: state.lobes_since_dress,
         parts_since_dress: state.parts_since_dress,
         dress_count: state.dress_count,
@@ -123,6 +148,8 @@ mod tests {
         let state = LastingState {
             wheel_radius_mm: 58.25,
             wheel_wear_mm: 0.0125,
+            growth_mm: 0.004,
+            growth_at_dress_mm: 0.001,
             lobes_since_dress: 3,
             parts_since_dress: 1,
             dress_count: 7,

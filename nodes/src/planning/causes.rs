@@ -114,7 +114,8 @@ mod tests {
         let prepared = prepare("four_lobe_camshaft", &short, None).unwrap();
         let causes = causes(&prepared).unwrap();
         let names: Vec<String> = causes.without.iter().map(Without::name).collect();
-        assert_eq!(names, ["servo", "deflection", "quantisation", "servo, deflection, quantisation"]);
+        let all = "servo, deflection, thermal, unbalance, quantisation";
+        assert_eq!(names, ["servo", "deflection", "thermal", "unbalance", "quantisation", all]);
         let worst = |lobes: &[LobeResult]| {
             lobes.iter().map(|lobe| um_from_mm(mm_from_m(lobe.form_error_max.abs()))).fold(0.0, f64::max)
         };
@@ -122,9 +123,13 @@ mod tests {
         let good = worst(&causes.with[0].lobes);
         let (_, own) = rehearse_job_on(&prepared, &prepared.machine, |_, _| {}).unwrap();
         let own = worst(&own);
-        let [servo, deflection, quantisation, none] = without[..] else { panic!("four machines: {without:?}") };
+        let [servo, deflection, thermal, unbalance, quantisation, none] = without[..] else {
+            panic!("six machines: {without:?}")
+        };
         eprintln!("own {own} um, without {without:?}, good drives {good}");
         assert!(none < 0.05 && servo > 2.0 * none && deflection > 2.0 * none, "{without:?}");
+        // A machine that is warm grows no more; its wheel is dressed smaller by what it has grown.
+        assert!((thermal - own).abs() < 0.1 && (unbalance - own).abs() < 0.2, "{without:?} {own}");
         assert!((quantisation - own).abs() < 0.2 * own, "{quantisation} {own}");
         assert!(own > 1.0 && own < 4.0 && good < own, "{good} {own}");
     }

@@ -5,6 +5,7 @@ mod inputs;
 mod retreat;
 mod stream;
 mod strike;
+mod surface;
 mod sweep;
 mod telling;
 mod watch;
@@ -105,6 +106,9 @@ pub struct Machine {
     overtravel: [OvertravelSwitches; AXIS_COUNT],
     beyond: [bool; AXIS_COUNT],
     wheel: WheelSpindle,
+    wheel_phase_rad: f64,
+    /// Share of what is left to a warm wheelhead that a tick goes.
+    warming: f64,
     part: Workpiece,
     /// How wheel and part have given way to each other.
     deflection: Deflection,
@@ -194,6 +198,10 @@ impl Machine {
             overtravel,
             beyond: [false; AXIS_COUNT],
             wheel: WheelSpindle::new(&description),
+            wheel_phase_rad: 0.0,
+            warming: description
+                .thermal
+                .map_or(0.0, |thermal| -libm::expm1(-description.cycle_time_s() / thermal.time_constant_s)),
             part: Workpiece::default(),
             deflection: Deflection::default(),
             force_n: 0.0,
@@ -442,9 +450,10 @@ impl Machine {
             let spans = self.servo_step(index);
             self.sense(&spans, &mut latches);
             if let Some(lobe) = lobe {
-                removal = removal.and(self.grind(lobe, law.as_ref(), &spans));
+                removal = removal.and(self.grind(index, lobe, law.as_ref(), &spans));
             }
         }
+        self.turn_on();
         if let Some(lobe) = lobe {
             self.part.lobe_mut(lobe).refresh();
             self.wear_wheel(lobe, removal);

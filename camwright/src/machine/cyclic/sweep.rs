@@ -81,14 +81,18 @@ impl Machine {
 
     /// The wheel sweeps the lobe along a servo step, in steps so small that the cusps between them do not matter.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to u32 before the cast")]
-    pub(super) fn grind(&mut self, lobe: usize, law: Option<&ContactLaw>, spans: &[Span; AXIS_COUNT]) -> Removal {
+    pub(super) fn grind(
+        &mut self,
+        servo_step: u32,
+        lobe: usize,
+        law: Option<&ContactLaw>,
+        spans: &[Span; AXIS_COUNT],
+    ) -> Removal {
         let (c, x) = (&spans[Axis::C.index()], &spans[Axis::X.index()]);
         if c.is_still() && x.is_still() {
             return Removal::default();
         }
-        // The axis knows the wheel as it was dressed; what it has lost since then is missing at its rim.
-        let dressed_mm = self.lasting.wheel_radius_mm;
-        let radius_mm = dressed_mm - self.lasting.wheel_wear_mm;
+        let surface = self.surface(servo_step);
         let (per_mm, per_rad) =
             (self.axes[Axis::X.index()].counts_per_unit, self.axes[Axis::C.index()].counts_per_unit);
         let turn = libm::round(TURN_RAD * per_rad);
@@ -96,24 +100,26 @@ impl Machine {
         let lobe = self.part.lobe_mut(lobe);
         // Between its ends the cubic swings out by less than the speeds at its ends times the step.
         let swing = (x.from_velocity.abs() + x.to_velocity.abs()) * self.step_s;
-        if (x.from.min(x.to) - swing) / per_mm >= lobe.reach_mm() {
+        let nearest_mm = (x.from.min(x.to) - swing) / per_mm + surface.centre_mm - surface.most_thrown_mm();
+        if nearest_mm - surface.radius_mm >= lobe.reach_mm() {
             lobe.leave();
             (self.deflection, self.force_n) = (Deflection::default(), 0.0);
             return Removal::default();
         }
-        let centre = x.from.max(x.to) / per_mm + dressed_mm;
+        let centre = x.from.max(x.to) / per_mm + surface.centre_mm;
         let path = (c.to - c.from).abs() / per_rad * centre + (x.to - x.from).abs() / per_mm;
-        let longest = libm::sqrt(8.0 * radius_mm * CUSP_MM);
-        let positions = libm::ceil(path / longest).clamp(1.0, 10_000.0) as u32;
+        let longest = libm::sqrt(8.0 * surface.radius_mm * CUSP_MM);
+        let positions = libm::ceil(path / longest).max(surface.positions()).clamp(1.0, 10_000.0) as u32;
+        let cuts = self.wheel.cuts();
+        let from_rad = line_rad(c.from, turn, sense);
         let mut removal = Removal::default();
         for j in 1..=positions {
             let s = f64::from(j) / f64::from(positions);
             let wheel = WheelPosition {
-                azimuth_rad: line_rad(c.at(s, self.step_s), turn, sense),
-                centre_mm: x.at(s, self.step_s) / per_mm + dressed_mm,
-                radius_mm,
+                azimuth_rad: from_rad + sense * c.way(s, self.step_s) / turn * TURN_RAD,
+                centre_mm: (x.from + x.way(s, self.step_s)) / per_mm + surface.centre_mm + surface.thrown_mm(s),
+                radius_mm: surface.radius_mm,
             };
-            let cuts = self.wheel.cuts();
             let taken = match law {
                 None => lobe.pass(wheel, cuts),
                 Some(law) => {

@@ -22,7 +22,7 @@ pub use press::Deflection;
 pub const DEFAULT_AZIMUTHS: usize = 3600;
 
 /// Azimuths that are looked at together. Larger blocks are rejected less often, smaller ones cost more looking.
-const BLOCK: usize = 32;
+const BLOCK: usize = 16;
 
 /// Why an outline is not one.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -110,10 +110,31 @@ pub struct WheelPosition {
     pub radius_mm: f64,
 }
 
-impl WheelPosition {
-    /// Cosine of the largest |δ| at which a point at distance `r` from the axis is inside the wheel (law of cosines).
-    fn inside_cos(&self, r: f64) -> f64 {
-        (self.centre_mm * self.centre_mm + r * r - self.radius_mm * self.radius_mm) / (2.0 * self.centre_mm * r)
+/// The wheel as it faces the part: which way its centre lies, as a direction.
+#[derive(Debug, Clone, Copy)]
+struct Facing {
+    centre_mm: f64,
+    radius_mm: f64,
+    /// Cosine and sine of its azimuth.
+    direction: (f64, f64),
+    azimuth_rad: f64,
+}
+
+impl Facing {
+    fn of(wheel: WheelPosition) -> Self {
+        let WheelPosition { azimuth_rad, centre_mm, radius_mm } = wheel;
+        let (sin, cos) = libm::sincos(azimuth_rad);
+        Self { centre_mm, radius_mm, direction: (cos, sin), azimuth_rad }
+    }
+
+    /// Whether a point at distance `r` from the axis, in a direction at an angle with this cosine, is inside the wheel.
+    fn has(&self, r: f64, cos_delta: f64) -> bool {
+        let x = self.centre_mm;
+        r * (r - 2.0 * x * cos_delta) + x * x < self.radius_mm * self.radius_mm
+    }
+
+    fn cos_to(&self, (c, s): (f64, f64)) -> f64 {
+        c * self.direction.0 + s * self.direction.1
     }
 }
 
@@ -219,57 +240,31 @@ impl Lobe {
         if wheel.centre_mm <= wheel.radius_mm {
             return Removal { depth_mm: self.reach, is_over_axis: true, ..Removal::default() };
         }
-        let (sin, cos) = libm::sincos(wheel.azimuth_rad);
-        let near = self.blocks_near(&wheel, (cos, sin), self.reach);
+        self.cut(&Facing::of(wheel), cuts)
+    }
+
+    fn cut(&mut self, wheel: &Facing, cuts: bool) -> Removal {
         let mut removal = Removal::default();
-        for index in 0..near.count() {
-            let (block, edge) = self.block_and_edge(&near, index, (cos, sin));
-            if edge.is_none_or(|cos| cos > wheel.inside_cos(self.block_reach[block])) {
-                removal = removal.and(self.pass_block(block, &wheel, (cos, sin), cuts));
-            }
+        let mut near = self.near(wheel);
+        while let Some(block) = near.next(self.block_reach.len(), |block, edge| {
+            let cos = wheel.cos_to(self.direction[self.azimuth_of(block, edge)]);
+            (wheel.has(self.reach, cos), wheel.has(self.block_reach[block], cos))
+        }) {
+            removal = removal.and(self.cut_block(block, wheel, cuts));
         }
         removal
     }
 
-    /// The blocks that a part of this reach could have inside the wheel: the one that the wheel's centre faces, so many upwards,
-    /// so many downwards.
-    fn blocks_near(&self, wheel: &WheelPosition, centre: (f64, f64), reach: f64) -> Near {
-        let blocks = self.block_reach.len();
-        let limit = wheel.inside_cos(reach);
-        let mut near = Near { first: self.block_of(wheel.azimuth_rad), up: 0, down: 0 };
-        while near.count() < blocks {
-            near.up += 1;
-            let (_, edge) = self.block_and_edge(&near, near.up, centre);
-            if edge.is_none_or(|cos| cos <= limit) {
-                near.up -= 1;
-                break;
-            }
-        }
-        while near.count() < blocks {
-            near.down += 1;
-            let (_, edge) = self.block_and_edge(&near, near.up + near.down, centre);
-            if edge.is_none_or(|cos| cos <= limit) {
-                near.down -= 1;
-                break;
-            }
-        }
-        near
+    /// Looks about from the block that the wheel's centre faces.
+    fn near(&self, wheel: &Facing) -> Near {
+        Near::new(self.block_of(wheel.azimuth_rad))
     }
 
-    /// One of those blocks, and the cosine of the angle from the wheel's centre to its nearest azimuth; none for the first.
-    fn block_and_edge(&self, near: &Near, index: usize, centre: (f64, f64)) -> (usize, Option<f64>) {
-        let blocks = self.block_reach.len();
-        // Upwards the near edge of a block is its first azimuth, downwards its last.
-        match index {
-            0 => (near.first, None),
-            up if up <= near.up => {
-                let block = (near.first + up) % blocks;
-                (block, Some(self.cos_to(block * BLOCK, centre)))
-            }
-            down => {
-                let block = (near.first + blocks - (down - near.up)) % blocks;
-                (block, Some(self.cos_to(((block + 1) * BLOCK).min(self.radii.len()) - 1, centre)))
-            }
+    /// The azimuth of a block at one of its edges.
+    fn azimuth_of(&self, block: usize, edge: Edge) -> usize {
+        match edge {
+            Edge::First => block * BLOCK,
+            Edge::Last => ((block + 1) * BLOCK).min(self.radii.len()) - 1,
         }
     }
 
@@ -284,12 +279,8 @@ impl Lobe {
         self.index_of(azimuth_rad) / BLOCK
     }
 
-    fn cos_to(&self, index: usize, (cos, sin): (f64, f64)) -> f64 {
-        let (c, s) = self.direction[index];
-        c * cos + s * sin
-    }
-
-    fn pass_block(&mut self, block: usize, wheel: &WheelPosition, (cos, sin): (f64, f64), cuts: bool) -> Removal {
+    fn cut_block(&mut self, block: usize, wheel: &Facing, cuts: bool) -> Removal {
+        let (cos, sin) = wheel.direction;
         let range = block * BLOCK..((block + 1) * BLOCK).min(self.radii.len());
         let (x, r2) = (wheel.centre_mm, wheel.radius_mm * wheel.radius_mm);
         let half_step = 0.5 * TURN_RAD / self.radii.len() as f64;
@@ -323,21 +314,72 @@ impl Lobe {
     }
 }
 
-/// Blocks about the one that the wheel's centre faces.
+/// An edge of a block of azimuths.
+#[derive(Debug, Clone, Copy)]
+enum Edge {
+    First,
+    Last,
+}
+
+/// Blocks about the one that the wheel's centre faces: that one, then upwards as far as a part of the largest radius could have them
+/// inside the wheel, then downwards.
 struct Near {
     first: usize,
-    up: usize,
-    down: usize,
+    /// Blocks looked at.
+    seen: usize,
+    way: Way,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Way {
+    Here,
+    /// The block that was looked at last.
+    Up(usize),
+    Down(usize),
 }
 
 impl Near {
-    fn count(&self) -> usize {
-        1 + self.up + self.down
+    fn new(first: usize) -> Self {
+        Self { first, seen: 0, way: Way::Here }
+    }
+
+    /// The next block that may be inside the wheel. `look` tells of a block, by its edge nearest to the wheel's centre, whether any part
+    /// could reach there, and whether this block does.
+    fn next(&mut self, blocks: usize, look: impl Fn(usize, Edge) -> (bool, bool)) -> Option<usize> {
+        loop {
+            if self.seen == blocks {
+                return None;
+            }
+            // Upwards the near edge of a block is its first azimuth, downwards its last.
+            let (block, edge) = match self.way {
+                Way::Here => {
+                    self.way = Way::Up(self.first);
+                    self.seen = 1;
+                    return Some(self.first);
+                }
+                Way::Up(last) => (if last + 1 == blocks { 0 } else { last + 1 }, Edge::First),
+                Way::Down(last) => (if last == 0 { blocks - 1 } else { last - 1 }, Edge::Last),
+            };
+            let (can, does) = look(block, edge);
+            self.way = match (can, self.way) {
+                (true, Way::Down(_)) => Way::Down(block),
+                (true, _) => Way::Up(block),
+                (false, Way::Down(_)) => return None,
+                (false, _) => Way::Down(self.first),
+            };
+            if can {
+                self.seen += 1;
+            }
+            if can && does {
+                return Some(block);
+            }
+        }
     }
 }
 
 fn largest(radii: &[f64]) -> f64 {
-    radii.iter().copied().fold(0.0, f64::max)
+    // No radius is NaN.
+    radii.iter().fold(0.0, |most, radius| if *radius > most { *radius } else { most })
 }
 
 /// The part between the centres.

@@ -3,7 +3,7 @@
 //! The engagement of the contact law is found against the surface that the wheel met, not the one that it leaves: every azimuth
 //! keeps its radius from before the present pass until it is opposite the wheel.
 
-use super::{BLOCK, Lobe, Removal, WheelPosition, largest};
+use super::{BLOCK, Facing, Lobe, Removal, WheelPosition, largest};
 use crate::contact_law::ContactLaw;
 use crate::units::TURN_RAD;
 use alloc::vec::Vec;
@@ -25,14 +25,18 @@ impl Default for Deflection {
     }
 }
 
-impl WheelPosition {
+impl Facing {
     /// The wheel where it stands when it has given way.
-    fn deflected(self, by: Deflection) -> Self {
+    fn deflected(&self, by: Deflection) -> Self {
         let (along, across) = (self.centre_mm + by.mm * by.normal.0, by.mm * by.normal.1);
+        let centre_mm = libm::sqrt(along * along + across * across);
+        let (cos, sin) = self.direction;
         Self {
-            azimuth_rad: self.azimuth_rad + libm::atan2(across, along),
-            centre_mm: libm::hypot(along, across),
-            ..self
+            centre_mm,
+            direction: ((cos * along - sin * across) / centre_mm, (sin * along + cos * across) / centre_mm),
+            // Only says in which block to begin; the angle is small.
+            azimuth_rad: self.azimuth_rad + across / along,
+            ..*self
         }
     }
 }
@@ -88,6 +92,7 @@ impl Lobe {
             return (self.pass(wheel, cuts), Deflection::default());
         }
         self.bring_up_to(wheel.azimuth_rad);
+        let wheel = Facing::of(wheel);
         let touch = match self.touch(&wheel.deflected(before)) {
             Some(touch) => Some(Touch { depth_mm: touch.depth_mm + before.mm, ..touch }),
             None => self.touch(&wheel),
@@ -98,7 +103,7 @@ impl Lobe {
         let depth_mm = if cuts { law.depth_of_cut_mm(engagement_mm) } else { 0.0 };
         let deflection = Deflection { mm: engagement_mm - depth_mm, normal };
         let removal = match (cuts, depth_mm > 0.0) {
-            (true, true) => self.pass(wheel.deflected(deflection), true),
+            (true, true) => self.cut(&wheel.deflected(deflection), true),
             (true, false) => Removal::default(),
             (false, _) => Removal { depth_mm: engagement_mm, ..Removal::default() },
         };
@@ -115,32 +120,36 @@ impl Lobe {
         let (first, count) = if upwards <= n / 2 { (from, upwards) } else { (opposite, n - upwards) };
         let mut left = count;
         let mut at = first;
+        let mut lost_reach = false;
         while left > 0 {
             let block = at / BLOCK;
             let end = ((block + 1) * BLOCK).min(n);
             let part = (end - at).min(left);
+            let before = self.met.block_reach[block];
             self.met.radii[at..at + part].copy_from_slice(&self.radii[at..at + part]);
-            self.met.block_reach[block] = largest(&self.met.radii[block * BLOCK..end]);
+            let reach = largest(&self.met.radii[block * BLOCK..end]);
+            self.met.block_reach[block] = reach;
+            lost_reach |= reach < before && before >= self.met.reach;
             left -= part;
             at = if end == n { 0 } else { end };
         }
-        if count > 0 {
+        // What is cut only gets smaller: another block than the largest changes nothing.
+        if lost_reach {
             self.met.reach = largest(&self.met.block_reach);
         }
     }
 
     /// Where a wheel is deepest in the surface that it meets: the azimuth nearest to its centre, and between its neighbours the top of
     /// a parabola. None where it does not touch.
-    fn touch(&self, wheel: &WheelPosition) -> Option<Touch> {
+    fn touch(&self, wheel: &Facing) -> Option<Touch> {
         let (x, radius) = (wheel.centre_mm, wheel.radius_mm);
-        let (sin, cos) = libm::sincos(wheel.azimuth_rad);
+        let (cos, sin) = wheel.direction;
         let mut nearest = (radius * radius, None);
-        let near = self.blocks_near(wheel, (cos, sin), self.met.reach);
-        for index in 0..near.count() {
-            let (block, edge) = self.block_and_edge(&near, index, (cos, sin));
-            if edge.is_some_and(|cos| cos <= wheel.inside_cos(self.met.block_reach[block])) {
-                continue;
-            }
+        let mut near = self.near(wheel);
+        while let Some(block) = near.next(self.block_reach.len(), |block, edge| {
+            let cos = wheel.cos_to(self.direction[self.azimuth_of(block, edge)]);
+            (wheel.has(self.met.reach, cos), wheel.has(self.met.block_reach[block], cos))
+        }) {
             let start = block * BLOCK;
             let end = (start + BLOCK).min(self.radii.len());
             let azimuths = self.met.radii[start..end].iter().zip(&self.direction[start..end]).enumerate();
@@ -159,14 +168,15 @@ impl Lobe {
             (x - r * (c * cos + s * sin), -r * (s * cos - c * sin))
         };
         let neighbours = [to_centre((at + n - 1) % n), to_centre(at), to_centre((at + 1) % n)];
-        let [left, here, right] = neighbours.map(|(along, across)| radius - libm::hypot(along, across));
+        let [left, here, right] =
+            neighbours.map(|(along, across)| radius - libm::sqrt(along * along + across * across));
         let bend = 2.0 * here - left - right;
         // Half a step at most, since none of the three is deeper than the middle.
         let aside = if bend > 0.0 { 0.5 * (right - left) / bend } else { 0.0 };
         let depth_mm = here + 0.25 * (right - left) * aside;
         let [(along0, across0), (along1, across1), (along2, across2)] = neighbours;
         let (along, across) = (along1 + 0.5 * (along2 - along0) * aside, across1 + 0.5 * (across2 - across0) * aside);
-        let length = libm::hypot(along, across);
+        let length = libm::sqrt(along * along + across * across);
         Some(Touch { depth_mm, normal: (along / length, across / length) })
     }
 }
