@@ -4,7 +4,7 @@ use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::buffer::{Chunk, SetpointBuffer, TailPoint};
 use camwright::machine::description::{
-    Axis, ContactDescription, GaugeDescription, GaugeKind, MachineDescription, StiffnessAt,
+    Axis, ContactDescription, GaugeDescription, GaugeKind, MachineDescription, StiffnessAt, Structure,
 };
 use camwright::machine::fault::Fault;
 use camwright::machine::reference::cam_grinder;
@@ -34,7 +34,15 @@ fn a_tick_does_not_allocate_whatever_happens_in_it() {
         seed: 1,
     };
     for (contact, gauge) in [(None, None), (Some(contact), Some(gauge))] {
-        run_through_everything(MachineDescription { contact, gauge, ..cam_grinder() });
+        let mut description = MachineDescription { contact, gauge, ..cam_grinder() };
+        description.wheel.unbalance_mm = 1e-4;
+        for axis in &mut description.axes {
+            axis.drive.velocity_integral_s = Some(0.01);
+            axis.drive.coulomb_friction = 1.0;
+            axis.drive.structure = Some(Structure { frequency_rad_s: 900.0, damping: 0.04, mass_share: 0.2 });
+            (axis.drive.encoder_step_counts, axis.drive.encoder_noise_counts) = (1.0, 0.3);
+        }
+        run_through_everything(description);
     }
 }
 
