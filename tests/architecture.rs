@@ -20,6 +20,8 @@ const ORDER: &[&[&str]] = &[
     &["contour"],
     &["form"],
     &["inspection"],
+    &["capability"],
+    &["compensation"],
     &["tool_path"],
     &[DESCRIPTION, "machine::fixture"],
     &["setpoint"],

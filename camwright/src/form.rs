@@ -32,6 +32,12 @@ pub struct Deviation {
     pub cam_angle_rad: f64,
 }
 
+/// A lift below this is none (mm): half of the last digit of a table in thousandths.
+const RESTS_MM: f64 = 0.000_5;
+
+/// Shortest base circle that is one (rad): 20°.
+pub const LEAST_BASE_RAD: f64 = TURN_RAD / 18.0;
+
 /// The form of one lobe.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Form {
@@ -68,6 +74,23 @@ impl Form {
         #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
         let mean_square = deviations_mm.iter().map(|d| d * d).sum::<f64>() / deviations_mm.len() as f64;
         Ok(Self { deviations_mm, largest, rms_mm: libm::sqrt(mean_square) })
+    }
+
+    /// Size: the mean deviation (mm) over the base circle, where the lift is 0 but for the last digit of a table. What has no base
+    /// circle of at least [`LEAST_BASE_RAD`] (an eccentric) or is nothing else (a journal) is as large as it is all round.
+    #[must_use]
+    pub fn size_mm(&self, contour: &Contour, phase_rad: f64) -> f64 {
+        #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
+        let azimuth = |i: usize| i as f64 * TURN_RAD / self.deviations_mm.len() as f64;
+        let rests =
+            |i: usize| contour.lift().sample(contour.cam_angle_at(azimuth(i) - phase_rad)).value.abs() < RESTS_MM;
+        let all = || self.deviations_mm.iter().copied().enumerate();
+        #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
+        let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
+        let base: Vec<f64> = all().filter(|(i, _)| rests(*i)).map(|(_, deviation)| deviation).collect();
+        #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
+        let share = base.len() as f64 / self.deviations_mm.len() as f64;
+        mean(if share * TURN_RAD < LEAST_BASE_RAD { self.deviations_mm.clone() } else { base })
     }
 }
 

@@ -8,6 +8,9 @@
 //! rotation sense σ, the azimuth of the wheel line seen from the part is σ·C, measured from the key-way, and in the
 //! frame of lobe j it is θ = σ·C − αj. Block k of a table of N blocks begins at θ = k·2π/N.
 
+use crate::compensation::{
+    Compensation, MOST_CORRECTION_MM, MOST_HARMONICS as MOST_LEARNED_HARMONICS, MOST_SLOPE_MM_RAD,
+};
 use crate::dressing::DressingSpec;
 use crate::follower::Follower;
 use crate::lift::LiftLaw;
@@ -43,6 +46,9 @@ impl ProfileSpec {
         self.lift.max_lift_mm() < ROUND_MM
     }
 }
+
+/// What rounding may add to a bound, relative.
+const ROUNDING: f64 = 1e-3;
 
 /// A lift below this is none (mm): what a formula of no lift rounds to.
 const ROUND_MM: f64 = 1e-9;
@@ -312,6 +318,8 @@ pub struct JobSpec {
     pub raw_part: RawPart,
     /// How the runout of its journals is corrected; `None`: not at all. Then every lobe is a journal.
     pub correction: Option<CorrectionSpec>,
+    /// How the form errors of parts correct those after them, and what they did so far; `None`: every part is ground as designed.
+    pub compensation: Option<Compensation>,
 }
 
 /// A body of revolution on the part that is not ground.
@@ -414,6 +422,7 @@ impl JobSpec {
             return Err(JobError::OutOfRange { place: String::new(), key, value, wanted: "made of finite numbers" });
         }
         self.check_correction(machine)?;
+        self.check_compensation()?;
         for wish in &self.wheels {
             positive(|| alloc::format!("{}: ", wish.of), "wheel_radius_mm", wish.radius_mm)?;
         }
@@ -451,6 +460,45 @@ impl JobSpec {
         }
         if !(correction.allowance_mm >= 0.0 && correction.allowance_mm <= MOST_ALLOWANCE_MM) {
             return range("runout_correction.allowance_mm", correction.allowance_mm, "0 to 0.1");
+        }
+        Ok(())
+    }
+
+    /// What was learned is of this job and within what the job allows.
+    fn check_compensation(&self) -> Result<(), JobError> {
+        let Some(compensation) = &self.compensation else { return Ok(()) };
+        if self.correction.is_some() {
+            return Err(JobError::LearnsAndCorrects);
+        }
+        let spec = &compensation.spec;
+        let range = |key, value, wanted| Err(JobError::OutOfRange { place: String::new(), key, value, wanted });
+        if !(spec.gain > 0.0 && spec.gain <= 1.0) {
+            return range("form_compensation.gain", spec.gain, "above 0 and at most 1");
+        }
+        if !(1..=MOST_LEARNED_HARMONICS).contains(&spec.harmonics) {
+            return range("form_compensation.harmonics", f64::from(spec.harmonics), "1 to 180");
+        }
+        if !(spec.most_mm > 0.0 && spec.most_mm <= MOST_CORRECTION_MM) {
+            return range("form_compensation.most_mm", spec.most_mm, "above 0 and at most 0.1");
+        }
+        if !(spec.most_slope_mm_rad > 0.0 && spec.most_slope_mm_rad <= MOST_SLOPE_MM_RAD) {
+            return range("form_compensation.most_slope_mm_rad", spec.most_slope_mm_rad, "above 0 and at most 1.146");
+        }
+        for learned in &compensation.learned {
+            if !self.lobes.iter().any(|lobe| lobe.name == learned.lobe) {
+                return Err(JobError::LearnedElsewhere { lobe: learned.lobe.clone() });
+            }
+            let (size_mm, slope_mm_rad) = learned.correction.largest();
+            // What was bounded lies on the bound, but for rounding on its way through a file.
+            if size_mm > spec.most_mm * (1.0 + ROUNDING) || slope_mm_rad > spec.most_slope_mm_rad * (1.0 + ROUNDING) {
+                return Err(JobError::LearnedTooMuch {
+                    lobe: learned.lobe.clone(),
+                    size_mm,
+                    slope_mm_rad,
+                    most_mm: spec.most_mm,
+                    most_slope_mm_rad: spec.most_slope_mm_rad,
+                });
+            }
         }
         Ok(())
     }

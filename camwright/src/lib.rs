@@ -4,7 +4,9 @@
 #![no_std]
 extern crate alloc;
 
+pub mod capability;
 pub mod cell;
+pub mod compensation;
 pub mod contact_law;
 pub mod contour;
 pub mod cut_motion;

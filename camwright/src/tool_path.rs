@@ -4,6 +4,7 @@
 //! normal), |W| its distance from the spindle axis, and the path carries X = |W| − R, the position of the wheel's cutting
 //! point on the X axis. The path travels as a periodic quintic spline on a uniform grid of θ.
 
+use crate::compensation::FormCurve;
 use crate::contour::Contour;
 use crate::numeric::periodic_spline::{PeriodicSpline, Sample};
 use crate::units::{TURN_RAD, deg_from_rad};
@@ -94,6 +95,9 @@ const ALLOWED_ERROR_MM: f64 = 1e-6;
 /// Distance of the ground points from the contour that is accepted (mm).
 const CONTOUR_ERROR_MM: f64 = 2e-6;
 
+/// Steps to the cam angle of a shifted contour; each leaves a share of a few hundredths for an ordinary correction.
+const MOST_STEPS: usize = 40;
+
 /// The way back is checked on a grid this much finer than the knots.
 const CHECK_DENSITY: usize = 8;
 
@@ -122,12 +126,75 @@ impl ToolPath {
                 });
             }
         }
-        let (spline, interpolation_error_mm) = resample(contour, wheel_radius_mm)?;
+        let exact = |angle: f64, guess: &mut f64| {
+            let cam_angle = contour.solve(angle, wheel_radius_mm, angle + *guess);
+            *guess = cam_angle - angle;
+            let (along, across) = contour.local(cam_angle).outside(wheel_radius_mm);
+            libm::hypot(along, across) - wheel_radius_mm
+        };
+        let mut path = Self::through(exact, wheel_radius_mm)?;
+        path.accuracy.contour_error_mm = path.check(|path, angle| path.misses(contour, angle))?;
+        Ok(path)
+    }
+
+    /// The path on which a wheel grinds what lies off a contour along its normal by a correction.
+    ///
+    /// With Q the contour, N its normal and T its tangent over the cam angle φ, dQ = a₀T and dN = ω′T, the shifted curve Q + cN runs with
+    /// aT + c′N, a = a₀ + ω′c, so that its normal is (aN − c′T)/√(a² + c′²); the wheel's centre lies R along that. It is seen from the
+    /// axis by a small angle δ(φ) beside the centre for the contour itself, and the cam angle at which it stands on the wheel line θ is
+    /// where the contour's own would stand on θ − δ(φ).
+    ///
+    /// # Errors
+    /// What [`Self::for_wheel`] says; a correction that the wheel cannot follow without cutting into it is one that the way back does
+    /// not confirm.
+    pub fn compensated(contour: &Contour, correction: &FormCurve, wheel_radius_mm: f64) -> Result<Self, ToolPathError> {
+        // Whether the wheel fits the contour at all, told in the contour's own words.
+        let design = Self::for_wheel(contour, wheel_radius_mm)?;
+        if correction.is_zero() {
+            return Ok(design);
+        }
+        // Distance of the centre from the axis, and its angle beside that of the contour itself.
+        let centre = |cam_angle: f64| {
+            let (frame, off) = (contour.local(cam_angle), correction.sample(cam_angle));
+            let (normal_along, normal_across) = (frame.normal_along, frame.normal_across);
+            let (run, rise) = (frame.arc + frame.turning * off.value, off.first);
+            let length = libm::hypot(run, rise);
+            let (outwards, beside) = (off.value + wheel_radius_mm * run / length, -wheel_radius_mm * rise / length);
+            let along = frame.along + outwards * normal_along - beside * normal_across;
+            let across = frame.across + outwards * normal_across + beside * normal_along;
+            let (own_along, own_across) = frame.outside(wheel_radius_mm);
+            let turned = own_along * across - own_across * along;
+            (libm::hypot(along, across), libm::atan2(turned, own_along * along + own_across * across))
+        };
+        let exact = |angle: f64, guess: &mut f64| {
+            let mut cam_angle = angle + *guess;
+            for _ in 0..MOST_STEPS {
+                let next = contour.solve(angle - centre(cam_angle).1, wheel_radius_mm, cam_angle);
+                let change = (next - cam_angle).abs();
+                cam_angle = next;
+                if change <= 1e-14 {
+                    break;
+                }
+            }
+            *guess = cam_angle - angle;
+            centre(cam_angle).0 - wheel_radius_mm
+        };
+        let mut path = Self::through(exact, wheel_radius_mm)?;
+        path.accuracy.contour_error_mm = path.check(|path, angle| {
+            let ground = path.contact(angle);
+            let (off_mm, cam_angle) =
+                contour.distance(libm::hypot(ground.x, ground.y), libm::atan2(ground.y, ground.x));
+            (off_mm - correction.sample(cam_angle).value).abs()
+        })?;
+        Ok(path)
+    }
+
+    /// The spline through exact values, its way back not checked yet.
+    fn through(exact: impl Fn(f64, &mut f64) -> f64, wheel_radius_mm: f64) -> Result<Self, ToolPathError> {
+        let (spline, interpolation_error_mm) = resample(exact)?;
         let accuracy =
             PathAccuracy { knots: spline.coefficients().len(), interpolation_error_mm, contour_error_mm: 0.0 };
-        let mut path = Self { spline, wheel_radius_mm, accuracy };
-        path.accuracy.contour_error_mm = path.check(contour)?;
-        Ok(path)
+        Ok(Self { spline, wheel_radius_mm, accuracy })
     }
 
     /// X (mm) over the wheel-line angle (rad): position of the wheel's cutting point, as plans carry it.
@@ -200,17 +267,22 @@ impl ToolPath {
         footprint_ratio(x, radius, centre, square, libm::sqrt(square))
     }
 
+    /// How far what it grinds at a wheel-line angle lies off the contour (mm).
+    fn misses(&self, contour: &Contour, angle_rad: f64) -> f64 {
+        let ground = self.contact(angle_rad);
+        let azimuth = self.contact_azimuth(angle_rad);
+        let cam_angle = contour.solve(azimuth, 0.0, angle_rad - self.beta(angle_rad));
+        (ground - contour.point(cam_angle)).dot(&contour.normal(cam_angle)).abs()
+    }
+
     /// Goes back from the path to the contour, which shares nothing with how the path was found
     /// but the contour itself, and returns the largest distance.
-    fn check(&self, contour: &Contour) -> Result<f64, ToolPathError> {
+    fn check(&self, misses: impl Fn(&Self, f64) -> f64) -> Result<f64, ToolPathError> {
         let count = CHECK_DENSITY * self.accuracy.knots;
         let mut worst = 0.0_f64;
         for i in 0..count {
             let angle = angle_of(i, count);
-            let ground = self.contact(angle);
-            let azimuth = self.contact_azimuth(angle);
-            let cam_angle = contour.solve(azimuth, 0.0, angle - self.beta(angle));
-            let error_mm = (ground - contour.point(cam_angle)).dot(&contour.normal(cam_angle)).abs();
+            let error_mm = misses(self, angle);
             if error_mm.is_nan() || error_mm > CONTOUR_ERROR_MM {
                 let angle_deg = deg_from_rad(angle);
                 return Err(ToolPathError::LeavesContour { error_mm, angle_deg, bound_mm: CONTOUR_ERROR_MM });
@@ -234,13 +306,7 @@ fn angle_of(index: usize, count: usize) -> f64 {
 }
 
 /// Exact values of X on ever finer grids until the spline through them is right between them.
-fn resample(contour: &Contour, wheel_radius_mm: f64) -> Result<(PeriodicSpline, f64), ToolPathError> {
-    let exact = |angle: f64, guess: &mut f64| {
-        let cam_angle = contour.solve(angle, wheel_radius_mm, angle + *guess);
-        *guess = cam_angle - angle;
-        let (along, across) = contour.local(cam_angle).outside(wheel_radius_mm);
-        libm::hypot(along, across) - wheel_radius_mm
-    };
+fn resample(exact: impl Fn(f64, &mut f64) -> f64) -> Result<(PeriodicSpline, f64), ToolPathError> {
     let mut guess = 0.0;
     let mut knots = KNOTS.0;
     let mut at_knots: Vec<f64> = (0..knots).map(|i| exact(angle_of(i, knots), &mut guess)).collect();

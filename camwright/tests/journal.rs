@@ -100,6 +100,7 @@ fn job(mode: Mode) -> JobSpec {
             lobes: vec![(3, Wave { mm: 0.005, at_rad: 0.4 })],
         },
         correction: Some(CorrectionSpec { mode, harmonics: 15, allowance_mm: 0.02 }),
+        compensation: None,
     }
 }
 

@@ -76,7 +76,7 @@ pub(super) fn with_kept_paths(
     first_radius_mm: f64,
     wheel: &WheelCourse,
 ) -> Vec<PlannedDress> {
-    let path = |profile: usize, radius_mm: f64| match shape_of(shapes, profile, radius_mm) {
+    let path = |profile: usize, radius_mm: f64| match shape_of(shapes, profile, None, radius_mm) {
         Some(index) => Some(shapes[index].tool_path.clone()),
         // Nothing is ground with this wheel; it may even be too large for the profile.
         None => ToolPath::for_wheel(&contours[profile], radius_mm).ok(),

@@ -38,6 +38,20 @@ pub enum PlanError {
         /// Why.
         source: ToolPathError,
     },
+    /// What was learned of a lobe makes no path.
+    #[error(
+        "lobe {lobe}: corrected by what was learned, up to {:.3} um, it cannot be ground: {source}; learn afresh \
+         (form_compensation.afresh) or within closer bounds",
+        1e3 * .most_mm
+    )]
+    Compensated {
+        /// The lobe.
+        lobe: String,
+        /// Its largest correction (mm).
+        most_mm: f64,
+        /// Why.
+        source: ToolPathError,
+    },
     /// C turns on, and the wheel finds no way onto the lobe.
     #[error(
         "lobe {lobe}: with c_axis turning on x_axis finds no way from {clear_x_mm} mm, where it stands between the lobes, onto the \

@@ -2,6 +2,7 @@
 
 use super::error::PlanError;
 use super::wheels::no_path;
+use crate::compensation::FormCurve;
 use crate::contour::Contour;
 use crate::dressing::{LobeStock, WheelCourse, stock_area_mm2};
 use crate::infeed::InfeedSchedule;
@@ -70,6 +71,8 @@ pub struct PlannedLobe {
 pub(super) struct Shape {
     /// Index of the profile.
     pub(super) profile: usize,
+    /// Index of the lobe for which alone it is: that of a correction.
+    pub(super) lobe: Option<usize>,
     pub(super) contour: Contour,
     pub(super) tool_path: ToolPath,
     /// The path over σ times the wheel-line angle, as plans carry it.
@@ -134,31 +137,55 @@ pub(super) fn shapes(
     wheel: &WheelCourse,
 ) -> Result<Vec<Shape>, PlanError> {
     let along_normal = job.passes.iter().any(|pass| pass.infeed_direction == InfeedDirection::Normal);
-    let shape = |profile: usize, radius_mm: f64| {
+    let shape = |profile: usize, radius_mm: f64, lobe: Option<usize>| {
         let contour = contours[profile].clone();
-        let tool_path =
-            ToolPath::for_wheel(&contour, radius_mm).map_err(|source| no_path(job, contours, profile, source))?;
+        let design =
+            || ToolPath::for_wheel(&contour, radius_mm).map_err(|source| no_path(job, contours, profile, source));
+        let tool_path = match lobe.and_then(|lobe| learned_of(job, lobe)) {
+            None => design()?,
+            Some(correction) => ToolPath::compensated(&contour, correction, radius_mm).or_else(|source| {
+                // What the wheel cannot grind anyway has nothing to do with what was learned.
+                design()?;
+                Err(PlanError::Compensated {
+                    lobe: lobe.map_or_else(String::new, |lobe| job.lobes[lobe].name.clone()),
+                    most_mm: correction.largest().0,
+                    source,
+                })
+            })?,
+        };
         let path = if machine.rotation_sense < 0 { mirrored(tool_path.spline()) } else { tool_path.spline().clone() };
         let ratio = along_normal.then(|| normal_ratio(&path, radius_mm));
-        Ok::<_, PlanError>(Shape { profile, contour, tool_path, path, ratio })
+        Ok::<_, PlanError>(Shape { profile, lobe, contour, tool_path, path, ratio })
     };
     let mut shapes = Vec::new();
     for (index, (lobe, &radius_mm)) in job.lobes.iter().zip(&wheel.radii_mm).enumerate() {
         if index == 0 {
             for profile in 0..contours.len() {
-                shapes.push(shape(profile, radius_mm)?);
+                shapes.push(shape(profile, radius_mm, None)?);
             }
-        } else if shape_of(&shapes, lobe.profile, radius_mm).is_none() {
-            shapes.push(shape(lobe.profile, radius_mm)?);
+        }
+        let alone = learned_of(job, index).map(|_| index);
+        if shape_of(&shapes, lobe.profile, alone, radius_mm).is_none() {
+            shapes.push(shape(lobe.profile, radius_mm, alone)?);
         }
     }
     Ok(shapes)
 }
 
-/// Index of the shape of a profile for a wheel (mm).
-pub(super) fn shape_of(shapes: &[Shape], profile: usize, wheel_radius_mm: f64) -> Option<usize> {
-    let same = |radius_mm: f64| radius_mm.to_bits() == wheel_radius_mm.to_bits();
-    shapes.iter().position(|shape| shape.profile == profile && same(shape.tool_path.wheel_radius_mm()))
+/// Index of the shape of a profile for a wheel (mm), as designed or for one lobe alone.
+pub(super) fn shape_of(shapes: &[Shape], profile: usize, lobe: Option<usize>, wheel_radius_mm: f64) -> Option<usize> {
+    let same = |shape: &Shape| {
+        let radius_mm = shape.tool_path.wheel_radius_mm();
+        shape.profile == profile && shape.lobe == lobe && radius_mm.to_bits() == wheel_radius_mm.to_bits()
+    };
+    shapes.iter().position(same)
+}
+
+/// By what a lobe is corrected.
+fn learned_of(job: &JobSpec, lobe: usize) -> Option<&FormCurve> {
+    let name = &job.lobes[lobe].name;
+    let learned = job.compensation.iter().flat_map(|compensation| &compensation.learned);
+    learned.filter(|learned| learned.lobe == *name).map(|learned| &learned.correction).find(|curve| !curve.is_zero())
 }
 
 /// The wheel over the job: every dress, and the radius each lobe is ground with.
@@ -276,7 +303,8 @@ impl LobePlanner<'_> {
 
     /// Index of the shape of a lobe.
     pub(super) fn path_of(&self, index: usize) -> usize {
-        shape_of(self.shapes, self.job.lobes[index].profile, self.wheel.radii_mm[index])
+        let alone = learned_of(self.job, index).map(|_| index);
+        shape_of(self.shapes, self.job.lobes[index].profile, alone, self.wheel.radii_mm[index])
             .expect("every lobe's profile got a path for the lobe's wheel")
     }
 

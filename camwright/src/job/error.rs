@@ -161,6 +161,36 @@ pub enum JobError {
         "c_axis cannot turn on between the journals of a job whose runout is corrected: every one is measured to its end"
     )]
     CorrectsAndTurnsOn,
+    /// Two ways to correct the same lobes.
+    #[error(
+        "a job whose runout is corrected while it is ground (runout_correction) cannot be corrected from part to part as well \
+         (form_compensation)"
+    )]
+    LearnsAndCorrects,
+    /// What was learned is of another job.
+    #[error("form_compensation has learned of lobe {lobe}, which the job has not")]
+    LearnedElsewhere {
+        /// The lobe.
+        lobe: String,
+    },
+    /// What was learned is more than the job allows now.
+    #[error(
+        "lobe {lobe}: the learned correction goes to {:.3} um and {:.3} um/deg; form_compensation allows {:.3} um and {:.3} um/deg: \
+         allow more, or learn afresh (form_compensation.afresh)",
+        1e3 * .size_mm, um_per_deg(*.slope_mm_rad), 1e3 * .most_mm, um_per_deg(*.most_slope_mm_rad)
+    )]
+    LearnedTooMuch {
+        /// The lobe.
+        lobe: String,
+        /// Its largest correction (mm).
+        size_mm: f64,
+        /// Its steepest (mm/rad).
+        slope_mm_rad: f64,
+        /// What is allowed (mm).
+        most_mm: f64,
+        /// What is allowed (mm/rad).
+        most_slope_mm_rad: f64,
+    },
     /// A number is outside its range.
     #[error("{place}{key} is {value}; it must be {wanted}")]
     OutOfRange {
@@ -173,4 +203,9 @@ pub enum JobError {
         /// What is allowed.
         wanted: &'static str,
     },
+}
+
+/// A slope for people.
+fn um_per_deg(slope_mm_rad: f64) -> f64 {
+    1e3 * slope_mm_rad * crate::units::rad_from_deg(1.0)
 }

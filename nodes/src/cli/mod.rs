@@ -1,5 +1,6 @@
 //! The command line of `camwright`, see the README's table.
 
+mod batch;
 mod check;
 mod plan;
 mod run;

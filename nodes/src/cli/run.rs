@@ -1,7 +1,9 @@
 //! `camwright run`: the whole cell in one process, or the job on a cell that runs already.
 
+use super::batch::Batch;
 use crate::axis_interpolator::AxisInterpolator;
 use crate::config::job_file;
+use crate::config::locate::Located;
 use crate::convert::mm_from_m;
 use crate::job_planner::JobPlanner;
 use crate::machine_sim::MachineSim;
@@ -51,6 +53,12 @@ pub(super) struct RunArgs {
     /// Run the job on nodes that are running already, in other processes.
     #[arg(long)]
     attach: bool,
+    /// So many parts of the job, one after the other on one machine.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    parts: u32,
+    /// The first part is ground as designed, and form compensation begins with it.
+    #[arg(long)]
+    forget_learned: bool,
     /// Print the result as JSON on standard output.
     #[arg(long)]
     json: bool,
@@ -91,20 +99,23 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let client = Client::new(ros_args)?;
     let cell = if args.attach { None } else { Some(Cell::start(&job, args, ros_args, &bag)?) };
     client.meet(cell.is_some(), &shutdown)?;
-    let outcome = client.run_job(&job, &args.set, &shutdown);
+    let batch = if args.parts > 1 { Some(Batch::of(&client.node, args.parts, &job, &args.set)?) } else { None };
+    let (outcome, batch) = client.run_parts(&job, args, batch, &shutdown);
+    let planned_as = client.heard_job();
     if let Some(cell) = cell {
         cell.stop();
     }
     client.node.shutdown();
     let (status, result) = outcome?;
     let took = started.elapsed();
-    let prepared = if result.success { planned_again(&job, args) } else { None };
+    let prepared = if result.success { planned_again(&job, args, planned_as.as_ref()) } else { None };
     let causes = prepared.as_ref().and_then(|prepared| planning::causes(prepared).ok()).unwrap_or_default();
     // The same plan, or what it predicts is not what was predicted.
     let same = prepared.as_ref().filter(|prepared| prepared.plan_hash() == result.plan_hash);
     let times = same.map(|prepared| planning::compare_times(prepared, &result.lobes, result.duration));
     let bag = (!args.attach).then_some(&bag);
-    let report = Report { job: &job, status, result: &result, times: times.unwrap_or_default(), causes, bag, took };
+    let times = times.unwrap_or_default();
+    let report = Report { job: &job, status, result: &result, times, causes, batch, bag, took };
     if args.json {
         report.print_json();
     } else {
@@ -257,6 +268,34 @@ impl Client {
         }
     }
 
+    /// So many parts as are wanted, or until one fails; the outcome is the last one's.
+    fn run_parts(
+        &self,
+        job: &str,
+        args: &RunArgs,
+        mut batch: Option<Batch>,
+        shutdown: &Shutdown,
+    ) -> (Result<(GoalStatus, RunJobResult), NodeError>, Option<Batch>) {
+        let mut overrides = args.set.clone();
+        overrides.extend(args.forget_learned.then(|| "form_compensation.afresh=true".to_owned()));
+        loop {
+            let outcome = self.run_job(job, &overrides, shutdown);
+            overrides.clone_from(&args.set);
+            let goes_on = match (&outcome, &mut batch) {
+                (Ok((GoalStatus::Succeeded, result)), Some(batch)) if result.success => batch.take(result),
+                _ => false,
+            };
+            if !goes_on || shutdown.is_requested() {
+                return (outcome, batch);
+            }
+        }
+    }
+
+    /// What the planner said of its job last.
+    fn heard_job(&self) -> Option<JobStatus> {
+        self.heard.0.lock().unwrap_or_else(PoisonError::into_inner).job.clone()
+    }
+
     fn run_job(
         &self,
         job: &str,
@@ -333,9 +372,15 @@ fn um(m: f64) -> f64 {
     um_from_mm(mm_from_m(m))
 }
 
-/// The same job without ROS, for the machine with its overrides.
-fn planned_again(job: &str, args: &RunArgs) -> Option<PreparedJob> {
-    let mut job = job_file::load(job, &args.set).ok()?;
+/// The same job without ROS, for the machine with its overrides. What it had learned stands in what the planner recorded of it.
+fn planned_again(job: &str, args: &RunArgs, planned_as: Option<&JobStatus>) -> Option<PreparedJob> {
+    let mut job = match (planned_as, job_file::load(job, &args.set).ok()?) {
+        (Some(status), loaded) if loaded.spec.compensation.is_some() && !status.job_source.is_empty() => {
+            let located = Located { path: loaded.document.path.clone(), text: status.job_source.clone() };
+            job_file::parse(&located, &[]).ok()?
+        }
+        (_, loaded) => loaded,
+    };
     job.machine = job.machine.with_overrides(&args.set_machine).ok()?;
     planning::plan(job, None).ok()
 }
@@ -359,6 +404,8 @@ struct Report<'a> {
     times: Vec<TimeCompared>,
     /// What the same job leaves on other machines.
     causes: Causes,
+    /// All parts, where there were several; everything else is about the last one.
+    batch: Option<Batch>,
     bag: Option<&'a PathBuf>,
     took: Duration,
 }
@@ -419,6 +466,9 @@ impl Report<'_> {
             println!("{:<32} {:>6.2} s {:>18}", time.what, time.actual_s, predicted(time));
         }
         self.print_causes();
+        if let Some(batch) = &self.batch {
+            batch.print();
+        }
         if result.duration > 0.0 {
             println!(
                 "machine time {:.2} s; with rotary indexing before each lobe {:.2} s, saved {:.2} s; took {:.1} s",
@@ -444,7 +494,7 @@ impl Report<'_> {
             let error = |lobe: &LobeResult| {
                 format!("{} {:+.3} um ({:.3})", lobe.name, um(lobe.form_error_max), um(lobe.form_error_rms))
             };
-            println!("  {name:<24} {}", lobes.iter().map(error).collect::<Vec<_>>().join(", "));
+            println!("  {name:<34} {}", lobes.iter().map(error).collect::<Vec<_>>().join(", "));
         };
         if !self.causes.without.is_empty() {
             println!("form error max of the same job on a simulated machine without (rms in brackets):");
@@ -513,6 +563,7 @@ impl Report<'_> {
             "bag": self.bag,
             "took_s": self.took.as_secs_f64(),
             "lobes": lobes,
+            "batch": self.batch.as_ref().map(Batch::json),
             "form_error_max_um_without": self.causes.without.iter().map(|without| {
                 (without.name(), errors_um(&without.lobes))
             }).collect::<serde_json::Map<String, serde_json::Value>>(),

@@ -1,6 +1,7 @@
 //! Job files: what is written, and the job it means.
 
 use super::ConfigError;
+use super::compensation_file::CompensationFile;
 use super::fault_file::{FaultFile, JobFault};
 use super::follower_file::FollowerFile;
 use super::journal_file::{CorrectionFile, RawPartFile};
@@ -73,6 +74,7 @@ struct JobFile {
     #[serde(default)]
     raw_part: RawPartFile,
     runout_correction: Option<CorrectionFile>,
+    form_compensation: Option<CompensationFile>,
 }
 
 /// Bound on the power of the wheel's spindle.
@@ -205,6 +207,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     let file: JobFile = document.read().map_err(one)?;
     let mut findings = ranges(&document, &file);
     findings.extend(file.raw_part.findings(&document));
+    findings.extend(file.form_compensation.iter().flat_map(|compensation| compensation.findings(&document)));
     findings.extend(file.runout_correction.iter().flat_map(|correction| correction.findings(&document)));
     let machine = read_machine(&document, &file, located).map_err(|error| findings.push(error)).ok();
     let mut hasher = Sha256::new();
@@ -313,6 +316,7 @@ fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks
         clearance_mm: file.clearance_mm,
         raw_part: file.raw_part.part(),
         correction: file.runout_correction.as_ref().map(CorrectionFile::spec),
+        compensation: file.form_compensation.as_ref().map(CompensationFile::compensation),
         wheels: wishes(
             (file.lobes.iter().map(|lobe| ("lobe", lobe.name.as_str(), lobe.wheel_radius_mm)))
                 .chain(file.roughing.iter().map(|rough| ("pass", rough.name(), rough.wheel_radius_mm()))),

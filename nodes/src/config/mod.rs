@@ -1,6 +1,7 @@
 //! Files people write: machines, jobs, lift tables. What was written is kept apart from what it means; below this module
 //! there is only meaning.
 
+pub(crate) mod compensation_file;
 mod contact_file;
 mod drive_file;
 pub mod fault_file;

@@ -2,6 +2,7 @@
 
 use super::run::{Event, Run};
 use super::{Shared, lock, settings};
+use crate::config::job_file;
 use crate::planning::{self, MachineNow, PreparedJob};
 use crate::ros::{ActionHandler, GoalDecider, GoalDecision, GoalHandle, GoalId, RosError};
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal, RunJobResult};
@@ -75,9 +76,26 @@ impl Shared {
         }
     }
 
+    /// The overrides of a job as it is planned: the parameters', the request's, and what its parts have taught.
+    fn used(&self, name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Vec<String> {
+        let used = settings::overrides(self.node.parameters(), overrides);
+        let Ok(job) = job_file::load(name, &used) else { return used };
+        if job.spec.compensation.is_none() {
+            return used;
+        }
+        let machine = machine.map_or(&job.machine.description.name, |now| &now.description.name);
+        match self.learned.of(machine, &job.spec.name) {
+            Ok(learned) => used.into_iter().chain(learned.override_for(&job)).collect(),
+            Err(error) => {
+                self.node.logger().error(&format!("{error}; the part is ground as designed"));
+                used
+            }
+        }
+    }
+
     /// Plans a job for the machine as it is now, or takes the loaded plan if nothing has changed since.
     fn prepare(&self, name: &str, overrides: &[String], machine: Option<MachineNow>) -> Result<PreparedJob, String> {
-        let used = settings::overrides(self.node.parameters(), overrides);
+        let used = self.used(name, overrides, machine.as_ref());
         let loaded = lock(&self.loaded);
         let same = |loaded: &&Loaded| loaded.name == name && loaded.used == used && loaded.machine == machine;
         if let Some(loaded) = loaded.as_ref().filter(same) {
@@ -90,8 +108,8 @@ impl Shared {
     /// Plans a job and keeps it, for `load_job`.
     pub(super) fn load(&self, job: &str, overrides: &[String]) -> Result<PreparedJob, String> {
         let (name, overrides) = self.wanted(job, overrides);
-        let used = settings::overrides(self.node.parameters(), &overrides);
         let machine = lock(&self.machine).clone();
+        let used = self.used(&name, &overrides, machine.as_ref());
         let prepared = planning::prepare(&name, &used, machine.as_ref()).map_err(|error| error.to_string())?;
         if matches!(*lock(&self.course), Course::Idle) {
             self.board.planned(JobStatus::IDLE, &prepared, &format!("loaded {}", prepared.summary()));

@@ -6,7 +6,8 @@
 mod board;
 mod course;
 mod gaugings;
-mod parts;
+mod learned;
+pub(crate) mod parts;
 mod run;
 mod services;
 mod settings;
@@ -29,6 +30,7 @@ use camwright_msgs::camwright_msgs::srv::{InjectFault, LoadLobe};
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use course::{Course, Loaded, RunHandler};
 use gaugings::Gaugings;
+use learned::LearnedStore;
 use parts::Parts;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -68,6 +70,8 @@ struct Shared {
     alarms: Mutex<Vec<Alarm>>,
     parts: Parts,
     gaugings: Gaugings,
+    /// What was learned from the parts of each job.
+    learned: LearnedStore,
     board: Board,
     /// The job that `load_job` planned last.
     loaded: Mutex<Option<Loaded>>,
@@ -105,6 +109,7 @@ impl JobPlanner {
             alarms: Mutex::default(),
             parts: Parts::default(),
             gaugings: Gaugings::default(),
+            learned: LearnedStore::new(&node.parameters().string(settings::LEARNED_DIR)),
             board: Board::new(&node)?,
             loaded: Mutex::default(),
             course: Mutex::default(),

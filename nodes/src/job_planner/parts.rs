@@ -8,19 +8,19 @@ use std::time::{Duration, Instant};
 
 /// Lobes by name.
 #[derive(Debug, Default)]
-pub(super) struct Parts {
+pub(crate) struct Parts {
     lobes: Mutex<BTreeMap<String, PartLobe>>,
     changed: Condvar,
 }
 
 impl Parts {
-    pub(super) fn take(&self, lobe: PartLobe) {
+    pub(crate) fn take(&self, lobe: PartLobe) {
         lock(&self.lobes).insert(lobe.name.clone(), lobe);
         self.changed.notify_all();
     }
 
     /// Waits until every named lobe is reported finished at or after a tick; the first that is missing after the timeout.
-    pub(super) fn wait_finished<'a>(
+    pub(crate) fn wait_finished<'a>(
         &self,
         names: &[&'a str],
         since_tick: u64,

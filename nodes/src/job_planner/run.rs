@@ -394,6 +394,7 @@ impl Run {
         let parts = self.shared.parts.wait_finished(&names, ended.first_tick, MEASURING).map_err(|missing| {
             Failure::Failed(format!("the job was executed, but the machine did not report the finished lobe {missing}"))
         })?;
+        self.learn(&parts);
         let predicted = planning::lobe_times_s(&self.prepared);
         let times = lock(&self.times);
         let result = |(index, part): (usize, &PartLobe)| {
@@ -409,6 +410,20 @@ impl Run {
             Ok(result)
         };
         parts.iter().enumerate().map(result).collect()
+    }
+}
+
+impl Run {
+    /// Learns from a finished part where the job says so. What cannot be kept is told; the part is good or not all the same.
+    fn learn(&self, parts: &[PartLobe]) {
+        if self.prepared.job.spec.compensation.is_none() {
+            return;
+        }
+        let logger = self.shared.node.logger();
+        match self.shared.learned.learn(&self.prepared, parts) {
+            Ok(told) => told.iter().for_each(|told| logger.info(told)),
+            Err(error) => logger.error(&format!("nothing was learned from the part: {error}")),
+        }
     }
 }
 

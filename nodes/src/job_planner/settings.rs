@@ -5,6 +5,8 @@ use crate::ros::{Parameter, ParameterValue, Parameters};
 
 /// Job that runs when a goal names none and none is loaded.
 pub(super) const JOB: &str = "job";
+/// Where what was learned is kept.
+pub(super) const LEARNED_DIR: &str = "learned_dir";
 const PHASES: &str = "phases_deg";
 const OVERRIDES: &str = "overrides";
 
@@ -132,6 +134,12 @@ pub(super) fn parameters() -> Vec<Parameter> {
     parameters.push(
         Parameter::optional(PHASES, ParameterValue::DoubleArray(Vec::new()))
             .describe("phase angles alpha 1 ... alpha n of the lobes in their order (deg); not set: the job file's"),
+    );
+    parameters.push(
+        Parameter::string(LEARNED_DIR, "")
+            .describe("directory of what jobs with form_compensation learned; empty: the user's state directory; 'none': nowhere, \
+                 it lasts as long as the node")
+            .read_only(),
     );
     parameters.push(
         Parameter::string_array(OVERRIDES, &[])

@@ -20,6 +20,7 @@ pub fn blame(job: &Job, error: &PlanError) -> ConfigError {
 fn key(job: &Job, error: &PlanError) -> String {
     match error {
         PlanError::Job(error) => job_key(job, error),
+        PlanError::Compensated { .. } => "form_compensation".into(),
         PlanError::Contour { profile, source } => format!("{}.{}", profile_key(job, profile), contour_key(source)),
         PlanError::Path { profile, source, .. } => match source {
             ToolPathError::BadWheelRadius { .. } | ToolPathError::WheelTooLarge { .. }
@@ -74,6 +75,9 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::NeighbourInReach { lobe, .. } | JobError::UnknownStation { lobe, .. } => {
             format!("{}.station", lobe_key(lobe))
         }
+        JobError::LearnsAndCorrects | JobError::LearnedElsewhere { .. } | JobError::LearnedTooMuch { .. } => {
+            "form_compensation".into()
+        }
         JobError::TurnsAndIndexes => "c_between_lobes".into(),
         JobError::BentNowhere { .. } => "raw_part.bent_between_mm".into(),
         JobError::CannotCorrect { .. } => "runout_correction".into(),
@@ -96,6 +100,8 @@ fn job_key(job: &Job, error: &JobError) -> String {
                 "footprint_speed_mm_s" => "speed.footprint_speed_mm_s",
                 "removal_rate_mm2_s" => "speed.removal_rate_mm2_s",
                 "phase_rad" => "phase_deg",
+                "form_compensation.most_mm" => "form_compensation.most_um",
+                "form_compensation.most_slope_mm_rad" => "form_compensation.most_um_per_deg",
                 "c_between_lobes.margin_s" => "arrival_margin_ms",
                 other => other,
             };

@@ -1,6 +1,6 @@
 //! Where a form error comes from: the same job rehearsed on a machine that lacks one effect after the other.
 
-use super::{PreparedJob, RehearsalFailed, rehearse_job_on};
+use super::{PreparedJob, RehearsalFailed, rehearse_job_on, rehearse_learned};
 use camwright::machine::description::{Effect, MachineDescription};
 use camwright_msgs::camwright_msgs::msg::LobeResult;
 use std::panic::resume_unwind;
@@ -41,6 +41,9 @@ pub struct Causes {
     pub with: Vec<Instead>,
 }
 
+/// Parts that a job learns from before what it leaves then is told.
+const LEARNED_PARTS: u32 = 3;
+
 /// The effects that this machine has.
 fn effects(machine: &MachineDescription) -> Vec<Effect> {
     let has = |effect: &Effect| machine.clone().without(*effect) != *machine;
@@ -48,8 +51,8 @@ fn effects(machine: &MachineDescription) -> Vec<Effect> {
 }
 
 /// What a job leaves without each effect that its machine has, and last without all of them: what is left then are the counts of the
-/// setpoints and the grid of the part. And what it leaves with the good drives that its machine file describes. The rehearsals run
-/// beside each other, one thread a processor.
+/// setpoints and the grid of the part. And what it leaves with the good drives that its machine file describes, at once and after what
+/// some parts have taught it there. The rehearsals run beside each other, one thread a processor.
 ///
 /// # Errors
 /// See [`rehearse_job_on`].
@@ -64,14 +67,27 @@ pub fn causes(prepared: &PreparedJob) -> Result<Causes, RehearsalFailed> {
     }
     let own = || prepared.machine.clone();
     let lacking = |effects: &Vec<Effect>| effects.iter().fold(own(), |machine, effect| machine.without(*effect));
-    let mut machines: Vec<MachineDescription> = left_out.iter().map(lacking).collect();
     let good = own().with_good_drives();
-    let has_good = good.is_some();
-    machines.extend(good);
-    let mut lobes = beside_each_other(&machines, |machine| Ok(rehearse_job_on(prepared, machine, |_, _| {})?.1))?;
-    let with = if has_good { lobes.pop().map(|lobes| Instead { name: "good drives", lobes }) } else { None };
-    let without = left_out.into_iter().zip(lobes).map(|(effects, lobes)| Without { effects, lobes }).collect();
-    Ok(Causes { without, with: with.into_iter().collect() })
+    let count = left_out.len();
+    // The parts that learn take longest, one after the other: they begin first.
+    let learns = prepared.expected_correction.is_none();
+    let mut rehearsals: Vec<(u32, MachineDescription)> = Vec::new();
+    rehearsals.extend(good.iter().filter(|_| learns).map(|machine| (LEARNED_PARTS, machine.clone())));
+    rehearsals.extend(left_out.iter().map(lacking).chain(good.clone()).map(|machine| (0, machine)));
+    let mut lobes = beside_each_other(&rehearsals, |(parts, machine)| match parts {
+        0 => Ok(rehearse_job_on(prepared, machine, |_, _| {})?.1),
+        parts => rehearse_learned(prepared, machine, *parts, |_, _| {}),
+    })?
+    .into_iter();
+    let learned = if good.is_some() && learns { lobes.next() } else { None };
+    let without: Vec<Without> = left_out
+        .into_iter()
+        .zip(lobes.by_ref().take(count))
+        .map(|(effects, lobes)| Without { effects, lobes })
+        .collect();
+    let at_once = lobes.next().map(|lobes| Instead { name: "good drives", lobes });
+    let learned = learned.map(|lobes| Instead { name: "good drives, after 3 learned parts", lobes });
+    Ok(Causes { without, with: at_once.into_iter().chain(learned).collect() })
 }
 
 /// One result per input, in their order, on as many threads as there are processors.
@@ -121,6 +137,9 @@ mod tests {
         };
         let without: Vec<f64> = causes.without.iter().map(|without| worst(&without.lobes)).collect();
         let good = worst(&causes.with[0].lobes);
+        assert_eq!(causes.with[1].name, "good drives, after 3 learned parts");
+        let learned = worst(&causes.with[1].lobes);
+        assert!(learned < 0.6 * good, "{learned} {good}");
         let (_, own) = rehearse_job_on(&prepared, &prepared.machine, |_, _| {}).unwrap();
         let own = worst(&own);
         let [servo, deflection, thermal, unbalance, quantisation, none] = without[..] else {

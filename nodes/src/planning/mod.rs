@@ -6,7 +6,9 @@
 //! ```
 
 mod blame;
+mod capability;
 mod causes;
+mod compensation;
 mod cut_table;
 mod dresses;
 mod export;
@@ -23,7 +25,9 @@ mod turn;
 mod turn_summary;
 
 pub use blame::blame;
+pub use capability::{LobeCapability, MeasuredLobe, capability, measure_lobe};
 pub use causes::{Causes, Instead, Without, causes};
+pub use compensation::{LearnedJob, rehearse_learned, with_learned};
 pub use dresses::{DressSummary, KeptPathSummary, dresses};
 pub use export::{LimitSummary, LobeSummary, PassSummary, Summary, lobe_times_s, summary, write};
 pub use findings::{Finding, Report, Severity, check};
@@ -32,7 +36,7 @@ pub use inspect::{inspections, write_inspection};
 pub use journals::{CorrectionFailed, PreparedCorrection, correct, gauged, raw_lobe};
 pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
 pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result};
-pub use rehearse::{RehearsalFailed, rehearse_job, rehearse_job_on};
+pub use rehearse::{RehearsalFailed, rehearse_job, rehearse_job_on, rehearse_outlines_on};
 pub use times::{TimeCompared, compare_times};
 pub use turn_summary::{BoundSummary, RemovalClass};
 

@@ -3,6 +3,7 @@
 
 use super::{PreparedJob, correct, lobe_result, raw_lobe};
 use crate::convert::{m_from_mm, mm_from_m, plan::plan_from_pages, si_from_counts};
+use camwright::cycle::PlannedLobe;
 use camwright::interpolator::{Interpolator, Motion, Prepared};
 use camwright::machine::Machine;
 use camwright::machine::description::{Axis, Effect, MachineDescription};
@@ -47,8 +48,21 @@ pub fn rehearse_job(
 pub fn rehearse_job_on(
     prepared: &PreparedJob,
     description: &MachineDescription,
-    mut tell: impl FnMut(&Setpoint, &TickReport),
+    tell: impl FnMut(&Setpoint, &TickReport),
 ) -> Result<(Rehearsed, Vec<LobeResult>), RehearsalFailed> {
+    let (rehearsed, results, _) = rehearse_outlines_on(prepared, description, tell)?;
+    Ok((rehearsed, results))
+}
+
+/// The same, with the outlines of the lobes (mm, at equal azimuths) in their order.
+///
+/// # Errors
+/// See [`rehearse_job`].
+pub fn rehearse_outlines_on(
+    prepared: &PreparedJob,
+    description: &MachineDescription,
+    mut tell: impl FnMut(&Setpoint, &TickReport),
+) -> Result<(Rehearsed, Vec<LobeResult>, Vec<Vec<f64>>), RehearsalFailed> {
     let job = &prepared.planned.plan.job;
     let failed = |reason: String| RehearsalFailed { job: job.clone(), reason };
     let lasting = LastingState::new(description).with_wheel(prepared.wheel);
@@ -83,12 +97,16 @@ pub fn rehearse_job_on(
         let second = run(&correction.pages, &mut tell)?;
         rehearsed = Rehearsed { outcome: second.outcome, last_tick: second.last_tick, ..rehearsed };
     }
+    let ground = |lobe: &PlannedLobe| {
+        machine.part().lobe(&lobe.design.name).map_or_else(Vec::new, |lobe| lobe.radii_mm().to_vec())
+    };
+    let outlines_mm: Vec<Vec<f64>> = prepared.planned.lobes.iter().map(ground).collect();
     let mut results: Vec<LobeResult> = prepared
         .planned
         .lobes
         .iter()
-        .map(|lobe| {
-            let ground = machine.part().lobe(&lobe.design.name).map_or(&[][..], |lobe| lobe.radii_mm());
+        .zip(&outlines_mm)
+        .map(|(lobe, ground)| {
             let measured =
                 PartLobe { radius: ground.iter().map(|radius| m_from_mm(*radius)).collect(), ..PartLobe::default() };
             lobe_result(&lobe.design, &measured).map_err(|error| failed(error.to_string()))
@@ -97,7 +115,7 @@ pub fn rehearse_job_on(
     if let Some(correction) = &correction {
         correction.add_to(&mut results);
     }
-    Ok((rehearsed, results))
+    Ok((rehearsed, results, outlines_mm))
 }
 
 /// What the gauge says at a tick, with the way through metres that a message takes.

@@ -155,6 +155,7 @@ pub(crate) fn job() -> JobSpec {
         wheels: Vec::new(),
         raw_part: crate::raw_part::RawPart::default(),
         correction: None,
+        compensation: None,
     }
 }
 
@@ -217,6 +218,7 @@ fn refusal(change: impl FnOnce(&mut JobSpec)) -> PlanError {
 
 mod bits;
 mod clearance;
+mod compensation;
 mod dressing;
 mod giving_way;
 mod infeeds;
