@@ -50,6 +50,11 @@ impl Batch {
         self.parts.len() < self.wanted as usize
     }
 
+    /// Every part that was measured keeps within the tolerance.
+    pub(super) fn is_good(&self) -> bool {
+        self.parts.iter().flatten().all(|lobe| lobe.form_mm.abs() <= FORM_TOLERANCE_MM)
+    }
+
     fn capability(&self) -> Vec<LobeCapability> {
         planning::capability(&self.parts).unwrap_or_default()
     }

@@ -422,6 +422,7 @@ impl Report<'_> {
     fn is_good(&self) -> bool {
         self.status == GoalStatus::Succeeded
             && self.result.success
+            && self.batch.as_ref().is_none_or(Batch::is_good)
             && self.worst().is_some_and(|lobe| mm_from_m(lobe.form_error_max.abs()) <= FORM_TOLERANCE_MM)
     }
 
