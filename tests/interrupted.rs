@@ -126,7 +126,7 @@ fn an_interpolator_that_dies_in_the_cut_is_a_stop_and_a_new_one_goes_on() {
     let request = LoadJobRequest { job: "eccentric".into(), overrides: settings.clone().into() };
     until("the planner has met the machine", || load.call(&request, PATIENCE).expect("an answer").success);
     let run = || {
-        let goal = RunJobGoal { job: "eccentric".into(), overrides: settings.clone().into() };
+        let goal = RunJobGoal { job: "eccentric".into(), overrides: settings.clone().into(), ..RunJobGoal::default() };
         jobs.send_goal(goal, drop, PATIENCE).expect("a decision")
     };
 

@@ -74,10 +74,10 @@ impl Cell {
         self.outcome
     }
 
-    /// A motion is under way.
+    /// A motion is under way, or something of it has still to be executed.
     #[must_use]
     pub fn is_running(&self) -> bool {
-        self.next_tick.is_some()
+        self.next_tick.is_some() || self.buffer.has_setpoints() || !self.orders.is_empty()
     }
 
     /// Begins a motion.
@@ -85,11 +85,11 @@ impl Cell {
     /// # Errors
     /// One that is under way, an alarm that needs a reset, a trajectory that begins elsewhere.
     pub fn start(&mut self, motion: Box<Prepared>) -> Result<(), StartError> {
-        if self.next_tick.is_some() {
-            return Err(StartError::Busy);
-        }
         if self.stops() {
             return Err(StartError::Fault);
+        }
+        if self.is_running() {
+            return Err(StartError::Busy);
         }
         self.interpolator.start(motion).map_err(|(error, _)| error)?;
         self.next_tick = Some(self.machine.tick() + 1);
@@ -153,6 +153,10 @@ impl Cell {
             self.next_tick = None;
             self.requests.clear();
             self.interpolator.resync(self.machine.setpoint().counts);
+            // An encoder that jumped has lost its zero.
+            for axis in Axis::ALL.into_iter().filter(|axis| !report.axes[axis.index()].is_homed) {
+                self.interpolator.set_homed(axis, false);
+            }
             drop(self.interpolator.take_finished());
             self.outcome = Some(Outcome::Failed(alarm.kind.entry().number));
         }

@@ -113,6 +113,48 @@ pub enum SegmentKind {
     Wait,
     /// Order the machine to do something.
     Command(Command),
+    /// A step of the homing of an axis; homing is a motion of its own, such steps stand in no plan of a job.
+    Home(HomeStep),
+}
+
+/// The edge that ends a search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sought {
+    /// Where the input closes.
+    Closing,
+    /// Where it opens.
+    Opening,
+    /// Where it opens, if it was closed when the zero was forgotten; else there is nothing to search for.
+    OpeningIfClosed,
+}
+
+/// A step of the homing of an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum HomeStep {
+    /// The zero of an axis is not known from now on, so there are no soft limits; the machine tells whether its home switch is closed.
+    Forget(Axis),
+    /// Move until an edge is caught, and stop behind it.
+    Seek {
+        /// The axis.
+        axis: Axis,
+        /// The input.
+        input: crate::setpoint::Input,
+        /// Its edge.
+        sought: Sought,
+        /// Farthest position relative to the start; reaching it without the edge is an alarm (counts).
+        travel_counts: i64,
+        /// What the axis reads at the edge, once it is made the zero's measure (counts).
+        zero_counts: i64,
+        /// Limits of the search; its velocity is that of the search.
+        limits: MotionLimits,
+    },
+    /// Where the axis stands it reads so many counts.
+    Here {
+        /// The axis.
+        axis: Axis,
+        /// The reading.
+        counts: i64,
+    },
 }
 
 /// Orders to the machine within a plan.

@@ -47,6 +47,9 @@ pub struct PlanCheckError {
 /// What is wrong with a segment.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PlanFault {
+    /// A step of homing, which is no part of a job.
+    #[error("a step of homing stands in the plan of a job")]
+    Homing,
     /// It names a spline that the plan does not have.
     #[error("it names a spline that the plan does not have")]
     UnknownSpline,
@@ -215,6 +218,7 @@ impl Walk<'_> {
         let moves_c = match &segment.kind {
             SegmentKind::Move(targets) => targets.iter().any(|target| target.axis == Axis::C),
             SegmentKind::Search { axis, .. } | SegmentKind::Command(Command::SetHome(axis)) => *axis == Axis::C,
+            SegmentKind::Home(_) => true,
             SegmentKind::Cut(_) | SegmentKind::Dwell | SegmentKind::Wait | SegmentKind::Command(_) => false,
         };
         if self.turns && moves_c {
@@ -232,6 +236,7 @@ impl Walk<'_> {
                 self.found(*axis, input, *travel_counts, *offset_counts)?;
                 Ok(worst)
             }
+            SegmentKind::Home(_) => Err(PlanFault::Homing),
             SegmentKind::Cut(cut) => self.cut(cut).map(Some),
             SegmentKind::Command(Command::SetHome(axis)) => {
                 self.at[axis.index()] = 0;

@@ -103,6 +103,7 @@ impl From<OrderKind> for MachineCommand {
     fn from(order: OrderKind) -> Self {
         match order {
             OrderKind::SetHome { axis, counts } => MachineCommand::SetHome { axis, counts },
+            OrderKind::LoseHome { axis } => MachineCommand::LoseHome { axis },
             OrderKind::WheelStart => MachineCommand::WheelStart,
             OrderKind::WheelStop => MachineCommand::WheelStop,
             OrderKind::ExpectWheel { radius_nm } => MachineCommand::ExpectWheel { radius_nm },

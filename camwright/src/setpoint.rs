@@ -21,6 +21,10 @@ pub enum Input {
     Origin,
     /// The limit switch of a station, by its index in the machine description.
     Station(usize),
+    /// The home switch of a slide.
+    Home(crate::machine::description::Axis),
+    /// The index marks of a slide's encoder.
+    Index(crate::machine::description::Axis),
 }
 
 /// The position of an axis at the edge of an input, caught by the machine itself.

@@ -72,7 +72,7 @@ impl Client {
     pub fn send(&self, job: &str, overrides: &[&str]) -> (ClientGoal<RunJob>, mpsc::Receiver<RunJobFeedback>) {
         let (sender, feedback) = mpsc::channel();
         let overrides = overrides.iter().map(ToString::to_string).collect();
-        let goal = RunJobGoal { job: job.into(), overrides };
+        let goal = RunJobGoal { job: job.into(), overrides, ..RunJobGoal::default() };
         let send = move |feedback| drop(sender.send(feedback));
         (self.action.send_goal(goal, send, PATIENCE).expect("a decision"), feedback)
     }

@@ -112,7 +112,11 @@ impl Way {
                     (least_x_mm, last_x_mm) = (least.min(x_mm), last);
                 }
             }
-            SegmentKind::Search { .. } | SegmentKind::Dwell | SegmentKind::Wait | SegmentKind::Command(_) => {}
+            SegmentKind::Search { .. }
+            | SegmentKind::Dwell
+            | SegmentKind::Wait
+            | SegmentKind::Command(_)
+            | SegmentKind::Home(_) => {}
         }
         z_range = (z_range.0.min(last_z_mm), z_range.1.max(last_z_mm));
         Self { least_x_mm, z_mm: z_range, last_x_mm, last_z_mm }

@@ -60,7 +60,11 @@ pub fn rests_rad(plan: &Plan, machine: &MachineDescription) -> Vec<f64> {
                     *rest = scale.position(c_counts);
                 }
             }
-            SegmentKind::Search { .. } | SegmentKind::Dwell | SegmentKind::Wait | SegmentKind::Command(_) => {}
+            SegmentKind::Search { .. }
+            | SegmentKind::Dwell
+            | SegmentKind::Wait
+            | SegmentKind::Command(_)
+            | SegmentKind::Home(_) => {}
         }
     }
     rests

@@ -6,7 +6,7 @@ use super::path_time::{PathClock, to_ticks, whole};
 use super::pose::{Pose, in_counts};
 use super::{Event, Interpolator, InterpolatorAlarm, Mode, Order, OrderKind, Outcome, Prepared, Purpose, StepOutput};
 use crate::machine::description::{Axis, MachineDescription};
-use crate::plan::{AxisTarget, Command, CutSegment, Segment, SegmentKind};
+use crate::plan::{AxisTarget, Command, CutSegment, HomeStep, Segment, SegmentKind};
 use crate::point_to_point::{MoveLaw, whole_ticks};
 use crate::units::TURN_RAD;
 
@@ -49,6 +49,7 @@ impl Interpolator {
                     self.begin(self.segment + 1, tick, motion, out);
                 }
             }
+            Mode::Level { until } => self.look_at_level(until, tick, motion, out),
             Mode::LastLook { until } => self.look_last(until, tick, motion, out),
             Mode::Line(line, purpose) => self.advance_line(line, purpose, tick, motion, out),
             Mode::Cut(cut) => self.advance_cut(cut, tick, motion, out),
@@ -66,7 +67,7 @@ impl Interpolator {
     }
 
     /// Begins a segment with its path time 0 at this tick; segments without length are passed over.
-    fn begin(&mut self, segment: usize, tick: u64, motion: &Prepared, out: &mut StepOutput) {
+    pub(super) fn begin(&mut self, segment: usize, tick: u64, motion: &Prepared, out: &mut StepOutput) {
         self.rest();
         let mut next = segment;
         loop {
@@ -120,6 +121,7 @@ impl Interpolator {
                 let target_counts = self.setpoint.counts[axis.index()] + travel_counts;
                 self.enter_line(&[AxisTarget { axis: *axis, target_counts, limits: *limits }], Purpose::Seek, tick)
             }
+            SegmentKind::Home(step) => self.enter_home(step, tick, out),
             SegmentKind::Cut(cut) => self.enter_cut(cut, segment, tick, motion).map(|()| true),
             SegmentKind::Dwell => {
                 self.mode = Mode::Dwell { left: segment.ticks };
@@ -161,7 +163,12 @@ impl Interpolator {
         Ok(())
     }
 
-    fn enter_line(&mut self, targets: &[AxisTarget], purpose: Purpose, tick: u64) -> Result<bool, InterpolatorAlarm> {
+    pub(super) fn enter_line(
+        &mut self,
+        targets: &[AxisTarget],
+        purpose: Purpose,
+        tick: u64,
+    ) -> Result<bool, InterpolatorAlarm> {
         let rate = if purpose == Purpose::Retract { FULL } else { self.feed_override };
         let law = MoveLaw::new(self.setpoint.counts, targets, &self.machine)
             .map_err(|_| InterpolatorAlarm::BadSegment { segment: self.segment })?;
@@ -226,12 +233,14 @@ impl Interpolator {
 
     /// The order of the present segment is in force.
     fn take_effect(&mut self, motion: &Prepared) {
-        if let Some(SegmentKind::Command(Command::SetHome(axis))) =
-            motion.plan.segments.get(self.segment).map(|segment| &segment.kind)
-        {
-            self.setpoint.counts[axis.index()] -= self.references[axis.index()];
-            self.references[axis.index()] = 0;
-            self.homed[axis.index()] = true;
+        match motion.plan.segments.get(self.segment).map(|segment| &segment.kind) {
+            Some(SegmentKind::Command(Command::SetHome(axis))) => {
+                self.setpoint.counts[axis.index()] -= self.references[axis.index()];
+                self.references[axis.index()] = 0;
+                self.homed[axis.index()] = true;
+            }
+            Some(SegmentKind::Home(HomeStep::Forget(axis))) => self.homed[axis.index()] = false,
+            _ => {}
         }
     }
 
@@ -269,41 +278,6 @@ impl Interpolator {
                     self.mode = Mode::LastLook { until };
                 }
             }
-        }
-    }
-
-    fn look_last(&mut self, until: u64, tick: u64, motion: &Prepared, out: &mut StepOutput) {
-        if self.leaves_at_rest(tick, motion, out) || self.hold {
-            return;
-        }
-        if self.caught.is_some() {
-            self.return_to_edge(tick, motion, out);
-        } else if tick >= until
-            && let Some((axis, input)) = self.sought_in(motion)
-        {
-            self.fail(InterpolatorAlarm::NoEdge { axis, input }, out);
-        }
-    }
-
-    fn sought_in(&self, motion: &Prepared) -> Option<(Axis, crate::setpoint::Input)> {
-        let input = motion.facts.get(self.segment)?.input?;
-        match motion.plan.segments.get(self.segment)?.kind {
-            SegmentKind::Search { axis, .. } => Some((axis, input)),
-            _ => None,
-        }
-    }
-
-    /// From where the search came to rest to the place relative to the edge.
-    fn return_to_edge(&mut self, tick: u64, motion: &Prepared, out: &mut StepOutput) {
-        let (Some(latch), Some(segment)) = (self.caught, motion.plan.segments.get(self.segment)) else { return };
-        let SegmentKind::Search { axis, offset_counts, limits, .. } = &segment.kind else { return };
-        // The zero of `SetHome` is where the search stands: its edge and its offset.
-        self.references[axis.index()] = latch.counts + offset_counts;
-        let target = AxisTarget { axis: *axis, target_counts: latch.counts + offset_counts, limits: *limits };
-        match self.enter_line(&[target], Purpose::Return, tick) {
-            Ok(true) => {}
-            Ok(false) => self.begin(self.segment + 1, tick, motion, out),
-            Err(alarm) => self.fail(alarm, out),
         }
     }
 
@@ -372,7 +346,7 @@ impl Interpolator {
     }
 
     /// At rest: an alarm ends the motion, a cancel takes the wheel to safety and ends it.
-    fn leaves_at_rest(&mut self, tick: u64, motion: &Prepared, out: &mut StepOutput) -> bool {
+    pub(super) fn leaves_at_rest(&mut self, tick: u64, motion: &Prepared, out: &mut StepOutput) -> bool {
         if let Some(spin) = self.spin.filter(|_| self.alarm.is_some() || self.cancel) {
             if !spin.is_stopped(tick) {
                 return true;
@@ -407,7 +381,7 @@ impl Interpolator {
     }
 
     /// An alarm of the interpolator's own, at rest; C that turns on comes to rest first.
-    fn fail(&mut self, alarm: InterpolatorAlarm, out: &mut StepOutput) {
+    pub(super) fn fail(&mut self, alarm: InterpolatorAlarm, out: &mut StepOutput) {
         self.rest();
         out.events.push(Event::Alarm(alarm));
         if self.spin.is_some() {

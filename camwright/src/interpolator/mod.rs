@@ -7,10 +7,12 @@
 
 mod cut;
 mod execution;
+mod homing;
 mod line;
 mod path_time;
 mod pose;
 mod prepared;
+mod search;
 mod spin;
 mod status;
 mod tail;
@@ -23,7 +25,7 @@ pub use status::{InterpolatorAlarm, SearchStep, State, Status};
 
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::numeric::fixed_list::FixedList;
-use crate::setpoint::{Input, Latch, Setpoint};
+use crate::setpoint::{Latch, Setpoint};
 use alloc::boxed::Box;
 use cut::Cut;
 use line::Line;
@@ -83,6 +85,11 @@ pub enum OrderKind {
         axis: Axis,
         /// The position that becomes zero (counts).
         counts: i64,
+    },
+    /// The zero of the axis is not known from the order's tick on; the machine tells whether its home switch is closed.
+    LoseHome {
+        /// Which axis.
+        axis: Axis,
     },
     /// Bring the wheel to its surface speed.
     #[default]
@@ -231,6 +238,10 @@ enum Mode {
         until: u64,
     },
     Line(Line, Purpose),
+    /// Whether the home switch is closed, before a search that depends on it.
+    Level {
+        until: u64,
+    },
     /// At the end of a search's travel, for an edge that is not in sight yet.
     LastLook {
         until: u64,
@@ -452,29 +463,6 @@ impl Interpolator {
             }
         }
         self.feedback.remove_first(seen);
-    }
-
-    /// An edge ends the search in execution if it is the first of its input since the search began.
-    fn catch(&mut self, latch: Latch) {
-        let searching = matches!(self.mode, Mode::Line(_, Purpose::Seek) | Mode::LastLook { .. });
-        let wanted = self.sought();
-        if searching
-            && self.caught.is_none()
-            && latch.rising
-            && latch.tick >= self.segment_began
-            && wanted == Some((latch.axis, latch.input))
-        {
-            self.caught = Some(latch);
-        }
-    }
-
-    fn sought(&self) -> Option<(Axis, Input)> {
-        let motion = self.motion.as_deref()?;
-        let input = motion.facts.get(self.segment)?.input?;
-        match motion.plan.segments.get(self.segment)?.kind {
-            crate::plan::SegmentKind::Search { axis, .. } => Some((axis, input)),
-            _ => None,
-        }
     }
 
     fn apply(&mut self, request: Request) {

@@ -3,14 +3,14 @@
 use super::cut::Curves;
 use super::spin::SpinFacts;
 use super::trajectory::Trajectory;
-use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits, Scale};
+use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits};
 use crate::numeric::hermite::Knot;
 use crate::path_stop::path_stop_s;
-use crate::plan::{Command, CutSegment, Half, Phase, Plan, Segment, SegmentKind};
+use crate::plan::{AxisTarget, Command, CutSegment, Half, HomeStep, Plan, Segment, SegmentKind};
 use crate::point_to_point::{MOVE_SHARE, MoveLaw, PointToPointError, whole_ticks};
 use crate::setpoint::Input;
 use crate::units::TURN_RAD;
-use alloc::string::{String, ToString};
+use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -148,7 +148,7 @@ impl Prepared {
         match motion {
             Motion::Plan(plan) => Self::of_plan(plan, machine),
             Motion::Trajectory(trajectory) => Ok(Self::of_trajectory(trajectory, machine)),
-            Motion::Home(axes) => Self::of_plan(Arc::new(homing_plan(&axes, machine)?), machine),
+            Motion::Home(axes) => Self::of_plan(Arc::new(super::homing::homing_plan(&axes, machine)?), machine),
         }
     }
 
@@ -204,8 +204,7 @@ impl Prepared {
                     }
                 }
                 SegmentKind::Search { axis, input, limits, travel_counts, .. } => {
-                    let target =
-                        crate::plan::AxisTarget { axis: *axis, target_counts: *travel_counts, limits: *limits };
+                    let target = AxisTarget { axis: *axis, target_counts: *travel_counts, limits: *limits };
                     checked(&[target])?;
                     fact.input = Some(
                         input_named(input, machine)
@@ -224,6 +223,15 @@ impl Prepared {
                 SegmentKind::Command(Command::SetHome(axis)) if !searched[axis.index()] => {
                     return Err(PrepareError::NothingCaught { segment: index, axis: *axis });
                 }
+                SegmentKind::Home(step) => match step {
+                    HomeStep::Forget(_) => {}
+                    HomeStep::Here { axis, .. } => searched[axis.index()] = true,
+                    HomeStep::Seek { axis, input, travel_counts, limits, .. } => {
+                        checked(&[AxisTarget { axis: *axis, target_counts: *travel_counts, limits: *limits }])?;
+                        fact.input = Some(*input);
+                        searched[axis.index()] = true;
+                    }
+                },
                 SegmentKind::Dwell | SegmentKind::Wait | SegmentKind::Command(_) => {}
             }
             ticks_before += segment.ticks;
@@ -319,6 +327,7 @@ fn spin_after(
             }
             SegmentKind::Move(targets) => targets.iter().any(|target| target.axis == Axis::C),
             SegmentKind::Search { axis, .. } | SegmentKind::Command(Command::SetHome(axis)) => *axis == Axis::C,
+            SegmentKind::Home(_) => true,
             SegmentKind::Dwell | SegmentKind::Wait | SegmentKind::Command(_) => false,
         };
         if moves_c {
@@ -367,42 +376,4 @@ fn spare_limits(index: usize, curves: &Curves<'_>, machine: &MachineDescription)
         acceleration: spare(axis.limits.acceleration * MOVE_SHARE, peaks[1]),
         jerk: spare(axis.limits.jerk * MOVE_SHARE, peaks[2]),
     })
-}
-
-/// Search and zero for every axis that needs it.
-fn homing_plan(axes: &[Axis], machine: &MachineDescription) -> Result<Plan, PrepareError> {
-    let mut plan = Plan { job: "home".to_string(), ..Plan::default() };
-    for axis in axes.iter().filter(|axis| machine.axis(**axis).needs_homing) {
-        let description = machine.axis(*axis);
-        let (Axis::C, Scale::Rotary { counts_per_turn }) = (*axis, description.scale) else {
-            return Err(PrepareError::NoReference { axis: *axis });
-        };
-        let segment = |kind, label: &str, ticks| Segment {
-            kind,
-            phase: Phase::Home,
-            lobe: None,
-            label: label.to_string(),
-            ticks,
-            stop_ticks: 1,
-            stock_mm: 0.0,
-        };
-        let limits = description.limits.at_most(description.search_velocity);
-        // On average half a turn; at the longest, a start just inside the window, a whole one.
-        let half_turn_s = 0.5 * TURN_RAD / limits.velocity;
-        plan.segments.push(segment(
-            SegmentKind::Search {
-                axis: *axis,
-                input: "origin".to_string(),
-                travel_counts: counts_per_turn + counts_per_turn / 4,
-                // The latch catches the index mark at the window's centre, which is the zero.
-                offset_counts: 0,
-                limits,
-            },
-            "search the origin",
-            whole_ticks(half_turn_s, machine.cycle_time_s()),
-        ));
-        let set = SegmentKind::Command(Command::SetHome(*axis));
-        plan.segments.push(segment(set, "set the zero", u64::from(2 * machine.feedback_delay_ticks)));
-    }
-    Ok(plan)
 }

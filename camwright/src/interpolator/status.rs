@@ -124,8 +124,8 @@ impl InterpolatorAlarm {
         }
         match self {
             InterpolatorAlarm::SoftLimit { axis, .. } => 20 + digit(axis),
-            InterpolatorAlarm::NoEdge { input: Input::Origin, .. } => 90,
             InterpolatorAlarm::NoEdge { input: Input::Station(_), .. } => 91,
+            InterpolatorAlarm::NoEdge { .. } => 90,
             InterpolatorAlarm::NotHomed { axis } => 110 + digit(axis),
             InterpolatorAlarm::NotAtStart { axis, .. } => 120 + digit(axis),
             InterpolatorAlarm::BadSegment { .. } => 130,
@@ -137,10 +137,12 @@ impl InterpolatorAlarm {
     pub const fn remedy(self) -> &'static str {
         match self {
             InterpolatorAlarm::SoftLimit { .. } => "reset; send only positions between the soft limits",
-            InterpolatorAlarm::NoEdge { input: Input::Origin, .. } => {
-                "look at the origin detector and its mark, then reset and home again"
+            InterpolatorAlarm::NoEdge { input: Input::Station(_), .. } => {
+                "look at the station's limit switch and the dog, then reset"
             }
-            InterpolatorAlarm::NoEdge { .. } => "look at the station's limit switch and the dog, then reset",
+            InterpolatorAlarm::NoEdge { .. } => {
+                "look at the origin detector, the home switch or their marks, then reset and home again"
+            }
             InterpolatorAlarm::NotHomed { .. } => "reset and home the axis",
             InterpolatorAlarm::NotAtStart { .. } => "reset and start the job from its beginning",
             InterpolatorAlarm::BadSegment { .. } => "reset and plan the job again",
@@ -156,6 +158,10 @@ impl fmt::Display for InterpolatorAlarm {
             }
             InterpolatorAlarm::NoEdge { axis, input: Input::Station(index) } => {
                 write!(f, "{} searched its whole travel and switch {index} did not close", axis.joint())
+            }
+            InterpolatorAlarm::NoEdge { axis, input } => {
+                let what = if matches!(input, Input::Index(_)) { "index mark" } else { "home switch" };
+                write!(f, "{} searched its whole travel and its {what} was not found", axis.joint())
             }
             InterpolatorAlarm::SoftLimit { axis, counts, bound } => {
                 write!(f, "{} at {counts} counts, the soft limit is {bound}", axis.joint())
@@ -250,6 +256,10 @@ impl Interpolator {
                 Mode::Line(_, Purpose::Return) => Some((*axis, SearchStep::Return)),
                 _ => None,
             },
+            SegmentKind::Home(crate::plan::HomeStep::Seek { axis, .. }) => {
+                let is_found = self.caught.is_some() && !matches!(self.mode, Mode::Level { .. });
+                Some((*axis, if is_found { SearchStep::Stop } else { SearchStep::Search }))
+            }
             SegmentKind::Command(crate::plan::Command::SetHome(axis)) => Some((*axis, SearchStep::Latch)),
             _ => None,
         }

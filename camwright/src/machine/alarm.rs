@@ -55,7 +55,7 @@ pub enum AlarmKind {
     ChunkRefused,
     /// Setpoints between two chunks are missing. Value: first tick received, bound: first tick expected.
     SetpointsLost,
-    /// A reference search ended without its edge.
+    /// A search for the origin, a home switch or an index ended without its edge.
     HomingFailed,
     /// A station was searched for and its switch did not close.
     StationNotFound,
@@ -256,9 +256,12 @@ impl AlarmKind {
             AlarmKind::SetpointsLost => {
                 (85, "setpoints lost", Stop, "reset and start again; look for lost messages between the nodes")
             }
-            AlarmKind::HomingFailed => {
-                (90, "homing failed", Stop, "look at the origin detector and its mark, then reset and home again")
-            }
+            AlarmKind::HomingFailed => (
+                90,
+                "homing failed",
+                Stop,
+                "look at the origin detector, the home switch or their marks, then reset and home again",
+            ),
             AlarmKind::StationNotFound => {
                 (91, "station not found", Stop, "look at the station's limit switch and the dog, then reset")
             }
@@ -375,7 +378,7 @@ impl fmt::Display for Alarm {
             AlarmKind::SetpointsLost => {
                 write!(f, "setpoints from tick {} on came, those from tick {} on are missing", self.value, self.bound)
             }
-            AlarmKind::HomingFailed => f.write_str("the origin was not found within the search travel"),
+            AlarmKind::HomingFailed => f.write_str("a reference was not found within the search travel"),
             AlarmKind::StationNotFound => {
                 f.write_str("the station's limit switch was not found within the search travel")
             }

@@ -9,6 +9,7 @@ use thiserror::Error;
 pub use crate::machine::contact_description::{ContactDescription, StiffnessAt};
 pub use crate::machine::drive_description::{DriveSettings, Structure};
 pub use crate::machine::gauge_description::{GaugeDescription, GaugeKind};
+pub use crate::machine::homing_description::{Homing, HomingKind};
 pub use crate::machine::retract_description::AlarmRetract;
 pub use crate::machine::thermal_description::ThermalDescription;
 pub use crate::machine::wheel_description::{WHEEL_TOLERANCE_MM, WheelDescription, WheelTooFast};
@@ -146,6 +147,8 @@ pub struct AxisDescription {
     pub min_following_error: f64,
     /// Whether the encoder is incremental: its zero is unknown until the axis has been homed.
     pub needs_homing: bool,
+    /// How a slide finds its zero; `None`: the headstock on its origin detector, an absolute encoder not at all.
+    pub homing: Option<Homing>,
     /// Speed of a reference search (mm/s or rad/s).
     pub search_velocity: f64,
     /// Drive settings.
@@ -321,6 +324,10 @@ impl MachineDescription {
                 return Err(DescriptionError::AxisOrder { expected: expected.joint(), found: axis.axis.joint() });
             }
             axis.validate(self.cycle_time_s() / f64::from(self.servo_steps_per_tick))?;
+            if let Some(homing) = &axis.homing {
+                let delay_s = f64::from(self.feedback_delay_ticks) * self.cycle_time_s();
+                homing.validate(axis, self.switch_hysteresis_mm, delay_s)?;
+            }
         }
         self.retract.validate()?;
         let wheel = &self.wheel;
@@ -469,6 +476,14 @@ pub(crate) fn nearest_count(counts: f64) -> i64 {
 /// Why figures do not make a machine.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum DescriptionError {
+    /// A homing that is none, or that does not fit its axis.
+    #[error("homing of {joint}: {what}")]
+    Homing {
+        /// The axis.
+        joint: &'static str,
+        /// What is wrong.
+        what: &'static str,
+    },
     /// A figure must be positive.
     #[error("{what} must be positive and finite, not {value}")]
     NotPositive {

@@ -72,6 +72,13 @@ pub enum Fault {
     WheelOverspeed(f64),
 }
 
+impl Default for Fault {
+    /// None: an emergency stop that is not pressed.
+    fn default() -> Self {
+        Fault::EStop(false)
+    }
+}
+
 /// What a fault may strike, for people.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FaultEntry {
@@ -90,7 +97,11 @@ const SWITCH: &str = "a station's switch";
 pub const FAULTS: [FaultEntry; 14] = [
     FaultEntry { name: "estop", target: "", value: "none" },
     FaultEntry { name: "power_loss", target: "", value: "none" },
-    FaultEntry { name: "stuck_input", target: "origin or a station's switch", value: "level: 0 open, 1 closed" },
+    FaultEntry {
+        name: "stuck_input",
+        target: "origin, a station's switch, x_axis home or z_axis home",
+        value: "level: 0 open, 1 closed",
+    },
     FaultEntry { name: "double_origin", target: "", value: "angle of the second mark from the first (deg)" },
     FaultEntry { name: "bouncing_input", target: SWITCH, value: "none" },
     FaultEntry { name: "shared_input", target: "two inputs with + between them", value: "none" },
@@ -163,6 +174,8 @@ impl Fault {
             |target: &str| machine.stations.iter().position(|station| station.switch == target).ok_or_else(unknown);
         let input = |target: &str| match target {
             "origin" => Ok(Input::Origin),
+            "x_axis home" => Ok(Input::Home(Axis::X)),
+            "z_axis home" => Ok(Input::Home(Axis::Z)),
             _ => station(target).map(Input::Station),
         };
         let between = |low: f64, high: f64| match value >= low && value <= high {

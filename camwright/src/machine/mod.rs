@@ -19,6 +19,7 @@ pub mod fault;
 pub mod fixture;
 mod gauge;
 mod gauge_description;
+mod homing_description;
 mod mechanics;
 pub mod plausibility;
 pub mod reference;

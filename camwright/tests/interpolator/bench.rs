@@ -53,6 +53,7 @@ fn axis(
         max_following_error: 1.0,
         min_following_error: 0.1,
         needs_homing: homing,
+        homing: None,
         search_velocity: if axis == Axis::C { 3.0 } else { 40.0 },
         drive: DriveSettings::IDEAL,
         good_drive: None,

@@ -16,8 +16,9 @@ fn homing_finds_the_mark_and_counts_from_it() {
     assert_eq!(bench.finish(10_000), Outcome::Completed);
     bench.assert_limits("homing");
     assert_eq!((bench.counts()[0], bench.last().absolute[0]), (0, ORIGIN));
-    assert_eq!(bench.orders.len(), 1);
-    let order = bench.orders[0];
+    assert_eq!(bench.orders.len(), 2);
+    assert_eq!(bench.orders[0].kind, OrderKind::LoseHome { axis: Axis::C });
+    let order = bench.orders[1];
     assert_eq!(order.kind, OrderKind::SetHome { axis: Axis::C, counts: ORIGIN });
     let row = |tick: u64| bench.rows.iter().find(|row| row.tick == tick).expect("stepped");
     assert_eq!((row(order.tick - 1).setpoint.counts[0], row(order.tick).setpoint.counts[0]), (ORIGIN, 0));

@@ -45,7 +45,7 @@ fn homing_finds_the_machines_own_zero() {
     let (outcome, orders, machine) = run(Motion::Home(vec![Axis::C]), &[]);
     assert_eq!(outcome, Outcome::Completed);
     let counts = i64::from(1427) * TURN / 3600;
-    assert_eq!(orders[0].kind, OrderKind::SetHome { axis: Axis::C, counts });
+    assert_eq!(orders[1].kind, OrderKind::SetHome { axis: Axis::C, counts });
     assert_eq!(machine.setpoint().counts[0], 0);
 }
 

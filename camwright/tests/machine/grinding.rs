@@ -14,12 +14,17 @@ use camwright::units::TURN_RAD;
 const Z_MM: f64 = 60.0;
 
 /// C turns `turns` times from 0, X on the disc's path over it; at rest at both ends.
-fn path_setpoints(description: &MachineDescription, disc: Eccentric, turns: f64, ticks: u32) -> Vec<Setpoint> {
+pub(crate) fn path_setpoints(
+    description: &MachineDescription,
+    disc: Eccentric,
+    turns: f64,
+    ticks: u32,
+) -> Vec<Setpoint> {
     let sense = f64::from(description.rotation_sense);
     turning(description, Z_MM, turns, ticks, |c| disc.path_over_c(sense, c))
 }
 
-fn loaded(description: &MachineDescription, blank_mm: f64) -> Machine {
+pub(crate) fn loaded(description: &MachineDescription, blank_mm: f64) -> Machine {
     let mut machine = machine(description);
     machine.load_lobe("I1", "LS1", 15.0, vec![blank_mm; DEFAULT_AZIMUTHS]).expect("a round blank");
     machine

@@ -6,6 +6,7 @@ mod grinding;
 mod motion;
 mod pressing;
 mod slow;
+mod stopping;
 mod turned;
 
 use camwright::machine::Machine;

@@ -11,6 +11,7 @@ use crate::cyclic::{Receiver, Sender, Waker};
 use camwright::interpolator::{
     AppliedInput, Event, Interpolator, Motion, Order, Outcome, Prepared, Request, StartError, State, Status, TickInputs,
 };
+use camwright::machine::alarm::AlarmKind;
 use camwright::machine::buffer::TailPoint;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright::plan::Half;
@@ -254,6 +255,12 @@ impl Engine {
             // Warnings stop nothing; every alarm that does is in its kind's table as such.
             if is_new && stops_motion(number) {
                 self.interpolator.alarm(news.tick, number);
+                // An axis whose encoder jumped has lost its zero.
+                if let Some(AlarmKind::EncoderJump(axis)) = AlarmKind::from_number(number)
+                    && self.machine.axis(axis).needs_homing
+                {
+                    self.interpolator.set_homed(axis, false);
+                }
             }
         }
         self.seen = Some(Seen {
@@ -506,6 +513,6 @@ fn is_override(request: &Request) -> bool {
 
 /// Whether an alarm with this number stops motion; numbers this program does not know do.
 fn stops_motion(number: u16) -> bool {
-    use camwright::machine::alarm::{AlarmKind, Severity};
+    use camwright::machine::alarm::Severity;
     number != 0 && AlarmKind::from_number(number).is_none_or(|kind| kind.entry().severity > Severity::Warning)
 }

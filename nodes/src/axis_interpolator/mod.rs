@@ -339,7 +339,10 @@ impl Shared {
 fn core_latch(message: &LatchMessage, machine: &MachineDescription) -> Option<Latch> {
     let input = match message.input.as_str() {
         "origin" => Input::Origin,
-        switch => Input::Station(machine.stations.iter().position(|station| station.switch == switch)?),
+        name => match crate::machine_sim::home_input(name) {
+            Some(input) => input,
+            None => Input::Station(machine.stations.iter().position(|station| station.switch == name)?),
+        },
     };
     let axis = Axis::from_joint(&message.joint)?;
     Some(Latch { tick: message.tick, input, rising: message.rising, axis, counts: message.counts })

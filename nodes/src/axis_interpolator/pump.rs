@@ -229,6 +229,9 @@ fn message(sequence: u32, command: Command, clock: TickClock) -> MachineCommand 
             OrderKind::SetHome { axis, counts } => {
                 MachineCommand { target: axis.joint().to_owned(), counts, ..base(order.tick, MachineCommand::SET_HOME) }
             }
+            OrderKind::LoseHome { axis } => {
+                MachineCommand { target: axis.joint().to_owned(), ..base(order.tick, MachineCommand::LOSE_HOME) }
+            }
             OrderKind::WheelStart => base(order.tick, MachineCommand::WHEEL_START),
             OrderKind::WheelStop => base(order.tick, MachineCommand::WHEEL_STOP),
             OrderKind::ExpectWheel { radius_nm } => {

@@ -59,6 +59,9 @@ pub(super) struct RunArgs {
     /// The first part is ground as designed, and form compensation begins with it.
     #[arg(long)]
     forget_learned: bool,
+    /// Begin with this lobe, by name or number, on the part as it is in the machine of the cell that is attached to.
+    #[arg(long, value_name = "LOBE", requires = "attach")]
+    start_at: Option<String>,
     /// Print the result as JSON on standard output.
     #[arg(long)]
     json: bool,
@@ -92,6 +95,9 @@ pub(super) fn main(args: &RunArgs, ros_args: &RosArgs) -> ExitCode {
 }
 
 fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
+    let mut args = args.clone();
+    args.set.extend(args.start_at.iter().map(|lobe| format!("start_at={lobe}")));
+    let args = &args;
     let started = Instant::now();
     let shutdown = Shutdown::on_signals()?;
     let job = args.job.clone().unwrap_or_else(|| "four_lobe_camshaft".to_owned());
@@ -307,7 +313,7 @@ impl Client {
         progress.set_style(style);
         progress.set_message("planning");
         let bar = progress.clone();
-        let goal = RunJobGoal { job: job.to_owned(), overrides: overrides.to_vec() };
+        let goal = RunJobGoal { job: job.to_owned(), overrides: overrides.to_vec(), ..RunJobGoal::default() };
         let goal = self.action.send_goal(goal, move |feedback| show(&bar, &feedback), MEETING)?;
         if !goal.accepted() {
             progress.finish_and_clear();

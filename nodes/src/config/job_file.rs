@@ -9,6 +9,7 @@ use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
 use super::locate::{Located, locate};
 use super::machine_file::{self, Machine};
 use super::pass_file::{InfeedFile, RoughingFile, SpeedFile, passes, roughing_findings};
+use super::start_file::StartFile;
 use super::wheel_file::{DressingFile, ObstacleFile, wishes};
 use super::yaml::Document;
 use camwright::cycle::{LobeOrder, fastest_order};
@@ -75,6 +76,7 @@ struct JobFile {
     raw_part: RawPartFile,
     runout_correction: Option<CorrectionFile>,
     form_compensation: Option<CompensationFile>,
+    start_at: Option<StartFile>,
 }
 
 /// Bound on the power of the wheel's spindle.
@@ -172,6 +174,8 @@ pub struct Job {
     pub gauges: Vec<Option<Follower>>,
     /// The machine it is for.
     pub machine: Machine,
+    /// It begins with a lobe in its middle: the part in the machine stays as it is, and the lobes before are not in `spec`.
+    pub starts_in_the_middle: bool,
     /// Faults that strike in it.
     pub faults: Vec<JobFault>,
     /// Radius of the wheel it was written for, if it says so (mm).
@@ -254,8 +258,12 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     if let Some(order) = &lobe_order {
         spec.lobes = order.lobes.iter().map(|lobe| spec.lobes[*lobe].clone()).collect();
     }
+    let start = file.start_at.as_ref().map(|start| start.index(&document, &spec.lobes)).transpose();
+    let start = start.map_err(one)?.flatten();
+    spec.lobes.drain(..start.unwrap_or(0));
     Ok(Job {
         spec,
+        starts_in_the_middle: start.is_some(),
         lobe_order,
         title: file.title,
         source: document.text.clone(),
@@ -479,94 +487,4 @@ pub fn list() -> Vec<(String, String, PathBuf)> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn findings(change: impl Fn(&str) -> String) -> Vec<String> {
-        let located = locate("jobs", "eccentric", "yaml", None).unwrap();
-        let located = Located { path: PathBuf::from("job.yaml"), text: change(&located.text) };
-        read(&located, &[]).err().unwrap_or_default().iter().map(ToString::to_string).collect()
-    }
-
-    #[test]
-    fn every_value_out_of_range_is_told_with_its_line() {
-        let found = findings(|text| {
-            text.replace("stock_mm: 0.3", "stock_mm: -0.3").replace("spark_out_turns: 2", "spark_out_turns: 0")
-        });
-        assert_eq!(found.len(), 2, "{found:?}");
-        assert!(found[0].contains("stock_mm is -0.3; it must be a positive number"), "{found:?}");
-        assert!(found[1].starts_with("job.yaml:1") && found[1].contains("spark_out_turns is 0"), "{found:?}");
-    }
-
-    /// The four lobes with an exhaust table of half as many blocks, and something more in the job.
-    fn of_two_divisions(more: &str) -> Result<Job, Vec<String>> {
-        let folder = std::env::temp_dir().join(format!("camwright-divisions-{}-{}", std::process::id(), more.len()));
-        std::fs::create_dir_all(&folder).unwrap();
-        let written =
-            |kind: &str, name: &str| locate(kind, name, if kind == "jobs" { "yaml" } else { "csv" }, None).unwrap();
-        let exhaust = written("lifts", "exhaust").text;
-        let is_row = |line: &&str| line.starts_with(|c: char| c.is_ascii_digit());
-        let head = exhaust.lines().filter(|line| !is_row(line));
-        let rows: Vec<&str> = head.chain(exhaust.lines().filter(is_row).step_by(2)).collect();
-        std::fs::write(folder.join("exhaust.csv"), rows.join("\n")).unwrap();
-        std::fs::write(folder.join("intake.csv"), written("lifts", "intake").text).unwrap();
-        let text = written("jobs", "four_lobe_camshaft").text + more;
-        let read = read(&Located { path: folder.join("job.yaml"), text }, &[]);
-        std::fs::remove_dir_all(folder).unwrap();
-        read.map_err(|findings| findings.iter().map(ToString::to_string).collect())
-    }
-
-    #[test]
-    fn tables_of_different_division_need_the_blocks_of_the_infeed() {
-        let found = of_two_divisions("").err().unwrap();
-        assert_eq!(found.len(), 1, "{found:?}");
-        let said = "profile exhaust: 1800 blocks per turn, the first table has 3600; where tables differ, blocks_per_turn must say";
-        assert!(found[0].contains("job.yaml:") && found[0].contains(said), "{found:?}");
-
-        let job = of_two_divisions("blocks_per_turn: 3600\n").unwrap();
-        assert_eq!(job.spec.blocks_per_turn, 3600);
-        let blocks = |profile: usize| job.lifts[profile].table.as_ref().unwrap().blocks();
-        assert_eq!((blocks(0), blocks(1)), (3600, 1800));
-        assert_eq!(of_two_divisions("blocks_per_turn: 1800\n").unwrap().spec.blocks_per_turn, 1800);
-
-        let found = of_two_divisions("blocks_per_turn: 5\n").err().unwrap();
-        assert_eq!(found.len(), 1, "{found:?}");
-        assert!(found[0].contains("blocks_per_turn is 5; it must be 36 to 36000"), "{found:?}");
-    }
-
-    #[test]
-    fn a_fault_that_cannot_strike_is_told_with_its_line() {
-        let with = |fault: &str| findings(|text| format!("{text}\nfaults:\n  - {fault}\n"));
-        assert!(with("{kind: drive_fault, target: x_axis, at_s: 3.5}").is_empty());
-        assert!(with("{kind: estop, at_tick: 1}").is_empty());
-        for (fault, told) in [
-            ("{kind: gremlin, at_s: 1}", "there is no fault \"gremlin\""),
-            ("{kind: drive_fault, target: LS1, at_s: 1}", "drive_fault cannot strike \"LS1\""),
-            ("{kind: estop}", "a fault needs one of at_tick and at_s"),
-            ("{kind: estop, at_tick: 1, at_s: 1}", "a fault needs one of at_tick and at_s"),
-            ("{kind: estop, at_tick: 0}", "the first tick of a job is 1"),
-            ("{kind: estop, at_s: -1}", "at_s is -1, allowed is 0 to 1000000"),
-            ("{kind: wheel_overspeed, value: 9, at_s: 1}", "value 9 is outside 1 to 3"),
-        ] {
-            let found = with(fault);
-            assert!(found.len() == 1 && found[0].contains(told), "{fault}: {found:?}");
-        }
-    }
-
-    #[test]
-    fn a_lobe_name_is_no_path() {
-        let found = findings(|text| text.replace("name: A,", "name: \"../A\","));
-        assert_eq!(found.len(), 1, "{found:?}");
-        assert!(found[0].contains("a name is made of letters"), "{found:?}");
-    }
-
-    #[test]
-    fn the_hash_follows_every_override() {
-        let hash = |overrides: &[&str]| {
-            let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
-            load("eccentric", &overrides).unwrap().hash
-        };
-        assert_eq!(hash(&[]), hash(&[]));
-        assert_ne!(hash(&[]), hash(&["stock_mm=0.25"]));
-    }
-}
+mod tests;

@@ -4,6 +4,7 @@ use super::contact_file::ContactFile;
 use super::drive_file::{SlideDriveFile, SpindleDriveFile};
 use super::fault_file::AlarmRetractFile;
 use super::gauge_file::GaugeFile;
+use super::homing_file::{self, HomingFile};
 use super::wheel_file::{DresserFile, ExtentFile, ThermalFile};
 use super::yaml::Document;
 use super::{ConfigError, Place};
@@ -77,6 +78,7 @@ struct LinearFile {
     min_following_error_mm: f64,
     search_speed_mm_s: f64,
     power_up_position_mm: f64,
+    home: Option<HomingFile>,
     mass_kg: f64,
     drive: SlideDriveFile,
     good_drive: Option<SlideDriveFile>,
@@ -134,6 +136,7 @@ pub fn parse(path: &Path, text: &str, overrides: &[String]) -> Result<Machine, C
     let hash = Sha256::digest(document.text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect();
     let description = describe(&file, hash);
     check(&document, &file)?;
+    homing_file::check(&document, &description)?;
     description.validate().map_err(|error| ConfigError::at(Place::file(path), error.to_string()))?;
     Ok(Machine { description, source: document.text })
 }
@@ -190,6 +193,7 @@ fn rotary(file: &RotaryFile) -> AxisDescription {
         max_following_error: rad_from_deg(file.max_following_error_deg),
         min_following_error: rad_from_deg(file.min_following_error_deg),
         needs_homing: true,
+        homing: None,
         search_velocity: rad_s_from_rpm(file.search_speed_rpm),
         drive: file.drive.settings(),
         good_drive: file.good_drive.as_ref().map(SpindleDriveFile::settings),
@@ -211,7 +215,8 @@ fn linear(axis: Axis, file: &LinearFile) -> AxisDescription {
         overtravel: Some((file.overtravel_min_mm, file.overtravel_max_mm)),
         max_following_error: file.max_following_error_mm,
         min_following_error: file.min_following_error_mm,
-        needs_homing: false,
+        needs_homing: file.home.is_some(),
+        homing: file.home.map(|home| home.homing(file.max_speed_mm_s)),
         search_velocity: file.search_speed_mm_s,
         drive: file.drive.settings(),
         good_drive: file.good_drive.as_ref().map(SlideDriveFile::settings),

@@ -7,6 +7,7 @@ mod drive_file;
 pub mod fault_file;
 mod follower_file;
 mod gauge_file;
+mod homing_file;
 pub mod job_file;
 mod journal_file;
 pub mod lift_file;
@@ -15,6 +16,7 @@ pub mod lift_text;
 pub mod locate;
 pub mod machine_file;
 mod pass_file;
+mod start_file;
 mod wheel_file;
 pub mod yaml;
 

@@ -171,6 +171,8 @@ fn segment_to(plan: &Plan, index: u32, segment: &Segment) -> PlanSegment {
             input: input.clone(),
             ..base
         },
+        // No plan of a job has one; a receiver refuses it.
+        SegmentKind::Home(_) => PlanSegment { kind: 0, ..base },
         SegmentKind::Cut(cut) => PlanSegment {
             kind: PlanSegment::CUT,
             path: count(cut.path),

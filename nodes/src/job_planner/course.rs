@@ -171,7 +171,10 @@ impl ActionHandler<RunJob> for RunHandler {
         if !self.0.active.load(Ordering::Acquire) {
             return GoalDecision::Reject("the node is not active".into());
         }
-        let (name, overrides) = self.0.wanted(&goal.job, &goal.overrides);
+        let (name, mut overrides) = self.0.wanted(&goal.job, &goal.overrides);
+        if !goal.start_lobe.is_empty() {
+            overrides.push(format!("start_at={}", goal.start_lobe));
+        }
         {
             let mut course = lock(&self.0.course);
             if !matches!(*course, Course::Idle) {

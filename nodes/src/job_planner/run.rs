@@ -146,7 +146,10 @@ impl Run {
     }
 
     fn proceed(&self, result: &mut RunJobResult) -> Result<(), Failure> {
-        self.load_blanks()?;
+        // A job that begins in its middle goes on with the part as it is.
+        if !self.prepared.job.starts_in_the_middle {
+            self.load_blanks()?;
+        }
         self.publish(&self.prepared.pages)?;
         self.arm_faults()?;
         self.listen();

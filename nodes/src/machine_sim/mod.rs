@@ -1,13 +1,14 @@
 //! The node `machine_sim`: the clock, axes, sensors, wheel, part, gauge, alarms and e-stop of a simulated machine.
 
 mod clock_outlet;
+mod faults;
 pub mod lasting;
 mod part;
 mod pump;
 mod ticker;
 
 pub use pump::WHEEL_JOINT;
-pub(crate) use pump::input_name;
+pub(crate) use pump::{home_input, input_name};
 pub use ticker::Pace;
 
 use crate::config::{locate::locate, machine_file};
@@ -281,6 +282,9 @@ fn participant(writer: crate::ros::Guid) -> [u8; 16] {
 fn order(message: &CommandMessage) -> Option<Order> {
     match message.kind {
         CommandMessage::SET_HOME => home_order(&message.target, message.counts),
+        CommandMessage::LOSE_HOME => {
+            Axis::from_joint(&message.target).map(|axis| Order::Machine(MachineCommand::LoseHome { axis }))
+        }
         CommandMessage::WHEEL_START => Some(Order::Machine(MachineCommand::WheelStart)),
         CommandMessage::WHEEL_STOP => Some(Order::Machine(MachineCommand::WheelStop)),
         CommandMessage::EXPECT_WHEEL => Some(Order::Machine(MachineCommand::ExpectWheel { radius_nm: message.counts })),

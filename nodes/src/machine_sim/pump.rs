@@ -297,10 +297,29 @@ fn latch_message(latch: &CoreLatch, description: &MachineDescription) -> Latch {
     }
 }
 
+/// Names of the home switch and of the index of an axis.
+const fn home_inputs(axis: Axis) -> [&'static str; 2] {
+    match axis {
+        Axis::C => ["c_axis home", "c_axis index"],
+        Axis::X => ["x_axis home", "x_axis index"],
+        Axis::Z => ["z_axis home", "z_axis index"],
+    }
+}
+
+/// The input of an axis' homing with this name.
+pub(crate) fn home_input(name: &str) -> Option<Input> {
+    Axis::ALL.into_iter().find_map(|axis| {
+        let [home, index] = home_inputs(axis);
+        if name == home { Some(Input::Home(axis)) } else { (name == index).then_some(Input::Index(axis)) }
+    })
+}
+
 /// Name of an input as plans and latches have it.
 pub(crate) fn input_name(input: Input, description: &MachineDescription) -> &str {
     match input {
         Input::Origin => "origin",
+        Input::Home(axis) => home_inputs(axis)[0],
+        Input::Index(axis) => home_inputs(axis)[1],
         Input::Station(index) => description.stations.get(index).map_or("", |station| station.switch.as_str()),
     }
 }

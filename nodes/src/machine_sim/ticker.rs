@@ -1,5 +1,6 @@
 //! The machine's cyclic thread: one tick after the other, at the pace of the clock or of the setpoints.
 
+use super::faults::Faults;
 use super::part::{LobeRefused, RawLobe, Snapshot, SnapshotLobe};
 use super::pump::StreamState;
 use crate::convert::setpoints::ChunkBuffer;
@@ -17,8 +18,6 @@ use std::time::{Duration, Instant};
 
 /// Commands that may wait for their tick.
 const PENDING_COMMANDS: usize = 32;
-/// Faults that may wait for their tick of a job.
-const JOB_FAULTS: usize = 32;
 /// Wall time of an idle tick at pace fast: ticks then only show that the machine lives.
 const FAST_IDLE_TICK: Duration = Duration::from_millis(10);
 
@@ -115,14 +114,10 @@ pub(super) struct Ticker {
     recorder_window: u64,
     commands: [Option<TimedCommand>; PENDING_COMMANDS],
     now: [MachineCommand; 4],
-    faults: [Option<Fault>; 8],
-    /// Faults that strike at a tick of the next job; and of the one that runs.
-    job_faults: [Option<(u64, Fault)>; JOB_FAULTS],
-    timed_faults: [Option<(u64, Fault)>; JOB_FAULTS],
+    faults: Faults,
     /// Chunks that still get lost, and whether one has been.
     losing: u32,
     lost: bool,
-    fault_now: [Fault; 8],
     state: StreamState,
     /// What outlives the run, as it was told last.
     told: LastingState,
@@ -155,12 +150,9 @@ impl Ticker {
             recorder_window,
             commands: [None; PENDING_COMMANDS],
             now: [MachineCommand::WheelStop; 4],
-            faults: [None; 8],
-            job_faults: [None; JOB_FAULTS],
-            timed_faults: [None; JOB_FAULTS],
+            faults: Faults::default(),
             losing: 0,
             lost: false,
-            fault_now: [Fault::WheelStall(false); 8],
             state: StreamState::default(),
             last_report: None,
             active: false,
@@ -232,7 +224,8 @@ impl Ticker {
     /// Something is under way that must go on without the wall clock.
     fn is_moving(&self) -> bool {
         let next = self.machine.tick() + 1;
-        self.buffer.is_underrun(next) || self.has_work(next)
+        // After an alarm nothing that was sent is waited for.
+        !self.is_stopped_by_alarm() && (self.buffer.is_underrun(next) || self.has_work(next))
     }
 
     fn has_work(&self, next: u64) -> bool {
@@ -253,13 +246,15 @@ impl Ticker {
             return !self.machine.is_at_rest();
         }
         // Setpoints that got lost are not waited for.
-        self.has_work(next) && (self.lost || !self.buffer.is_underrun(next)) && !self.awaits_job(next)
+        self.has_work(next) && (self.lost || !self.buffer.is_underrun(next)) && !self.awaits_stream(next)
     }
 
-    /// A job begins with this tick and its first setpoints are still on their way: they must not find it executed.
-    fn awaits_job(&self, next: u64) -> bool {
+    /// A job begins with this tick, or an order lies ahead of a stream that has not begun: its first setpoints are still on their
+    /// way, and must not find their ticks executed.
+    fn awaits_stream(&self, next: u64) -> bool {
         let begins = |c: &TimedCommand| matches!(c.order, Order::JobBegin) && c.tick <= next;
-        !self.buffer.has_setpoints() && self.commands.iter().flatten().any(begins)
+        let is_ahead = |c: &TimedCommand| self.buffer.is_spent() && c.tick > next;
+        !self.buffer.has_setpoints() && self.commands.iter().flatten().any(|c| begins(c) || is_ahead(c))
     }
 
     fn is_stopped_by_alarm(&self) -> bool {
@@ -275,8 +270,13 @@ impl Ticker {
         }
         let setpoint = self.buffer.at(next);
         let count = self.take_due(next);
-        let faults = self.take_faults(next);
-        let report = self.machine.step(setpoint.as_ref(), &self.now[..count], &self.fault_now[..faults]);
+        let faults = self.faults.due(next);
+        for fault in faults.iter() {
+            if let Fault::LostChunks(chunks) = fault {
+                self.losing = *chunks;
+            }
+        }
+        let report = self.machine.step(setpoint.as_ref(), &self.now[..count], &faults);
         self.buffer.executed(next);
         if self.is_stopped_by_alarm() && report.raised.iter().next().is_some() {
             self.buffer.close();
@@ -317,11 +317,10 @@ impl Ticker {
                 Order::JobBegin => {
                     self.job_running = true;
                     self.machine.begin_job();
-                    let timed = self.job_faults.map(|fault| fault.map(|(at, fault)| (tick + at - 1, fault)));
-                    (self.timed_faults, self.job_faults) = (timed, [None; JOB_FAULTS]);
+                    self.faults.begin_job(tick);
                 }
                 Order::JobEnd => {
-                    self.timed_faults = [None; JOB_FAULTS];
+                    self.faults.end_job();
                     if std::mem::take(&mut self.job_running) {
                         self.machine.count_part();
                         self.tell_lasting();
@@ -334,39 +333,12 @@ impl Ticker {
         count
     }
 
-    fn take_faults(&mut self, tick: u64) -> usize {
-        let mut count = 0;
-        // What finds no place waits for the next tick.
-        let room = self.faults.iter_mut().filter(|place| place.is_none());
-        let due = self.timed_faults.iter_mut().filter(|timed| timed.is_some_and(|(at, _)| at <= tick));
-        for (place, timed) in room.zip(due) {
-            *place = timed.take().map(|(_, fault)| fault);
-        }
-        for fault in self.faults.iter_mut().filter_map(Option::take) {
-            if let Fault::LostChunks(chunks) = fault {
-                self.losing = chunks;
-            }
-            self.fault_now[count] = fault;
-            count += 1;
-        }
-        count
-    }
-
     fn receive(&mut self) {
         while let Some(message) = self.inbound.receive() {
             match message {
                 Inbound::Chunk(writer, chunk) => self.take_chunk(writer, chunk),
                 Inbound::Command(writer, command) => self.take_command(writer, command),
-                Inbound::Fault(fault, 0) => {
-                    if let Some(place) = self.faults.iter_mut().find(|place| place.is_none()) {
-                        *place = Some(fault);
-                    }
-                }
-                Inbound::Fault(fault, job_tick) => {
-                    if let Some(place) = self.job_faults.iter_mut().find(|place| place.is_none()) {
-                        *place = Some((job_tick, fault));
-                    }
-                }
+                Inbound::Fault(fault, job_tick) => self.faults.add(fault, job_tick),
                 Inbound::Reset => self.reset(),
                 Inbound::Lobe(mut lobe) => {
                     let outcome = self.load(&mut lobe);
@@ -469,7 +441,7 @@ impl Ticker {
             self.commands = [None; PENDING_COMMANDS];
             self.job_running = false;
             self.lost = false;
-            self.timed_faults = [None; JOB_FAULTS];
+            self.faults.end_job();
             self.state = StreamState { news: true, alarms_reset: true, ..StreamState::default() };
         }
         self.send(Outbound::ResetDone(outcome));

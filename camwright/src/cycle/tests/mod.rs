@@ -32,6 +32,7 @@ fn axis(axis: Axis, scale: Scale, limits: MotionLimits, soft_limits: Option<(f64
         max_following_error: 1.0,
         min_following_error: 0.1,
         needs_homing: axis == Axis::C,
+        homing: None,
         search_velocity: if axis == Axis::C { rad_s_from_rpm(20.0) } else { 40.0 },
         drive: DriveSettings::IDEAL,
         good_drive: None,

@@ -17,7 +17,7 @@ impl Machine {
             self.raise(AlarmKind::WheelTooFast, error.speed_rpm, error.most_rpm);
             return;
         }
-        self.wheel.order(!self.estop);
+        self.wheel.order(!self.estop && !self.mains_lost);
         let smallest_mm = self.description.wheel.min_radius_mm;
         if radius_mm < smallest_mm {
             self.raise(AlarmKind::WheelWorn, radius_mm, smallest_mm);

@@ -2,10 +2,11 @@
 
 use super::Machine;
 use crate::machine::alarm::AlarmKind;
-use crate::machine::axis::Span;
-use crate::machine::description::{AXIS_COUNT, Axis};
+use crate::machine::axis::{AxisState, Span};
+use crate::machine::description::{AXIS_COUNT, Axis, Homing};
 use crate::machine::fault::{GaugeFault, ORIGIN_TOLERANCE_RAD};
 use crate::machine::report::MAX_LATCHES;
+use crate::machine::sensors::{OriginDetector, StationSwitch};
 use crate::machine::workpiece::Removal;
 use crate::numeric::fixed_list::FixedList;
 use crate::setpoint::{Input, Latch};
@@ -25,6 +26,29 @@ const JUMP_COUNTS: f64 = 20.0;
 const STUCK_READINGS: u32 = 100;
 /// Depth that must have been cut all round meanwhile, for a gauge without noise (mm), besides two steps of its reading.
 const STUCK_DEPTH_MM: f64 = 5.0e-4;
+
+/// What a slide is homed on.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct References {
+    pub(super) switch: StationSwitch,
+    marks: Option<OriginDetector>,
+}
+
+impl References {
+    /// A switch that stays closed from where it closes to the end of the travel, and the marks of the encoder.
+    pub(super) fn new(homing: &Homing, hysteresis_mm: f64, axis: &AxisState) -> Self {
+        let per_mm = axis.counts_per_unit;
+        let at = axis.scale.counts(homing.switch_mm) as f64;
+        // No travel is longer.
+        let beyond = 1.0e7 * per_mm;
+        let start = if homing.search_mm_s < 0.0 { at - beyond } else { at };
+        let pitch = libm::round(homing.index_pitch_mm * per_mm);
+        Self {
+            switch: StationSwitch::new(start, beyond, hysteresis_mm * per_mm, axis.true_position()),
+            marks: (homing.use_index && pitch >= 1.0).then(|| OriginDetector::new(pitch, 0.0)),
+        }
+    }
+}
 
 /// What is remembered of one switch.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -52,7 +76,9 @@ impl Machine {
     pub(super) fn level(&self, input: Input) -> bool {
         let own = |input: Input| match input {
             Input::Origin => self.origin.is_closed(self.axes[Axis::C.index()].true_position()),
-            Input::Station(index) => self.stations.get(index).is_some_and(|switch| switch.is_closed()),
+            Input::Station(index) => self.stations.get(index).is_some_and(StationSwitch::is_closed),
+            Input::Home(axis) => self.references[axis.index()].as_ref().is_some_and(|own| own.switch.is_closed()),
+            Input::Index(_) => false,
         };
         own(input) || self.partner(input).is_some_and(own)
     }
@@ -77,6 +103,7 @@ impl Machine {
                 self.raise(AlarmKind::OriginDetector, 0.0, ORIGIN_TOLERANCE_RAD);
             }
         }
+        self.sense_references(spans, latches);
         for index in 0..self.stations.len() {
             if !table.is_still() {
                 for edge in self.stations[index].pass(table.from, table.to).into_iter().flatten() {
@@ -86,6 +113,36 @@ impl Machine {
             if let Some(edge) = self.stations[index].bounce(table.to) {
                 self.catch(Input::Station(index), edge.rising, edge.position, latches);
             }
+        }
+    }
+
+    /// Home switches and index marks along a servo step.
+    fn sense_references(&mut self, spans: &[Span; AXIS_COUNT], latches: &mut FixedList<Latch, MAX_LATCHES>) {
+        for axis in Axis::ALL {
+            let span = &spans[axis.index()];
+            let Some(own) = &mut self.references[axis.index()] else { continue };
+            let (edges, mark) = if span.is_still() {
+                ([None, None], None)
+            } else {
+                (own.switch.pass(span.from, span.to), own.marks.and_then(|marks| marks.mark(span.from, span.to)))
+            };
+            let bounce = own.switch.bounce(span.to);
+            for edge in edges.into_iter().flatten().chain(bounce) {
+                self.catch(Input::Home(axis), edge.rising, edge.position, latches);
+            }
+            if let Some(mark) = mark {
+                self.catch(Input::Index(axis), true, mark.position, latches);
+            }
+        }
+    }
+
+    /// The zero of an axis is forgotten; whether it stands on its home switch is told like an edge.
+    pub(super) fn lose_home(&mut self, axis: Axis) {
+        self.axes[axis.index()].lose_home();
+        if self.references[axis.index()].is_some() && self.level(Input::Home(axis)) {
+            let state = &self.axes[axis.index()];
+            let counts = state.reading_at(state.true_position());
+            self.asked.push(Latch { tick: self.tick, input: Input::Home(axis), rising: true, axis, counts });
         }
     }
 
@@ -108,6 +165,7 @@ impl Machine {
         let axis = match input {
             Input::Origin => Axis::C,
             Input::Station(_) => Axis::Z,
+            Input::Home(axis) | Input::Index(axis) => axis,
         };
         let state = &self.axes[axis.index()];
         let position = position.unwrap_or_else(|| state.true_position());
@@ -120,6 +178,7 @@ impl Machine {
                 }
             }
             Input::Station(index) => self.note_edge(index),
+            Input::Home(_) | Input::Index(_) => {}
         }
     }
 

@@ -22,11 +22,11 @@ use crate::machine::state::LastingState;
 use crate::machine::wheel::WheelSpindle;
 use crate::machine::workpiece::{Deflection, Lobe, LobeError, Removal, Workpiece};
 use crate::numeric::fixed_list::FixedList;
-use crate::setpoint::{Input, Setpoint};
+use crate::setpoint::{Input, Latch, Setpoint};
 use crate::units::TURN_RAD;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
-use inputs::{GaugeWatch, SwitchWatch};
+use inputs::{GaugeWatch, References, SwitchWatch};
 use retreat::{Draw, Retreat};
 use thiserror::Error;
 
@@ -48,6 +48,11 @@ pub enum MachineCommand {
     ExpectWheel {
         /// The radius (nm).
         radius_nm: i64,
+    },
+    /// The zero of this axis is not known any more. If its home switch is closed, an edge says so in this tick.
+    LoseHome {
+        /// Which axis.
+        axis: Axis,
     },
     /// An alarm that the interpolator found, by its number; what it says about it, the interpolator tells.
     Raise {
@@ -103,6 +108,10 @@ pub struct Machine {
     axes: [AxisState; AXIS_COUNT],
     origin: OriginDetector,
     stations: Vec<StationSwitch>,
+    /// Home switches and index marks of the slides that have some.
+    references: [Option<References>; AXIS_COUNT],
+    /// Edges that somebody asked for, to be told with this tick.
+    asked: FixedList<Latch, 4>,
     overtravel: [OvertravelSwitches; AXIS_COUNT],
     beyond: [bool; AXIS_COUNT],
     wheel: WheelSpindle,
@@ -195,6 +204,12 @@ impl Machine {
             step_s,
             origin: OriginDetector::new(libm::round(turn), description.origin_half_window_rad),
             stations: stations.collect(),
+            references: core::array::from_fn(|i| {
+                let axis = &description.axes[i];
+                let homing = axis.homing.as_ref()?;
+                Some(References::new(homing, description.switch_hysteresis_mm, &axes[i]))
+            }),
+            asked: FixedList::new(),
             overtravel,
             beyond: [false; AXIS_COUNT],
             wheel: WheelSpindle::new(&description),
@@ -340,6 +355,12 @@ impl Machine {
         for switch in &mut self.stations {
             switch.look(table);
         }
+        for (references, axis) in self.references.iter_mut().zip(&self.axes) {
+            if let Some(references) = references {
+                references.switch.look(axis.true_position());
+            }
+        }
+        self.switch_watch.fill(SwitchWatch::default());
         self.wheel = self.wheel.at_speed();
         self.followed = self.setpoint();
         self.readings = core::array::from_fn(|i| [self.axes[i].reading(); 2]);
@@ -440,6 +461,9 @@ impl Machine {
         }
         self.turn_wheel();
         let mut latches = FixedList::new();
+        for latch in core::mem::take(&mut self.asked).iter() {
+            latches.push(*latch);
+        }
         let mut removal = Removal::default();
         let lobe = self.lobe_in_front();
         let law = lobe.and_then(|lobe| self.contact_law(lobe));
@@ -482,6 +506,7 @@ impl Machine {
                 let followed = &mut self.followed.counts[axis.index()];
                 *followed = followed.saturating_sub(counts);
             }
+            MachineCommand::LoseHome { axis } => self.lose_home(axis),
             MachineCommand::Raise { number } => {
                 if let Some(kind) = AlarmKind::from_number(number) {
                     self.raise(kind, f64::NAN, f64::NAN);

@@ -30,6 +30,11 @@ impl Machine {
                     switch.set_stuck(level);
                 }
             }
+            Fault::StuckInput { input: Input::Home(axis) | Input::Index(axis), level } => {
+                if let Some(own) = &mut self.references[axis.index()] {
+                    own.switch.set_stuck(level);
+                }
+            }
             Fault::DoubleOrigin(angle_rad) => {
                 let per_rad = self.axes[Axis::C.index()].counts_per_unit;
                 self.origin.set_second(angle_rad.map(|angle_rad| angle_rad * per_rad));

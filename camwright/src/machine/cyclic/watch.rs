@@ -35,7 +35,9 @@ impl Machine {
         for axis in Axis::ALL {
             let i = axis.index();
             let position = self.axes[i].true_position();
-            let beyond = self.overtravel[i].beyond(position);
+            let homes_on_it = self.description.axes[i].homing.is_some_and(|homing| homing.ignore_limits);
+            let ignored = homes_on_it && !self.axes[i].homed;
+            let beyond = self.overtravel[i].beyond(position).filter(|_| !ignored);
             if let Some(limit) = beyond.filter(|_| !self.beyond[i]) {
                 let per_unit = self.axes[i].counts_per_unit;
                 self.raise(AlarmKind::Overtravel(axis), position / per_unit, limit / per_unit);

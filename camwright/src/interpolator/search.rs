@@ -1,0 +1,123 @@
+//! Searches for an edge of an input: of a job's plan, which return to it, and of homing, which stop behind it.
+
+use super::{Interpolator, InterpolatorAlarm, Mode, Order, OrderKind, Prepared, Purpose, StepOutput};
+use crate::machine::description::{Axis, MotionLimits};
+use crate::plan::{AxisTarget, HomeStep, SegmentKind, Sought};
+use crate::setpoint::{Input, Latch};
+
+impl Interpolator {
+    /// An edge ends the search in execution if it is the first of its input since the search began.
+    pub(super) fn catch(&mut self, latch: Latch) {
+        let asks = matches!(self.mode, Mode::Level { .. });
+        let searching = asks || matches!(self.mode, Mode::Line(_, Purpose::Seek) | Mode::LastLook { .. });
+        let Some((axis, input, rising)) = self.motion.as_deref().and_then(|motion| self.sought_in(motion)) else {
+            return;
+        };
+        if searching
+            && self.caught.is_none()
+            && latch.rising == (rising || asks)
+            && latch.tick >= self.segment_began
+            && (axis, input) == (latch.axis, latch.input)
+        {
+            self.caught = Some(latch);
+        }
+    }
+
+    pub(super) fn look_last(&mut self, until: u64, tick: u64, motion: &Prepared, out: &mut StepOutput) {
+        if self.leaves_at_rest(tick, motion, out) || self.hold {
+            return;
+        }
+        if self.caught.is_some() {
+            self.return_to_edge(tick, motion, out);
+        } else if tick >= until
+            && let Some((axis, input, _)) = self.sought_in(motion)
+        {
+            self.fail(InterpolatorAlarm::NoEdge { axis, input }, out);
+        }
+    }
+
+    /// What the segment in execution searches for, and whether where it closes.
+    fn sought_in(&self, motion: &Prepared) -> Option<(Axis, Input, bool)> {
+        let input = motion.facts.get(self.segment)?.input?;
+        match motion.plan.segments.get(self.segment)?.kind {
+            SegmentKind::Search { axis, .. } => Some((axis, input, true)),
+            SegmentKind::Home(HomeStep::Seek { axis, sought, .. }) => Some((axis, input, sought == Sought::Closing)),
+            _ => None,
+        }
+    }
+
+    pub(super) fn enter_home(
+        &mut self,
+        step: &HomeStep,
+        tick: u64,
+        out: &mut StepOutput,
+    ) -> Result<bool, InterpolatorAlarm> {
+        let delay = u64::from(self.machine.feedback_delay_ticks);
+        match *step {
+            HomeStep::Forget(axis) => {
+                let until = tick + 2 * delay.max(1);
+                out.orders.push(Order { tick: until, kind: OrderKind::LoseHome { axis } });
+                self.mode = Mode::Command { until };
+                Ok(true)
+            }
+            HomeStep::Here { axis, counts } => {
+                self.references[axis.index()] = self.setpoint.counts[axis.index()] - counts;
+                Ok(false)
+            }
+            HomeStep::Seek { sought: Sought::OpeningIfClosed, .. } => {
+                // The machine told with the tick at which the zero was forgotten, which is the one before or this.
+                self.mode = Mode::Level { until: tick + delay + 1 };
+                Ok(true)
+            }
+            HomeStep::Seek { axis, travel_counts, limits, .. } => self.enter_seek(axis, travel_counts, limits, tick),
+        }
+    }
+
+    pub(super) fn enter_seek(
+        &mut self,
+        axis: Axis,
+        travel_counts: i64,
+        limits: MotionLimits,
+        tick: u64,
+    ) -> Result<bool, InterpolatorAlarm> {
+        let target_counts = self.setpoint.counts[axis.index()] + travel_counts;
+        self.enter_line(&[AxisTarget { axis, target_counts, limits }], Purpose::Seek, tick)
+    }
+
+    /// A switch that was closed when the zero was forgotten is left first.
+    pub(super) fn look_at_level(&mut self, until: u64, tick: u64, motion: &Prepared, out: &mut StepOutput) {
+        if self.leaves_at_rest(tick, motion, out) || self.hold || tick < until {
+            return;
+        }
+        let step = motion.plan.segments.get(self.segment).map(|segment| &segment.kind);
+        match step {
+            Some(SegmentKind::Home(HomeStep::Seek { axis, travel_counts, limits, .. }))
+                if self.caught.take().is_some() =>
+            {
+                if let Err(alarm) = self.enter_seek(*axis, *travel_counts, *limits, tick) {
+                    self.fail(alarm, out);
+                }
+            }
+            _ => self.begin(self.segment + 1, tick, motion, out),
+        }
+    }
+
+    /// From where the search came to rest to the place relative to the edge.
+    pub(super) fn return_to_edge(&mut self, tick: u64, motion: &Prepared, out: &mut StepOutput) {
+        let (Some(latch), Some(segment)) = (self.caught, motion.plan.segments.get(self.segment)) else { return };
+        if let SegmentKind::Home(HomeStep::Seek { axis, zero_counts, .. }) = &segment.kind {
+            self.references[axis.index()] = latch.counts - zero_counts;
+            self.begin(self.segment + 1, tick, motion, out);
+            return;
+        }
+        let SegmentKind::Search { axis, offset_counts, limits, .. } = &segment.kind else { return };
+        // The zero of `SetHome` is where the search stands: its edge and its offset.
+        self.references[axis.index()] = latch.counts + offset_counts;
+        let target = AxisTarget { axis: *axis, target_counts: latch.counts + offset_counts, limits: *limits };
+        match self.enter_line(&[target], Purpose::Return, tick) {
+            Ok(true) => {}
+            Ok(false) => self.begin(self.segment + 1, tick, motion, out),
+            Err(alarm) => self.fail(alarm, out),
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! What a job file, or who runs a job, says about the lobe that it begins with.
+
+use super::ConfigError;
+use super::yaml::Document;
+use camwright::job::LobeSpec;
+use serde::Deserialize;
+
+/// Name of a lobe, or its number from 1 in the order in which they are ground.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(untagged)]
+pub(super) enum StartFile {
+    Number(usize),
+    Name(String),
+}
+
+impl StartFile {
+    /// Index of the lobe; `None` for the beginning with a new part.
+    pub(super) fn index(&self, document: &Document, lobes: &[LobeSpec]) -> Result<Option<usize>, ConfigError> {
+        let named = |name: &str| lobes.iter().position(|lobe| lobe.name == name);
+        let numbered = |number: usize| number.checked_sub(1).filter(|index| *index < lobes.len());
+        let found = match self {
+            StartFile::Number(0) => return Ok(None),
+            StartFile::Name(name) if name.is_empty() => return Ok(None),
+            StartFile::Number(number) => named(&number.to_string()).or_else(|| numbered(*number)),
+            StartFile::Name(name) => named(name).or_else(|| name.parse().ok().and_then(numbered)),
+        };
+        let told = match self {
+            StartFile::Number(number) => number.to_string(),
+            StartFile::Name(name) => name.clone(),
+        };
+        let names = || lobes.iter().map(|lobe| lobe.name.as_str()).collect::<Vec<_>>().join(", ");
+        found.map(Some).ok_or_else(|| {
+            document.error("start_at", format!("there is no lobe {told:?} to start at; the lobes are {}", names()))
+        })
+    }
+}
