@@ -102,6 +102,9 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let shutdown = Shutdown::on_signals()?;
     let job = args.job.clone().unwrap_or_else(|| "four_lobe_camshaft".to_owned());
     let bag = args.bag.clone().unwrap_or_else(|| default_bag(&job));
+    if args.forget_learned && job_file::load(&job, &args.set).is_ok_and(|job| job.spec.compensation.is_none()) {
+        return Err(NodeError::Parameter(format!("--forget-learned: job {job} does not learn (form_compensation)")));
+    }
     let client = Client::new(ros_args)?;
     let cell = if args.attach { None } else { Some(Cell::start(&job, args, ros_args, &bag)?) };
     client.meet(cell.is_some(), &shutdown)?;

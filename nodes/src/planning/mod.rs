@@ -36,7 +36,7 @@ pub use inspect::{inspections, write_inspection};
 pub use journals::{CorrectionFailed, PreparedCorrection, correct, gauged, raw_lobe};
 pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
 pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result};
-pub use rehearse::{RehearsalFailed, rehearse_job, rehearse_job_on, rehearse_outlines_on};
+pub use rehearse::{Outlines, RehearsalFailed, rehearse_job, rehearse_job_on, rehearse_outlines_on};
 pub use times::{TimeCompared, compare_times};
 pub use turn_summary::{BoundSummary, RemovalClass};
 

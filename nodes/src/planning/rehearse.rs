@@ -16,6 +16,9 @@ use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe, PlanPage};
 use std::sync::Arc;
 use thiserror::Error;
 
+/// Radii of each lobe of a part (mm), at equal azimuths.
+pub type Outlines = Vec<Vec<f64>>;
+
 /// Why a rehearsal gave no part.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("the rehearsal of {job} failed: {reason}")]
@@ -62,7 +65,7 @@ pub fn rehearse_outlines_on(
     prepared: &PreparedJob,
     description: &MachineDescription,
     mut tell: impl FnMut(&Setpoint, &TickReport),
-) -> Result<(Rehearsed, Vec<LobeResult>, Vec<Vec<f64>>), RehearsalFailed> {
+) -> Result<(Rehearsed, Vec<LobeResult>, Outlines), RehearsalFailed> {
     let job = &prepared.planned.plan.job;
     let failed = |reason: String| RehearsalFailed { job: job.clone(), reason };
     let lasting = LastingState::new(description).with_wheel(prepared.wheel);
@@ -100,7 +103,7 @@ pub fn rehearse_outlines_on(
     let ground = |lobe: &PlannedLobe| {
         machine.part().lobe(&lobe.design.name).map_or_else(Vec::new, |lobe| lobe.radii_mm().to_vec())
     };
-    let outlines_mm: Vec<Vec<f64>> = prepared.planned.lobes.iter().map(ground).collect();
+    let outlines_mm: Outlines = prepared.planned.lobes.iter().map(ground).collect();
     let mut results: Vec<LobeResult> = prepared
         .planned
         .lobes
