@@ -25,7 +25,7 @@ use alloc::vec::Vec;
 /// sign of its jerk, lies below harmonic 40.
 pub const USUAL_HARMONICS: u32 = 40;
 
-/// Most harmonics: beyond them a wave is 2° long, shorter than the contact of a wheel.
+/// Most harmonics: beyond them a wave is shorter than 2°, on a base circle half a millimetre; no axis repeats what is that short.
 pub const MOST_HARMONICS: u32 = 180;
 
 /// Largest correction that can be allowed (mm): what is off by more is not the part that was measured.

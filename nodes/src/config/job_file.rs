@@ -261,6 +261,9 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     let start = file.start_at.as_ref().map(|start| start.index(&document, &spec.lobes)).transpose();
     let start = start.map_err(one)?.flatten();
     spec.lobes.drain(..start.unwrap_or(0));
+    if let Some(compensation) = spec.compensation.as_mut().filter(|_| start.is_some()) {
+        compensation.learned.retain(|learned| spec.lobes.iter().any(|lobe| lobe.name == learned.lobe));
+    }
     Ok(Job {
         spec,
         starts_in_the_middle: start.is_some(),

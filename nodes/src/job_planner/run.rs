@@ -417,9 +417,10 @@ impl Run {
 }
 
 impl Run {
-    /// Learns from a finished part where the job says so. What cannot be kept is told; the part is good or not all the same.
+    /// Learns from a finished part where the job says so. What cannot be kept is told; the part is good or not all the same. A part
+    /// that was begun twice teaches nothing.
     fn learn(&self, parts: &[PartLobe]) {
-        if self.prepared.job.spec.compensation.is_none() {
+        if self.prepared.job.spec.compensation.is_none() || self.prepared.job.starts_in_the_middle {
             return;
         }
         let logger = self.shared.node.logger();
