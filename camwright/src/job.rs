@@ -64,6 +64,17 @@ pub struct CorrectionSpec {
     pub allowance_mm: f64,
 }
 
+/// How the stiffness of machine and cut is measured on every journal, before it is corrected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IdentificationSpec {
+    /// How far the stopped wheel pushes the ground journal (mm).
+    pub push_mm: f64,
+    /// How fast (mm/s).
+    pub push_speed_mm_s: f64,
+    /// Force at which the machine stops (N).
+    pub most_n: i64,
+}
+
 /// Most that may be left for the turn that corrects (mm): it is cut in a single turn.
 pub const MOST_ALLOWANCE_MM: f64 = 0.1;
 
@@ -320,6 +331,8 @@ pub struct JobSpec {
     pub correction: Option<CorrectionSpec>,
     /// How the form errors of parts correct those after them, and what they did so far; `None`: every part is ground as designed.
     pub compensation: Option<Compensation>,
+    /// How its stiffness is measured before that; `None`: that of the machine's description is taken for known.
+    pub identification: Option<IdentificationSpec>,
 }
 
 /// A body of revolution on the part that is not ground.
@@ -438,7 +451,9 @@ impl JobSpec {
 
     /// What correcting runout needs of the machine and of the job.
     fn check_correction(&self, machine: &MachineDescription) -> Result<(), JobError> {
-        let Some(correction) = &self.correction else { return Ok(()) };
+        let Some(correction) = &self.correction else {
+            return if self.identification.is_none() { Ok(()) } else { Err(JobError::IdentifiesForNothing) };
+        };
         let lacks = |what| Err(JobError::CannotCorrect { machine: machine.name.clone(), what });
         if machine.gauge.is_none() {
             return lacks("in-process gauge");
@@ -454,6 +469,7 @@ impl JobSpec {
                 return Err(JobError::NotRound { lobe: lobe.name.clone() });
             }
         }
+        self.check_identification()?;
         let range = |key, value, wanted| Err(JobError::OutOfRange { place: String::new(), key, value, wanted });
         if !(1..=MOST_HARMONICS).contains(&correction.harmonics) {
             return range("runout_correction.harmonics", f64::from(correction.harmonics), "1 to 100");
@@ -501,6 +517,28 @@ impl JobSpec {
             }
         }
         Ok(())
+    }
+
+    /// What measuring the stiffness needs: two feeds, and a turn in the air before.
+    fn check_identification(&self) -> Result<(), JobError> {
+        let Some(identification) = &self.identification else { return Ok(()) };
+        let feed_mm = |pass: &PassSpec| pass.infeed_per_block_mm * f64::from(self.blocks_per_turn);
+        let feeds = || self.passes.iter().map(feed_mm);
+        let (least_mm, most_mm) =
+            feeds().fold((f64::INFINITY, 0.0_f64), |(low, high), feed| (low.min(feed), high.max(feed)));
+        if most_mm.is_nan() || most_mm < 2.0 * least_mm {
+            return Err(JobError::OneFeed { least_mm, most_mm });
+        }
+        let total_mm: f64 = self.passes.iter().map(|pass| pass.total_infeed_mm).sum();
+        let allowance_mm = self.correction.map_or(0.0, |correction| correction.allowance_mm);
+        let (air_mm, needed_mm) = (total_mm + allowance_mm - self.most_stock_mm(), 1.5 * feeds().next().unwrap_or(0.0));
+        if air_mm < needed_mm {
+            return Err(JobError::NoAir { air_mm, needed_mm });
+        }
+        positive(String::new, "identification.push_mm", identification.push_mm)?;
+        positive(String::new, "identification.push_speed_mm_s", identification.push_speed_mm_s)?;
+        #[allow(clippy::cast_precision_loss, reason = "a force")]
+        positive(String::new, "identification.most_n", identification.most_n as f64)
     }
 
     fn check_lobe(&self, index: usize, lobe: &LobeSpec, machine: &MachineDescription) -> Result<(), JobError> {

@@ -172,6 +172,11 @@ pub enum Command {
         /// Its radius (nm).
         radius_nm: i64,
     },
+    /// The wheel, which does not turn, may press on the part from now on.
+    Push {
+        /// With so much at most (N); 0: not any more.
+        most_n: i64,
+    },
     /// Dress the wheel, at the dresser, to this radius; `x_axis` stays the distance of its cutting point.
     Dress {
         /// Radius after it (nm).

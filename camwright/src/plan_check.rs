@@ -247,9 +247,9 @@ impl Walk<'_> {
                 Ok(None)
             }
             SegmentKind::Command(Command::Dress { radius_nm }) => self.dress(*radius_nm).map(|()| None),
-            SegmentKind::Command(Command::WheelStart | Command::WheelStop) | SegmentKind::Dwell | SegmentKind::Wait => {
-                Ok(None)
-            }
+            SegmentKind::Command(Command::WheelStart | Command::WheelStop | Command::Push { .. })
+            | SegmentKind::Dwell
+            | SegmentKind::Wait => Ok(None),
         }
     }
 

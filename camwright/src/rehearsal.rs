@@ -108,6 +108,7 @@ impl From<OrderKind> for MachineCommand {
             OrderKind::WheelStop => MachineCommand::WheelStop,
             OrderKind::ExpectWheel { radius_nm } => MachineCommand::ExpectWheel { radius_nm },
             OrderKind::Dress { radius_nm } => MachineCommand::Dress { radius_nm },
+            OrderKind::Push { most_n } => MachineCommand::Push { most_n },
         }
     }
 }

@@ -66,7 +66,7 @@ fn an_interface_without_fields_travels_as_one_byte() {
 #[test]
 fn what_an_action_sends_comes_apart_again() {
     let id = UUID { uuid: [7; 16] };
-    let goal = RunJobGoal { job: "four_lobes".into(), overrides: vec!["a=1".into()] };
+    let goal = RunJobGoal { job: "four_lobes".into(), overrides: vec!["a=1".into()], start_lobe: "2".into() };
     let message = RunJob::send_goal_request(id.clone(), goal.clone());
     assert_eq!(RunJob::split_send_goal_request(message), (id.clone(), goal));
     let stamp = Time { sec: 3, nanosec: 4 };

@@ -12,6 +12,7 @@
 
 use super::clearance::check_clearance;
 use super::error::PlanError;
+use super::identify::Contact;
 use super::lobe::{begin_at, soft_limit};
 use super::sequence::Sequence;
 use super::{PlanStart, PlannedJob};
@@ -21,7 +22,8 @@ use crate::numeric::hermite::{HermiteSpline, Knot};
 use crate::numeric::periodic_spline::PeriodicSpline;
 use crate::plan::{Command, CutSegment, Half, Plan, SegmentKind};
 use crate::plan_check::{PlanReport, check_plan};
-use crate::runout::journal::{Gauged, JournalCorrection, JournalError, JournalRequest, needed_log};
+use crate::runout::identify::Identified;
+use crate::runout::journal::{JournalCorrection, JournalError, JournalRequest, needed_log};
 use crate::speed_plan::{WayRequest, WaySpeed};
 use crate::units::TURN_RAD;
 use alloc::string::String;
@@ -70,7 +72,8 @@ pub fn rests_rad(plan: &Plan, machine: &MachineDescription) -> Vec<f64> {
     rests
 }
 
-/// How each journal of a job is corrected, from what was logged of it in the first half: for each, ticks in their order.
+/// How each journal of a job is corrected, from what was logged of it in the first half: for each, ticks in their order. By the contact
+/// that was measured on it, or, where none was, that of the machine's description.
 ///
 /// # Errors
 /// Which journal cannot be, and why.
@@ -78,17 +81,20 @@ pub fn decide_corrections(
     job: &JobSpec,
     machine: &MachineDescription,
     first: &PlannedJob,
-    logs: &[Vec<Gauged>],
+    logs: &[Contact],
+    measured: &[Identified],
 ) -> Result<Vec<JournalCorrection>, NotCorrected> {
     let rests = rests_rad(&first.plan, machine);
-    let decide = |(index, gauged): (usize, &Vec<Gauged>)| {
+    let decide = |(index, log): (usize, &Contact)| {
+        let gauged = log.gauged.as_slice();
         let lobe = &first.lobes[index];
         let failed = |source| NotCorrected { lobe: lobe.design.name.clone(), source };
         let spec = job.correction.ok_or(JournalError::NotKnown { what: "how it is corrected" }).map_err(failed)?;
         let gauge = machine.gauge.as_ref().ok_or(JournalError::NotKnown { what: "the gauge" }).map_err(failed)?;
         let contact = machine.contact.as_ref();
         let z_mm = machine.station(&lobe.design.station).map_or(0.0, |station| station.position_mm);
-        let law = contact.and_then(|contact| contact.law(z_mm, lobe.design.width_mm));
+        let described = contact.and_then(|contact| contact.law(z_mm, lobe.design.width_mm));
+        let law = measured.get(index).map(|measured| measured.law).or(described);
         let law = law.ok_or(JournalError::NotKnown { what: "the stiffness" }).map_err(failed)?;
         // A hold puts whole turns in.
         let logged_rad = gauged.last().map_or(0.0, |last| last.c_rad);

@@ -63,7 +63,7 @@ impl Sequence<'_> {
         self.move_axis(of, Axis::Z, last, slow, "past the dresser")?;
         self.move_axis(of, Axis::Z, first, slow, "back past the dresser")?;
         let dwell = whole_ticks(dresser.dwell_s, self.machine.cycle_time_s());
-        self.push(of, SegmentKind::Dwell, dwell, 0, "dresser out of contact");
+        self.add(of, SegmentKind::Dwell, dwell, 0, "dresser out of contact");
         self.move_axis(of, Axis::X, clear, rapid, "wheel clear of the part")
     }
 }

@@ -23,6 +23,7 @@ mod clearance;
 mod correct;
 mod dress;
 mod error;
+mod identify;
 mod lobe;
 mod order;
 mod sequence;
@@ -31,6 +32,7 @@ mod wheels;
 
 pub use correct::{NotCorrected, PlannedCorrection, decide_corrections, plan_corrections, rests_rad};
 pub use error::PlanError;
+pub use identify::{Contact, identify};
 pub use lobe::{LobeDesign, PlannedLobe, designs};
 pub use order::{LobeOrder, fastest_order};
 
@@ -194,6 +196,9 @@ impl<'a> Build<'a> {
                 sequence.turn_to_lobe(index, begin.c_counts)?;
             }
             sequence.grind(index, lobe, begin, 0)?;
+            if let Some(identification) = &self.planner.job.identification {
+                sequence.push(index, lobe, identification)?;
+            }
         }
         // Where runout is corrected a second half follows.
         if self.planner.job.correction.is_some() { sequence.stand_by() } else { sequence.finish() }

@@ -41,7 +41,11 @@ pub(super) struct Of<'a> {
     stock_mm: f64,
 }
 
-impl Of<'_> {
+impl<'a> Of<'a> {
+    pub(super) const fn lobe(phase: Phase, index: usize, name: &'a str) -> Self {
+        Self { phase, lobe: Some((index, name)), stock_mm: 0.0 }
+    }
+
     pub(super) const fn part(phase: Phase) -> Self {
         Self { phase, lobe: None, stock_mm: 0.0 }
     }
@@ -75,7 +79,7 @@ impl<'a> Sequence<'a> {
         self.move_axis(of, Axis::C, 0, None, "key-way to the wheel")?;
         self.command(of, Command::WheelStart, "wheel start");
         let spin_up = whole_ticks(self.machine.wheel.spin_up_s, self.machine.cycle_time_s());
-        self.push(of, SegmentKind::Dwell, spin_up, 0, "wheel to its speed");
+        self.add(of, SegmentKind::Dwell, spin_up, 0, "wheel to its speed");
         Ok(())
     }
 
@@ -158,7 +162,7 @@ impl<'a> Sequence<'a> {
             self.at[Axis::X.index()] = last;
             let schedule = pass.infeed().schedule();
             let left_mm = stock_mm.min(schedule.left_mm() + schedule.total_mm());
-            self.push(of(Phase::Cut, left_mm), SegmentKind::Cut(cut), ticks, pass.stop_ticks(), &label);
+            self.add(of(Phase::Cut, left_mm), SegmentKind::Cut(cut), ticks, pass.stop_ticks(), &label);
         }
         if goes_turning {
             return Ok(());
@@ -198,7 +202,7 @@ impl<'a> Sequence<'a> {
         let ticks = whole_ticks(speed.law.end(), self.machine.cycle_time_s());
         self.at[Axis::C.index()] += i64::from(cut.turns) * turn_counts;
         self.at[Axis::X.index()] = last;
-        self.push(of(Phase::Cut), SegmentKind::Cut(cut), ticks, speed.stop_ticks, "one turn that corrects its runout");
+        self.add(of(Phase::Cut), SegmentKind::Cut(cut), ticks, speed.stop_ticks, "one turn that corrects its runout");
         let home = self.counts(Axis::X, self.job.home.x_mm);
         self.move_axis(of(Phase::Retract), Axis::X, home, rapid, "rapid retract")
     }
@@ -286,7 +290,12 @@ impl<'a> Sequence<'a> {
         speed * known_s + speed * (speed / limits.acceleration + limits.acceleration / limits.jerk)
     }
 
-    pub(super) fn push(&mut self, of: Of<'_>, kind: SegmentKind, ticks: u64, stop_ticks: u64, label: &str) {
+    /// A step in which nothing moves.
+    pub(super) fn push_segment(&mut self, of: Of<'_>, kind: SegmentKind, ticks: u64, label: &str) {
+        self.add(of, kind, ticks, 0, label);
+    }
+
+    pub(super) fn add(&mut self, of: Of<'_>, kind: SegmentKind, ticks: u64, stop_ticks: u64, label: &str) {
         let label = match of.lobe {
             Some((_, name)) => alloc::format!("{name}: {label}"),
             None => String::from(label),
@@ -306,7 +315,7 @@ impl<'a> Sequence<'a> {
     pub(super) fn command(&mut self, of: Of<'_>, command: Command, label: &str) {
         // To the machine and back.
         let ticks = 2 * u64::from(self.machine.feedback_delay_ticks).max(1);
-        self.push(of, SegmentKind::Command(command), ticks, 0, label);
+        self.add(of, SegmentKind::Command(command), ticks, 0, label);
     }
 
     pub(super) fn move_axis(
@@ -322,7 +331,7 @@ impl<'a> Sequence<'a> {
         let targets = alloc::vec![AxisTarget { axis, target_counts, limits }];
         let (ticks, stop_ticks) = self.time_of_move(self.at, &targets, label)?;
         self.at[axis.index()] = target_counts;
-        self.push(of, SegmentKind::Move(targets), ticks, stop_ticks, label);
+        self.add(of, SegmentKind::Move(targets), ticks, stop_ticks, label);
         Ok(())
     }
 
@@ -364,7 +373,7 @@ impl<'a> Sequence<'a> {
             .search_s(&limits, distance, offset)
             .map_err(|source| PlanError::Move { what: String::from(label), source })?;
         let kind = SegmentKind::Search { axis, input: String::from(input), travel_counts, offset_counts, limits };
-        self.push(of, kind, whole_ticks(seconds, self.machine.cycle_time_s()), stop_ticks, label);
+        self.add(of, kind, whole_ticks(seconds, self.machine.cycle_time_s()), stop_ticks, label);
         Ok(())
     }
 

@@ -140,6 +140,7 @@ impl Interpolator {
                     Command::WheelStop => OrderKind::WheelStop,
                     Command::ExpectWheel { radius_nm } => OrderKind::ExpectWheel { radius_nm: *radius_nm },
                     Command::Dress { radius_nm } => OrderKind::Dress { radius_nm: *radius_nm },
+                    Command::Push { most_n } => OrderKind::Push { most_n: *most_n },
                 };
                 out.orders.push(Order { tick: until, kind });
                 self.mode = Mode::Command { until };

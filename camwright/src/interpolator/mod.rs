@@ -106,6 +106,11 @@ pub enum OrderKind {
         /// The radius.
         radius_nm: i64,
     },
+    /// The stopped wheel may press on the part.
+    Push {
+        /// The most (N); 0: not any more.
+        most_n: i64,
+    },
 }
 
 /// An order to the machine, and the tick at which it takes effect. No setpoint of that tick or later may be sent before

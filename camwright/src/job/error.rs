@@ -150,6 +150,31 @@ pub enum JobError {
         /// What it lacks.
         what: &'static str,
     },
+    /// What is measured is for the correction.
+    #[error("the stiffness is measured for the correction of runout, and the job has none")]
+    IdentifiesForNothing,
+    /// One feed tells the stiffness of the cut and its threshold together.
+    #[error(
+        "the stiffness is measured at two feeds, and those of the passes lie between {least_mm} and {most_mm} mm per turn; the largest \
+         must be twice the least"
+    )]
+    OneFeed {
+        /// Least feed per turn (mm).
+        least_mm: f64,
+        /// Largest (mm).
+        most_mm: f64,
+    },
+    /// No turn in the air to know friction by.
+    #[error(
+        "the infeed begins {air_mm:.4} mm above the raw part; to measure the stiffness it must begin {needed_mm:.4} mm above it, for \
+         a turn in the air tells the friction of x_axis"
+    )]
+    NoAir {
+        /// What there is (mm).
+        air_mm: f64,
+        /// What is needed (mm).
+        needed_mm: f64,
+    },
     /// What is not round has no runout.
     #[error("lobe {lobe} is not round; the runout of a job is corrected only where all of it are journals")]
     NotRound {

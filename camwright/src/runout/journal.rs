@@ -19,6 +19,7 @@ use super::Mode;
 use super::correction::{Correction, CorrectionError, Forecast, Start, Steepness, Target};
 use super::fit::Fit;
 use super::gauge::{Gauge, GaugeError};
+use super::identify::IdentifyError;
 use super::published::{PublishedError, PublishedRunout};
 use super::record::{GaugeRecord, Reading, RecordError};
 use super::spark_out::{self, SparkOutError};
@@ -63,6 +64,8 @@ pub struct Gauged {
     pub x_mm: f64,
     /// What the gauge read (mm).
     pub value_mm: f64,
+    /// Force of the motor of `x_axis`, positive outwards (N).
+    pub motor_n: f64,
 }
 
 /// How long before C rests the log is read to the end (rad): the wheel has left by then, and C does not yet slow down much.
@@ -130,6 +133,9 @@ pub enum JournalError {
         /// What.
         what: &'static str,
     },
+    /// A journal that tells no stiffness.
+    #[error(transparent)]
+    Identify(#[from] IdentifyError),
     /// A gauge that tells no depth of cut.
     #[error(transparent)]
     Gauge(#[from] GaugeError),
@@ -273,27 +279,30 @@ impl JournalCorrection {
     }
 }
 
-/// Readings at the angles that they belong to, and the wheel's positions. Where C stands or an encoder lets it seem to, the later one is
-/// left out.
+/// Readings at the angles that they belong to, up to an angle (rad): an amplifier of first order shows what there was a time constant ago.
+/// Where C stands or an encoder lets it seem to, the later one is left out.
+pub(super) fn readings_of(gauged: &[Gauged], cycle_time_s: f64, lag_s: f64, until_rad: f64) -> Vec<Reading> {
+    let mut readings = Vec::<Reading>::with_capacity(gauged.len());
+    for pair in gauged.windows(2) {
+        let (before, now) = (pair[0], pair[1]);
+        let c_rad = now.c_rad - (now.c_rad - before.c_rad) / cycle_time_s * lag_s;
+        if c_rad <= until_rad && readings.last().is_none_or(|last| c_rad > last.c_rad) {
+            readings.push(Reading { c_rad, value_mm: now.value_mm, tick: now.tick });
+        }
+    }
+    readings
+}
+
+/// Readings that tell what was cut, and the wheel's positions.
 fn records(request: &JournalRequest<'_>) -> (Vec<Reading>, Vec<WheelPosition>) {
-    let (mut readings, mut positions) = (Vec::<Reading>::new(), Vec::<WheelPosition>::new());
-    let mut before: Option<Gauged> = None;
     // Of a wheel that is leaving, cuts end somewhere: they are followed by the law, not measured.
     let until_rad = request.rest_rad - DWELL_LEAVES_RAD.0 + request.gauge.known_after_rad();
+    let readings = readings_of(request.gauged, request.cycle_time_s, request.lag_s, until_rad);
+    let mut positions = Vec::<WheelPosition>::with_capacity(request.gauged.len());
     for gauged in request.gauged {
-        // An amplifier of first order shows what there was a time constant ago.
-        let lag_rad = before.map_or(0.0, |before| (gauged.c_rad - before.c_rad) / request.cycle_time_s * request.lag_s);
-        let reading = Reading { c_rad: gauged.c_rad - lag_rad, value_mm: gauged.value_mm, tick: gauged.tick };
-        if before.is_some()
-            && reading.c_rad <= until_rad
-            && readings.last().is_none_or(|last| reading.c_rad > last.c_rad)
-        {
-            readings.push(reading);
-        }
         if positions.last().is_none_or(|last| gauged.c_rad > last.c_rad) {
             positions.push(WheelPosition { c_rad: gauged.c_rad, x_mm: gauged.x_mm });
         }
-        before = Some(*gauged);
     }
     (readings, positions)
 }

@@ -52,6 +52,7 @@ pub mod decay;
 pub mod fit;
 pub mod gauge;
 mod harmonics;
+pub mod identify;
 pub mod journal;
 mod known;
 pub mod phases;

@@ -240,6 +240,7 @@ fn message(sequence: u32, command: Command, clock: TickClock) -> MachineCommand 
             OrderKind::Dress { radius_nm } => {
                 MachineCommand { counts: radius_nm, ..base(order.tick, MachineCommand::DRESS) }
             }
+            OrderKind::Push { most_n } => MachineCommand { counts: most_n, ..base(order.tick, MachineCommand::PUSH) },
         },
     }
 }

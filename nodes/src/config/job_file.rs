@@ -4,7 +4,7 @@ use super::ConfigError;
 use super::compensation_file::CompensationFile;
 use super::fault_file::{FaultFile, JobFault};
 use super::follower_file::FollowerFile;
-use super::journal_file::{CorrectionFile, RawPartFile};
+use super::journal_file::{CorrectionFile, IdentificationFile, RawPartFile};
 use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
 use super::locate::{Located, locate};
 use super::machine_file::{self, Machine};
@@ -77,6 +77,7 @@ struct JobFile {
     runout_correction: Option<CorrectionFile>,
     form_compensation: Option<CompensationFile>,
     start_at: Option<StartFile>,
+    identification: Option<IdentificationFile>,
 }
 
 /// Bound on the power of the wheel's spindle.
@@ -212,6 +213,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     let mut findings = ranges(&document, &file);
     findings.extend(file.raw_part.findings(&document));
     findings.extend(file.form_compensation.iter().flat_map(|compensation| compensation.findings(&document)));
+    findings.extend(file.identification.iter().flat_map(|identification| identification.findings(&document)));
     findings.extend(file.runout_correction.iter().flat_map(|correction| correction.findings(&document)));
     let machine = read_machine(&document, &file, located).map_err(|error| findings.push(error)).ok();
     let mut hasher = Sha256::new();
@@ -328,6 +330,7 @@ fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks
         raw_part: file.raw_part.part(),
         correction: file.runout_correction.as_ref().map(CorrectionFile::spec),
         compensation: file.form_compensation.as_ref().map(CompensationFile::compensation),
+        identification: file.identification.as_ref().map(IdentificationFile::spec),
         wheels: wishes(
             (file.lobes.iter().map(|lobe| ("lobe", lobe.name.as_str(), lobe.wheel_radius_mm)))
                 .chain(file.roughing.iter().map(|rough| ("pass", rough.name(), rough.wheel_radius_mm()))),

@@ -2,7 +2,7 @@
 
 use super::ConfigError;
 use super::yaml::Document;
-use camwright::job::{CorrectionSpec, MOST_ALLOWANCE_MM};
+use camwright::job::{CorrectionSpec, IdentificationSpec, MOST_ALLOWANCE_MM};
 use camwright::raw_part::{Bend, RawPart, Wave};
 use camwright::runout::Mode;
 use camwright::runout::state::{MOST_HARMONICS, USUAL_HARMONICS};
@@ -104,6 +104,45 @@ pub(super) struct CorrectionFile {
     harmonics: u32,
     #[serde(default = "usual_allowance_um")]
     allowance_um: f64,
+}
+
+/// How the stiffness of machine and cut is measured before.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct IdentificationFile {
+    push_um: f64,
+    push_speed_um_s: f64,
+    most_force_n: f64,
+}
+
+impl Default for IdentificationFile {
+    fn default() -> Self {
+        Self { push_um: 40.0, push_speed_um_s: 50.0, most_force_n: 1000.0 }
+    }
+}
+
+impl IdentificationFile {
+    pub(super) fn spec(&self) -> IdentificationSpec {
+        #[allow(clippy::cast_possible_truncation, reason = "its range is checked")]
+        let most_n = self.most_force_n as i64;
+        IdentificationSpec {
+            push_mm: mm_from_um(self.push_um),
+            push_speed_mm_s: mm_from_um(self.push_speed_um_s),
+            most_n,
+        }
+    }
+
+    /// What can be said about single values.
+    pub(super) fn findings(&self, document: &Document) -> Vec<ConfigError> {
+        let ranges = [
+            ("identification.push_um", self.push_um, 1.0, 500.0),
+            ("identification.push_speed_um_s", self.push_speed_um_s, 1.0, 1000.0),
+            ("identification.most_force_n", self.most_force_n, 1.0, 20_000.0),
+        ];
+        let bad = ranges.into_iter().filter(|(_, value, low, high)| !(low..=high).contains(&value));
+        bad.map(|(key, value, low, high)| document.error(key, format!("{key} is {value}; it must be {low} to {high}")))
+            .collect()
+    }
 }
 
 #[derive(Debug, Default, Clone, Copy, Deserialize)]

@@ -201,6 +201,7 @@ fn segment_to(plan: &Plan, index: u32, segment: &Segment) -> PlanSegment {
                 Command::WheelStop => MachineCommand::WHEEL_STOP,
                 Command::ExpectWheel { .. } => MachineCommand::EXPECT_WHEEL,
                 Command::Dress { .. } => MachineCommand::DRESS,
+                Command::Push { .. } => MachineCommand::PUSH,
             },
             target: match command {
                 Command::SetHome(axis) => axis.joint().to_owned(),
@@ -208,6 +209,7 @@ fn segment_to(plan: &Plan, index: u32, segment: &Segment) -> PlanSegment {
             },
             target_counts: match command {
                 Command::ExpectWheel { radius_nm } | Command::Dress { radius_nm } => vec![*radius_nm],
+                Command::Push { most_n } => vec![*most_n],
                 _ => Vec::new(),
             },
             ..base
@@ -457,10 +459,16 @@ fn kind_from(
                 Ok(SegmentKind::Command(Command::ExpectWheel { radius_nm: radius_nm(target(0)?)? }))
             }
             MachineCommand::DRESS => Ok(SegmentKind::Command(Command::Dress { radius_nm: radius_nm(target(0)?)? })),
+            MachineCommand::PUSH => Ok(SegmentKind::Command(Command::Push { most_n: force_n(target(0)?)? })),
             other => Err(format!("its command is {other}")),
         },
         other => Err(format!("its kind is {other}")),
     }
+}
+
+/// A force of up to 100 kN: what is larger was not meant.
+fn force_n(most_n: i64) -> Result<i64, String> {
+    if (0..=100_000).contains(&most_n) { Ok(most_n) } else { Err(format!("its wheel may press with {most_n} N")) }
 }
 
 /// A wheel of up to 10 m: what is larger was not meant.

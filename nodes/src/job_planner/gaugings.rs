@@ -1,7 +1,7 @@
-//! What the gauge reads while a job runs whose runout is corrected.
+//! What the gauge reads while a job runs whose runout is corrected, and how a stopped wheel pushes where its stiffness is measured.
 
 use super::lock;
-use camwright::runout::journal::Gauged;
+use camwright::cycle::Contact;
 use camwright_msgs::camwright_msgs::msg::GaugeReading;
 use std::collections::BTreeMap;
 use std::sync::{Condvar, Mutex, PoisonError};
@@ -19,13 +19,13 @@ struct Heard {
     wanted: bool,
     /// Angle of the machine's first gauge behind the wheel (rad); a second one is not listened to.
     gauge_angle: f64,
-    lobes: BTreeMap<String, Vec<Gauged>>,
+    lobes: BTreeMap<String, Contact>,
 }
 
 impl Gaugings {
     /// Forgets everything and listens to the gauge at an angle behind the wheel (rad) from now on.
     pub(super) fn listen(&self, gauge_angle: f64) {
-        *lock(&self.heard) = Heard { wanted: true, gauge_angle, lobes: BTreeMap::new() };
+        *lock(&self.heard) = Heard { wanted: true, gauge_angle, ..Heard::default() };
     }
 
     /// Forgets everything and listens no more.
@@ -38,10 +38,14 @@ impl Gaugings {
         if !heard.wanted || (reading.gauge_angle - heard.gauge_angle).abs() > 1e-9 {
             return;
         }
-        let gauged = crate::planning::gauged(reading);
-        match heard.lobes.get_mut(&reading.lobe) {
-            Some(log) => log.push(gauged),
-            None => drop(heard.lobes.insert(reading.lobe.clone(), vec![gauged])),
+        if !heard.lobes.contains_key(&reading.lobe) {
+            heard.lobes.insert(reading.lobe.clone(), Contact::default());
+        }
+        if let Some(log) = heard.lobes.get_mut(&reading.lobe) {
+            match reading.pushing {
+                true => log.pushed.push(crate::planning::pushed(reading)),
+                false => log.gauged.push(crate::planning::gauged(reading)),
+            }
         }
         drop(heard);
         self.changed.notify_all();
@@ -49,12 +53,12 @@ impl Gaugings {
 
     /// Waits until every named lobe has been read up to where C comes to rest after it (rad), but for a little; else the first that has
     /// not after the timeout.
-    pub(super) fn wait<'a>(&self, lobes: &[(&'a str, f64)], timeout: Duration) -> Result<Vec<Vec<Gauged>>, &'a str> {
+    pub(super) fn wait<'a>(&self, lobes: &[(&'a str, f64)], timeout: Duration) -> Result<Vec<Contact>, &'a str> {
         let end = Instant::now() + timeout;
         let mut heard = lock(&self.heard);
         loop {
             let is_read = |name: &str, until_rad: f64| {
-                heard.lobes.get(name).and_then(|log| log.last()).is_some_and(|last| last.c_rad >= until_rad)
+                heard.lobes.get(name).and_then(|log| log.gauged.last()).is_some_and(|last| last.c_rad >= until_rad)
             };
             let Some((missing, _)) = lobes.iter().find(|(name, until_rad)| !is_read(name, *until_rad)) else {
                 return Ok(lobes.iter().map(|(name, _)| heard.lobes.remove(*name).unwrap_or_default()).collect());
@@ -90,7 +94,7 @@ mod tests {
         gaugings.take(&reading(2, 5.0, 2.0));
         assert_eq!(wait(2.0), Err("J1"));
         gaugings.take(&reading(3, 2.5, 1.0));
-        assert_eq!(wait(2.0).map(|logs| logs[0].len()), Ok(2));
+        assert_eq!(wait(2.0).map(|logs| logs[0].gauged.len()), Ok(2));
         gaugings.stop();
         gaugings.take(&reading(4, 9.0, 1.0));
         assert_eq!(wait(0.0), Err("J1"));

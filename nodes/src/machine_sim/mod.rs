@@ -289,6 +289,7 @@ fn order(message: &CommandMessage) -> Option<Order> {
         CommandMessage::WHEEL_STOP => Some(Order::Machine(MachineCommand::WheelStop)),
         CommandMessage::EXPECT_WHEEL => Some(Order::Machine(MachineCommand::ExpectWheel { radius_nm: message.counts })),
         CommandMessage::DRESS => Some(Order::Machine(MachineCommand::Dress { radius_nm: message.counts })),
+        CommandMessage::PUSH => Some(Order::Machine(MachineCommand::Push { most_n: message.counts })),
         CommandMessage::ALARM => {
             u16::try_from(message.counts).ok().map(|number| Order::Machine(MachineCommand::Raise { number }))
         }

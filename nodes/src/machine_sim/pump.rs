@@ -219,6 +219,8 @@ impl Pump {
                 wheel_position: position(Axis::X),
                 gauge_angle: angle,
                 reading: m_from_mm(mm),
+                wheel_force: report.axes[Axis::X.index()].effort,
+                pushing: report.wheel_rad_s == 0.0,
             })?;
         }
         Ok(())

@@ -81,6 +81,8 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::TurnsAndIndexes => "c_between_lobes".into(),
         JobError::BentNowhere { .. } => "raw_part.bent_between_mm".into(),
         JobError::CannotCorrect { .. } => "runout_correction".into(),
+        JobError::OneFeed { .. } | JobError::IdentifiesForNothing => "identification".into(),
+        JobError::NoAir { .. } => "infeed.total_mm".into(),
         JobError::NotRound { lobe } => format!("{}.profile", lobe_key(lobe)),
         JobError::CorrectsAndTurnsOn => "c_between_lobes".into(),
         JobError::UnknownProfile { lobe, .. } => format!("{}.profile", lobe_key(lobe)),

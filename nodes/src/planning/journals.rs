@@ -5,8 +5,9 @@ use crate::config::ConfigError;
 use crate::config::job_file::Job;
 use crate::convert::mm_from_m;
 use crate::convert::plan::pages_from_plan;
-use camwright::cycle::{PlannedCorrection, PlannedJob, decide_corrections, plan_corrections};
+use camwright::cycle::{Contact, PlannedCorrection, PlannedJob, decide_corrections, identify, plan_corrections};
 use camwright::machine::description::MachineDescription;
+use camwright::runout::identify::{Identified, Pushed};
 use camwright::runout::journal::{Gauged, JournalCorrection};
 use camwright_msgs::camwright_msgs::msg::{GaugeReading, LobeResult, PartLobe, PlanPage};
 use thiserror::Error;
@@ -14,6 +15,8 @@ use thiserror::Error;
 /// The second half of a job, decided and planned.
 #[derive(Debug, Clone)]
 pub struct PreparedCorrection {
+    /// The contact of each journal, where it was measured.
+    pub measured: Vec<Identified>,
     /// What was decided for each journal.
     pub decided: Vec<JournalCorrection>,
     /// Its plan.
@@ -32,12 +35,25 @@ impl PreparedCorrection {
     /// One sentence for each journal.
     #[must_use]
     pub fn told(&self, prepared: &PreparedJob) -> Vec<String> {
-        let names = prepared.planned.lobes.iter().map(|lobe| &lobe.design.name);
-        names.zip(&self.decided).map(|(name, decided)| format!("lobe {name}: {decided}")).collect()
+        let names = || prepared.planned.lobes.iter().map(|lobe| &lobe.design.name);
+        let measured = names().zip(&self.measured).map(|(name, measured)| format!("lobe {name}: {measured}"));
+        measured.chain(names().zip(&self.decided).map(|(name, decided)| format!("lobe {name}: {decided}"))).collect()
     }
 
     /// Writes into the results of a job what was corrected.
     pub fn add_to(&self, results: &mut [LobeResult]) {
+        // N/mm and N/m differ as m and mm do, the other way round.
+        let n_m = |n_mm: f64| mm_from_m(n_mm);
+        for (result, measured) in results.iter_mut().zip(&self.measured) {
+            let (km, kg, f0) = (measured.machine_n_mm, measured.grinding.grinding_n_mm, measured.grinding.threshold_n);
+            result.machine_stiffness = n_m(km.value);
+            result.machine_stiffness_uncertainty = n_m(km.uncertainty);
+            result.grinding_stiffness = n_m(kg.value);
+            result.grinding_stiffness_uncertainty = n_m(kg.uncertainty);
+            (result.threshold_force, result.threshold_force_uncertainty) = (f0.value, f0.uncertainty);
+            let ratio = measured.comparison.by_decay;
+            (result.stiffness_ratio, result.stiffness_ratio_uncertainty) = (ratio.value, ratio.uncertainty);
+        }
         for (result, decided) in results.iter_mut().zip(&self.decided) {
             result.runout_before = crate::convert::m_from_mm(decided.before_mm);
             result.turns += f64::from(decided.turns);
@@ -60,20 +76,32 @@ pub fn gauged(reading: &GaugeReading) -> Gauged {
         c_rad: reading.spindle_angle,
         x_mm: mm_from_m(reading.wheel_position),
         value_mm: mm_from_m(reading.reading),
+        motor_n: reading.wheel_force,
     }
+}
+
+/// A tick of a push as the identification takes it.
+#[must_use]
+pub fn pushed(reading: &GaugeReading) -> Pushed {
+    gauged(reading).into()
 }
 
 /// The second half of a job from what was read of each of its lobes in the first.
 ///
 /// # Errors
 /// Readings that do not tell the part, a part that cannot be corrected, a plan that cannot be made.
-pub fn correct(prepared: &PreparedJob, logs: &[Vec<Gauged>]) -> Result<PreparedCorrection, CorrectionFailed> {
+pub fn correct(prepared: &PreparedJob, logs: &[Contact]) -> Result<PreparedCorrection, CorrectionFailed> {
     let (job, machine, first) = (&prepared.job.spec, &prepared.machine, &prepared.planned);
-    let decided = decide_corrections(job, machine, first, logs).map_err(|error| CorrectionFailed(error.to_string()))?;
+    let measured = match job.identification {
+        Some(_) => identify(job, machine, first, logs).map_err(|error| CorrectionFailed(error.to_string()))?,
+        None => Vec::new(),
+    };
+    let decided = decide_corrections(job, machine, first, logs, &measured)
+        .map_err(|error| CorrectionFailed(error.to_string()))?;
     let planned =
         plan_corrections(job, machine, first, &decided).map_err(|error| CorrectionFailed(error.to_string()))?;
     let pages = pages_from_plan(&planned.plan, &prepared.provenance);
-    Ok(PreparedCorrection { decided, planned, pages })
+    Ok(PreparedCorrection { measured, decided, planned, pages })
 }
 
 /// The second half as it is expected before anything is known: turns of journals without runout, for its time and its room.
@@ -131,7 +159,7 @@ mod tests {
     #[test]
     fn readings_that_are_missing_are_told() {
         let prepared = prepare("journal_runout", &[], None).unwrap();
-        let none = vec![Vec::new(); prepared.planned.lobes.len()];
+        let none = vec![Contact::default(); prepared.planned.lobes.len()];
         let error = correct(&prepared, &none).unwrap_err().to_string();
         assert!(error.contains("lobe J1") && error.contains("readings"), "{error}");
     }

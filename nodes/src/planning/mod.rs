@@ -33,7 +33,7 @@ pub use export::{LimitSummary, LobeSummary, PassSummary, Summary, lobe_times_s, 
 pub use findings::{Finding, Report, Severity, check};
 pub use giving_way::{FORM_TOLERANCE_MM, GivingWay};
 pub use inspect::{inspections, write_inspection};
-pub use journals::{CorrectionFailed, PreparedCorrection, correct, gauged, raw_lobe};
+pub use journals::{CorrectionFailed, PreparedCorrection, correct, gauged, pushed, raw_lobe};
 pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
 pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result};
 pub use rehearse::{Outlines, RehearsalFailed, rehearse_job, rehearse_job_on, rehearse_outlines_on};

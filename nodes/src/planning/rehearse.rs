@@ -3,6 +3,7 @@
 
 use super::{PreparedJob, correct, lobe_result, raw_lobe};
 use crate::convert::{m_from_mm, mm_from_m, plan::plan_from_pages, si_from_counts};
+use camwright::cycle::Contact;
 use camwright::cycle::PlannedLobe;
 use camwright::interpolator::{Interpolator, Motion, Prepared};
 use camwright::machine::Machine;
@@ -10,6 +11,7 @@ use camwright::machine::description::{Axis, Effect, MachineDescription};
 use camwright::machine::report::TickReport;
 use camwright::machine::state::LastingState;
 use camwright::rehearsal::{Rehearsed, rehearse};
+use camwright::runout::identify::Pushed;
 use camwright::runout::journal::Gauged;
 use camwright::setpoint::Setpoint;
 use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe, PlanPage};
@@ -28,6 +30,9 @@ pub struct RehearsalFailed {
     /// Why.
     pub reason: String,
 }
+
+/// Radii of every lobe in the order of machining (mm, at equal azimuths).
+pub type Outlines = Vec<Vec<f64>>;
 
 /// Runs a job on its machine without these effects, and measures what was ground. `tell` sees
 /// every tick from the motion's first to its last.
@@ -78,7 +83,7 @@ pub fn rehearse_outlines_on(
             .map_err(|error| failed(error.to_string()))?;
     }
     let mut interpolator = Interpolator::new(description);
-    let mut logs = vec![Vec::new(); prepared.planned.lobes.len()];
+    let mut logs = vec![Contact::default(); prepared.planned.lobes.len()];
     let mut run = |pages: &[PlanPage], tell: &mut dyn FnMut(&Setpoint, &TickReport)| {
         // The plan as a receiver of its pages has it: the way through metres is part of it.
         let (plan, _) = plan_from_pages(pages, description).map_err(|error| failed(error.to_string()))?;
@@ -88,7 +93,10 @@ pub fn rehearse_outlines_on(
     };
     let mut rehearsed = run(&prepared.pages, &mut |setpoint, report| {
         if let Some(log) = report.lobe.and_then(|lobe| logs.get_mut(lobe)) {
-            log.extend(gauged_at(description, report));
+            match report.wheel_rad_s == 0.0 {
+                true => log.pushed.extend(gauged_at(description, report).map(Pushed::from)),
+                false => log.gauged.extend(gauged_at(description, report)),
+            }
         }
         tell(setpoint, report);
     })?;
@@ -130,6 +138,7 @@ fn gauged_at(machine: &MachineDescription, report: &TickReport) -> Option<Gauged
         c_rad: position(Axis::C),
         x_mm: mm_from_m(position(Axis::X)),
         value_mm: mm_from_m(m_from_mm(value_mm)),
+        motor_n: report.axes[Axis::X.index()].effort,
     })
 }
 

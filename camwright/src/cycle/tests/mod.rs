@@ -157,6 +157,7 @@ pub(crate) fn job() -> JobSpec {
         raw_part: crate::raw_part::RawPart::default(),
         correction: None,
         compensation: None,
+        identification: None,
     }
 }
 

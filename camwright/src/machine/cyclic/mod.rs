@@ -54,6 +54,11 @@ pub enum MachineCommand {
         /// Which axis.
         axis: Axis,
     },
+    /// The wheel, which does not turn, may press on the part with so much (N), until it is started; 0: not any more.
+    Push {
+        /// The most (N).
+        most_n: i64,
+    },
     /// An alarm that the interpolator found, by its number; what it says about it, the interpolator tells.
     Raise {
         /// The number.
@@ -123,6 +128,8 @@ pub struct Machine {
     deflection: Deflection,
     /// Normal force of the wheel on the part (N).
     force_n: f64,
+    /// Force with which a wheel that does not turn may press on the part (N).
+    push_n: f64,
     gauge: Option<Gauge>,
     since_cut: u32,
     /// Lobe that the wheel took something from last, since the last dress and the last part.
@@ -220,6 +227,7 @@ impl Machine {
             part: Workpiece::default(),
             deflection: Deflection::default(),
             force_n: 0.0,
+            push_n: 0.0,
             gauge: description.gauge.map(|gauge| Gauge::new(gauge, description.cycle_time_s())),
             since_cut: watch::CUTTING_TICKS,
             ground: None,
@@ -512,10 +520,15 @@ impl Machine {
                     self.raise(kind, f64::NAN, f64::NAN);
                 }
             }
-            MachineCommand::WheelStart => self.start_wheel(),
+            MachineCommand::WheelStart => {
+                self.push_n = 0.0;
+                self.start_wheel();
+            }
             MachineCommand::WheelStop => self.wheel.order(false),
             MachineCommand::ExpectWheel { radius_nm } => self.expect_wheel(radius_nm),
             MachineCommand::Dress { radius_nm } => self.dress(radius_nm),
+            #[allow(clippy::cast_precision_loss, reason = "a force")]
+            MachineCommand::Push { most_n } => self.push_n = most_n as f64,
         }
     }
 }

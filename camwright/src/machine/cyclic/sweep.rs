@@ -67,7 +67,7 @@ impl Machine {
     pub(super) fn gauge(&mut self, lobe: Option<usize>) -> [Option<f64>; 2] {
         let Some(gauge) = &mut self.gauge else { return [None; 2] };
         let headstock = &self.axes[Axis::C.index()];
-        let Some(lobe) = lobe.filter(|_| !headstock.is_at_rest()) else {
+        let Some(lobe) = lobe.filter(|_| !headstock.is_at_rest() || self.push_n > 0.0) else {
             gauge.rest();
             return [None; 2];
         };

@@ -49,7 +49,8 @@ impl Machine {
     pub(super) fn watch_wheel(&mut self, removal: Removal) {
         self.since_cut = if removal.area_mm2 > 0.0 { 0 } else { self.since_cut.saturating_add(1).min(CUTTING_TICKS) };
         let over_the_axis = self.wheel.is_running() && removal.is_over_axis;
-        let still = !self.wheel.is_running() && removal.depth_mm > TOUCH_MM;
+        let pushes = self.push_n > 0.0 && self.force_n <= self.push_n;
+        let still = !self.wheel.is_running() && removal.depth_mm > TOUCH_MM && !pushes;
         // A wheel that an alarm has stopped touches until it is off the part.
         let known = self.is_stopping();
         if over_the_axis || (still && !known) {
