@@ -18,9 +18,6 @@ use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe, PlanPage};
 use std::sync::Arc;
 use thiserror::Error;
 
-/// Radii of each lobe of a part (mm), at equal azimuths.
-pub type Outlines = Vec<Vec<f64>>;
-
 /// Why a rehearsal gave no part.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("the rehearsal of {job} failed: {reason}")]
