@@ -8,20 +8,17 @@
 //! rotation sense σ, the azimuth of the wheel line seen from the part is σ·C, measured from the key-way, and in the
 //! frame of lobe j it is θ = σ·C − αj. Block k of a table of N blocks begins at θ = k·2π/N.
 
-use crate::compensation::{
-    Compensation, MOST_CORRECTION_MM, MOST_HARMONICS as MOST_LEARNED_HARMONICS, MOST_SLOPE_MM_RAD,
-};
+use crate::compensation::Compensation;
 use crate::dressing::DressingSpec;
 use crate::follower::Follower;
 use crate::lift::LiftLaw;
-use crate::machine::description::MachineDescription;
 use crate::machine::fixture::Extent;
 use crate::raw_part::RawPart;
 use crate::runout::Mode;
-use crate::runout::state::MOST_HARMONICS;
 use alloc::string::String;
 use alloc::vec::Vec;
 
+mod check;
 mod error;
 
 pub use error::JobError;
@@ -46,9 +43,6 @@ impl ProfileSpec {
         self.lift.max_lift_mm() < ROUND_MM
     }
 }
-
-/// What rounding may add to a bound, relative.
-const ROUNDING: f64 = 1e-3;
 
 /// A lift below this is none (mm): what a formula of no lift rounds to.
 const ROUND_MM: f64 = 1e-9;
@@ -177,6 +171,19 @@ pub struct ReferenceCut {
 }
 
 impl SpeedLaw {
+    /// The work speed, or the largest one that the law may use (rad/s).
+    #[must_use]
+    pub const fn most_rad_s(&self) -> f64 {
+        match *self {
+            SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => work_speed_rad_s,
+            SpeedLaw::ConstantFootprintSpeed { most_rad_s, .. }
+            | SpeedLaw::ConstantRemovalRate { most_rad_s, .. }
+            | SpeedLaw::ConstantPower { most_rad_s, .. }
+            | SpeedLaw::ConstantTemperature { most_rad_s, .. }
+            | SpeedLaw::TimeOptimal { most_rad_s } => most_rad_s,
+        }
+    }
+
     /// Its settings by name, for checks.
     fn settings(&self) -> Vec<(&'static str, f64)> {
         match *self {
@@ -358,266 +365,10 @@ pub const MOST_PASSES: usize = 16;
 
 /// Fewest blocks per turn: below this a block is a tenth of a turn and no table of a lift.
 pub const LEAST_BLOCKS: u32 = 36;
-
 impl JobSpec {
-    /// Checks everything that can be said without a path: names, stations, widths, ranges.
-    ///
-    /// # Errors
-    /// The first thing found that cannot be made on this machine.
-    pub fn check(&self, machine: &MachineDescription) -> Result<(), JobError> {
-        if self.lobes.is_empty() {
-            return Err(JobError::NoLobes);
-        }
-        if self.passes.is_empty() || self.passes.len() > MOST_PASSES {
-            return Err(JobError::PassCount { count: self.passes.len(), most: MOST_PASSES });
-        }
-        if self.blocks_per_turn < LEAST_BLOCKS {
-            return Err(JobError::TooFewBlocks { blocks: self.blocks_per_turn, least: LEAST_BLOCKS });
-        }
-        for (index, lobe) in self.lobes.iter().enumerate() {
-            self.check_lobe(index, lobe, machine)?;
-        }
-        self.check_reach(machine)?;
-        for pass in &self.passes {
-            let place = || alloc::format!("pass {}: ", pass.name);
-            positive(place, "total_infeed_mm", pass.total_infeed_mm)?;
-            positive(place, "infeed_per_block_mm", pass.infeed_per_block_mm)?;
-            for (key, value) in pass.speed.settings() {
-                positive(place, key, value)?;
-            }
-            if pass.spark_out_turns == 0 {
-                return Err(JobError::NoSparkOut { pass: pass.name.clone() });
-            }
-            let first = &self.passes[0];
-            if pass.infeed_direction != first.infeed_direction {
-                return Err(JobError::MixedDirections {
-                    first: first.name.clone(),
-                    one: first.infeed_direction.name(),
-                    pass: pass.name.clone(),
-                    other: pass.infeed_direction.name(),
-                });
-            }
-        }
-        positive(String::new, "rapid_advance_mm", self.rapid_advance_mm)?;
-        positive(String::new, "rapid_speed_mm_s", self.rapid_speed_mm_s)?;
-        positive(String::new, "retract_clearance_mm", self.retract_clearance_mm)?;
-        positive(String::new, "stock_mm", self.stock_mm)?;
-        if let BetweenLobes::TurnsOn { margin_s } = self.c_between_lobes {
-            if !(0.0..=1.0).contains(&margin_s) {
-                let (key, value) = ("c_between_lobes.margin_s", margin_s);
-                return Err(JobError::OutOfRange { place: String::new(), key, value, wanted: "0 to 1" });
-            }
-            if self.rotary_indexing {
-                return Err(JobError::TurnsAndIndexes);
-            }
-        }
-        if let Some(power) = &self.wheel_power {
-            positive(String::new, "wheel_power.most_w", power.most_w)?;
-            positive(String::new, "wheel_power.specific_energy_j_mm3", power.specific_energy_j_mm3)?;
-            positive(String::new, "wheel_power.rubbing_n_mm2", power.rubbing_n_mm2)?;
-        }
-        if !(self.clearance_mm >= 0.0 && self.clearance_mm.is_finite()) {
-            let (key, value) = ("clearance_mm", self.clearance_mm);
-            return Err(JobError::OutOfRange { place: String::new(), key, value, wanted: "a number from 0 on" });
-        }
-        if let Some(obstacle) = self.obstacles.iter().find(|obstacle| !obstacle.extent.is_body()) {
-            let Extent { from_mm, to_mm, radius_mm } = obstacle.extent;
-            return Err(JobError::NoBody { name: obstacle.name.clone(), from_mm, to_mm, radius_mm });
-        }
-        if let Some(bend) = self.raw_part.bend
-            && bend.between_mm.0.partial_cmp(&bend.between_mm.1) != Some(core::cmp::Ordering::Less)
-        {
-            let (from_mm, to_mm) = bend.between_mm;
-            return Err(JobError::BentNowhere { from_mm, to_mm });
-        }
-        if !self.raw_part.reach_mm().is_finite() {
-            let (key, value) = ("raw_part", self.raw_part.reach_mm());
-            return Err(JobError::OutOfRange { place: String::new(), key, value, wanted: "made of finite numbers" });
-        }
-        self.check_correction(machine)?;
-        self.check_compensation()?;
-        for wish in &self.wheels {
-            positive(|| alloc::format!("{}: ", wish.of), "wheel_radius_mm", wish.radius_mm)?;
-        }
-        finite(String::new, "home.x_mm", self.home.x_mm)?;
-        finite(String::new, "home.z_mm", self.home.z_mm)
-    }
-
     /// Material of the raw part above the contour where it has most (mm).
     #[must_use]
     pub fn most_stock_mm(&self) -> f64 {
         self.stock_mm + self.raw_part.reach_mm()
     }
-
-    /// What correcting runout needs of the machine and of the job.
-    fn check_correction(&self, machine: &MachineDescription) -> Result<(), JobError> {
-        let Some(correction) = &self.correction else {
-            return if self.identification.is_none() { Ok(()) } else { Err(JobError::IdentifiesForNothing) };
-        };
-        let lacks = |what| Err(JobError::CannotCorrect { machine: machine.name.clone(), what });
-        if machine.gauge.is_none() {
-            return lacks("in-process gauge");
-        }
-        if machine.contact.is_none() {
-            return lacks("known stiffness (contact)");
-        }
-        if let BetweenLobes::TurnsOn { .. } = self.c_between_lobes {
-            return Err(JobError::CorrectsAndTurnsOn);
-        }
-        for lobe in &self.lobes {
-            if self.profiles.get(lobe.profile).is_some_and(|profile| !profile.is_round()) {
-                return Err(JobError::NotRound { lobe: lobe.name.clone() });
-            }
-        }
-        self.check_identification()?;
-        let range = |key, value, wanted| Err(JobError::OutOfRange { place: String::new(), key, value, wanted });
-        if !(1..=MOST_HARMONICS).contains(&correction.harmonics) {
-            return range("runout_correction.harmonics", f64::from(correction.harmonics), "1 to 100");
-        }
-        if !(correction.allowance_mm >= 0.0 && correction.allowance_mm <= MOST_ALLOWANCE_MM) {
-            return range("runout_correction.allowance_mm", correction.allowance_mm, "0 to 0.1");
-        }
-        Ok(())
-    }
-
-    /// What was learned is of this job and within what the job allows.
-    fn check_compensation(&self) -> Result<(), JobError> {
-        let Some(compensation) = &self.compensation else { return Ok(()) };
-        if self.correction.is_some() {
-            return Err(JobError::LearnsAndCorrects);
-        }
-        let spec = &compensation.spec;
-        let range = |key, value, wanted| Err(JobError::OutOfRange { place: String::new(), key, value, wanted });
-        if !(spec.gain > 0.0 && spec.gain <= 1.0) {
-            return range("form_compensation.gain", spec.gain, "above 0 and at most 1");
-        }
-        if !(1..=MOST_LEARNED_HARMONICS).contains(&spec.harmonics) {
-            return range("form_compensation.harmonics", f64::from(spec.harmonics), "1 to 180");
-        }
-        if !(spec.most_mm > 0.0 && spec.most_mm <= MOST_CORRECTION_MM) {
-            return range("form_compensation.most_mm", spec.most_mm, "above 0 and at most 0.1");
-        }
-        if !(spec.most_slope_mm_rad > 0.0 && spec.most_slope_mm_rad <= MOST_SLOPE_MM_RAD) {
-            return range("form_compensation.most_slope_mm_rad", spec.most_slope_mm_rad, "above 0 and at most 1.146");
-        }
-        for learned in &compensation.learned {
-            if !self.lobes.iter().any(|lobe| lobe.name == learned.lobe) {
-                return Err(JobError::LearnedElsewhere { lobe: learned.lobe.clone() });
-            }
-            let (size_mm, slope_mm_rad) = learned.correction.largest();
-            // What was bounded lies on the bound, but for rounding on its way through a file.
-            if size_mm > spec.most_mm * (1.0 + ROUNDING) || slope_mm_rad > spec.most_slope_mm_rad * (1.0 + ROUNDING) {
-                return Err(JobError::LearnedTooMuch {
-                    lobe: learned.lobe.clone(),
-                    size_mm,
-                    slope_mm_rad,
-                    most_mm: spec.most_mm,
-                    most_slope_mm_rad: spec.most_slope_mm_rad,
-                });
-            }
-        }
-        Ok(())
-    }
-
-    /// What measuring the stiffness needs: two feeds, and a turn in the air before.
-    fn check_identification(&self) -> Result<(), JobError> {
-        let Some(identification) = &self.identification else { return Ok(()) };
-        let feed_mm = |pass: &PassSpec| pass.infeed_per_block_mm * f64::from(self.blocks_per_turn);
-        let feeds = || self.passes.iter().map(feed_mm);
-        let (least_mm, most_mm) =
-            feeds().fold((f64::INFINITY, 0.0_f64), |(low, high), feed| (low.min(feed), high.max(feed)));
-        if most_mm.is_nan() || most_mm < 2.0 * least_mm {
-            return Err(JobError::OneFeed { least_mm, most_mm });
-        }
-        let total_mm: f64 = self.passes.iter().map(|pass| pass.total_infeed_mm).sum();
-        let allowance_mm = self.correction.map_or(0.0, |correction| correction.allowance_mm);
-        let (air_mm, needed_mm) = (total_mm + allowance_mm - self.most_stock_mm(), 1.5 * feeds().next().unwrap_or(0.0));
-        if air_mm < needed_mm {
-            return Err(JobError::NoAir { air_mm, needed_mm });
-        }
-        positive(String::new, "identification.push_mm", identification.push_mm)?;
-        positive(String::new, "identification.push_speed_mm_s", identification.push_speed_mm_s)?;
-        #[allow(clippy::cast_precision_loss, reason = "a force")]
-        positive(String::new, "identification.most_n", identification.most_n as f64)
-    }
-
-    fn check_lobe(&self, index: usize, lobe: &LobeSpec, machine: &MachineDescription) -> Result<(), JobError> {
-        for (other_index, other) in self.lobes[..index].iter().enumerate() {
-            if other.name == lobe.name {
-                let name = lobe.name.clone();
-                return Err(JobError::SameName { first: other_index + 1, second: index + 1, name });
-            }
-            if other.station == lobe.station {
-                return Err(JobError::SameStation {
-                    first: other.name.clone(),
-                    second: lobe.name.clone(),
-                    station: lobe.station.clone(),
-                });
-            }
-        }
-        if machine.station(&lobe.station).is_none() {
-            let known: Vec<&str> = machine.stations.iter().map(|station| station.switch.as_str()).collect();
-            return Err(JobError::UnknownStation {
-                lobe: lobe.name.clone(),
-                station: lobe.station.clone(),
-                machine: machine.name.clone(),
-                known: if known.is_empty() { String::from("none") } else { known.join(", ") },
-            });
-        }
-        if lobe.profile >= self.profiles.len() {
-            return Err(JobError::UnknownProfile {
-                lobe: lobe.name.clone(),
-                profile: lobe.profile,
-                count: self.profiles.len(),
-            });
-        }
-        let place = || alloc::format!("lobe {}: ", lobe.name);
-        finite(place, "phase_rad", lobe.phase_rad)?;
-        positive(place, "width_mm", lobe.width_mm)?;
-        if lobe.width_mm > machine.wheel.width_mm {
-            return Err(JobError::WiderThanWheel {
-                lobe: lobe.name.clone(),
-                width_mm: lobe.width_mm,
-                wheel_mm: machine.wheel.width_mm,
-            });
-        }
-        Ok(())
-    }
-
-    /// Lobes stand far enough apart for the wheel to grind one at a time. Both are centred on their stations.
-    fn check_reach(&self, machine: &MachineDescription) -> Result<(), JobError> {
-        let place = |lobe: &LobeSpec| machine.station(&lobe.station).map(|station| station.position_mm);
-        let wheel_mm = machine.wheel.width_mm;
-        for (index, lobe) in self.lobes.iter().enumerate() {
-            for (other_index, other) in self.lobes.iter().enumerate() {
-                let (Some(here), Some(there)) = (place(lobe), place(other)) else { continue };
-                let (apart_mm, least_mm) = ((here - there).abs(), 0.5 * (wheel_mm + other.width_mm));
-                if index != other_index && apart_mm < least_mm {
-                    return Err(JobError::NeighbourInReach {
-                        lobe: lobe.name.clone(),
-                        wheel_mm,
-                        other: other.name.clone(),
-                        other_mm: other.width_mm,
-                        apart_mm,
-                        least_mm,
-                    });
-                }
-            }
-        }
-        Ok(())
-    }
-}
-
-fn positive(place: impl Fn() -> String, key: &'static str, value: f64) -> Result<(), JobError> {
-    if value.is_finite() && value > 0.0 {
-        return Ok(());
-    }
-    Err(JobError::OutOfRange { place: place(), key, value, wanted: "a number above 0" })
-}
-
-fn finite(place: impl Fn() -> String, key: &'static str, value: f64) -> Result<(), JobError> {
-    if value.is_finite() {
-        return Ok(());
-    }
-    Err(JobError::OutOfRange { place: place(), key, value, wanted: "a finite number" })
 }

@@ -16,7 +16,7 @@ use super::identify::Contact;
 use super::lobe::{begin_at, soft_limit};
 use super::sequence::Sequence;
 use super::{PlanStart, PlannedJob};
-use crate::job::{HoldInCut, JobSpec, SpeedLaw};
+use crate::job::{HoldInCut, JobSpec};
 use crate::machine::description::{Axis, MachineDescription};
 use crate::numeric::hermite::{HermiteSpline, Knot};
 use crate::numeric::periodic_spline::PeriodicSpline;
@@ -142,7 +142,7 @@ pub fn plan_corrections(
     let start = PlanStart { counts: first.report.end_counts, c_homed: true };
     let mut sequence = Sequence::new(job, machine, &[], start);
     let mut speeds_rad_s = Vec::with_capacity(corrections.len());
-    let most_rad_s = job.passes.last().map_or(0.0, |pass| most_speed_rad_s(&pass.speed));
+    let most_rad_s = job.passes.last().map_or(0.0, |pass| pass.speed.most_rad_s());
     for (index, (lobe, correction)) in first.lobes.iter().zip(corrections).enumerate() {
         let name = &lobe.design.name;
         let place = || alloc::format!("lobe {name}: ");
@@ -196,18 +196,6 @@ pub fn plan_corrections(
     check_clearance(job, machine, &first.lobes, &plan, start.counts)?;
     let report = check_plan(&plan, machine, start.counts)?;
     Ok(PlannedCorrection { plan, speeds_rad_s, report })
-}
-
-/// Fastest that a speed law lets C turn (rad/s).
-const fn most_speed_rad_s(law: &SpeedLaw) -> f64 {
-    match *law {
-        SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => work_speed_rad_s,
-        SpeedLaw::ConstantFootprintSpeed { most_rad_s, .. }
-        | SpeedLaw::ConstantRemovalRate { most_rad_s, .. }
-        | SpeedLaw::ConstantPower { most_rad_s, .. }
-        | SpeedLaw::ConstantTemperature { most_rad_s, .. }
-        | SpeedLaw::TimeOptimal { most_rad_s } => most_rad_s,
-    }
 }
 
 /// The way above a radius.

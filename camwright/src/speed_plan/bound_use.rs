@@ -70,14 +70,7 @@ impl TurnBounds<'_> {
     /// The work speed, or the largest one the law may use (rad/s).
     #[must_use]
     pub const fn work_speed_rad_s(&self) -> f64 {
-        match self.speed {
-            SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => work_speed_rad_s,
-            SpeedLaw::ConstantFootprintSpeed { most_rad_s, .. }
-            | SpeedLaw::ConstantRemovalRate { most_rad_s, .. }
-            | SpeedLaw::ConstantPower { most_rad_s, .. }
-            | SpeedLaw::ConstantTemperature { most_rad_s, .. }
-            | SpeedLaw::TimeOptimal { most_rad_s } => most_rad_s,
-        }
+        self.speed.most_rad_s()
     }
 
     /// The largest speed of C that the process allows at a path angle (rad/s); none where the law does not look at it.
