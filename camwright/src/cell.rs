@@ -221,7 +221,7 @@ impl Cell {
                         self.machine.raise(kind, f64::NAN, f64::NAN);
                     }
                 }
-                Event::Segment(_) => {}
+                Event::Segment(_) | Event::LeftOut { .. } => {}
             }
         }
         if self.outcome.is_some() {

@@ -1,11 +1,14 @@
 //! What wheel and part giving way leaves of a lobe: the contact law walked through all turns of all passes, phase by phase.
 
 use crate::contact_law::ContactLaw;
-use crate::plan::Plan;
+use crate::plan::{CutSegment, Plan};
 use crate::units::TURN_RAD;
 
 /// Phases of a turn that are looked at: the infeed's spiral makes each of them another case.
 const PHASES: u32 = 72;
+
+/// Phases after which a steady force is known: a sector of the force monitor, and the feedback's delay at some 60 rpm.
+const UNTIL_KNOWN: u32 = 2;
 
 /// Deflection of wheel and part over the whole of a lobe.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,6 +19,8 @@ pub struct Deflections {
     pub largest_n: f64,
     /// Largest material above the contour at the end (mm).
     pub left_mm: f64,
+    /// Turns of all passes: fewer than planned where spark-out ends when the force is steady.
+    pub turns: u32,
 }
 
 impl Deflections {
@@ -24,25 +29,40 @@ impl Deflections {
     /// As on the base circle. An infeed along X closes in on a flank by its cosine, so that everything is less there.
     #[must_use]
     pub fn of_lobe(plan: &Plan, lobe: usize, stock_mm: f64, law: &ContactLaw) -> Option<Self> {
-        let mut of_all: Option<Self> = None;
-        for phase in 0..PHASES {
-            let mut above_mm = stock_mm;
-            let mut largest_mm = 0.0_f64;
-            for cut in plan.cuts_of(lobe) {
-                let infeed = plan.angle_laws.get(cut.infeed)?;
-                for turn in 0..cut.turns {
+        let mut above_mm = [stock_mm; PHASES as usize];
+        let (mut largest_mm, mut turns, mut has_cut) = (0.0_f64, 0, false);
+        for cut in plan.cuts_of(lobe) {
+            let infeed = plan.angle_laws.get(cut.infeed)?;
+            has_cut = true;
+            let mut last_turn = cut.turns;
+            let mut deflection_mm = [0.0; PHASES as usize];
+            let mut turn = 0;
+            while turn < last_turn {
+                for phase in 0..PHASES {
                     let angle = (f64::from(turn) + f64::from(phase) / f64::from(PHASES)) * TURN_RAD;
-                    let wheel_mm = infeed.sample(angle).value;
-                    largest_mm = largest_mm.max(law.deflection_mm(above_mm - wheel_mm));
-                    above_mm = law.radius_after_mm(above_mm, wheel_mm);
+                    let (wheel_mm, above_mm) = (infeed.sample(angle).value, &mut above_mm[phase as usize]);
+                    deflection_mm[phase as usize] = law.deflection_mm(*above_mm - wheel_mm);
+                    *above_mm = law.radius_after_mm(*above_mm, wheel_mm);
+                    let seen = turn * PHASES + phase + 1;
+                    if seen >= (cut.infeed_turns + 1) * PHASES && is_steady(cut, law, &deflection_mm) {
+                        // The turn in which that is known is finished.
+                        last_turn = last_turn.min((seen + UNTIL_KNOWN) / PHASES + 1);
+                    }
                 }
-                let so_far = of_all.get_or_insert(Self { largest_mm: 0.0, largest_n: 0.0, left_mm: f64::NEG_INFINITY });
-                so_far.largest_mm = so_far.largest_mm.max(largest_mm);
+                largest_mm = deflection_mm.iter().copied().fold(largest_mm, f64::max);
+                turn += 1;
             }
-            if let Some(of_all) = &mut of_all {
-                of_all.left_mm = of_all.left_mm.max(above_mm);
-            }
+            turns += last_turn;
         }
-        of_all.map(|of_all| Self { largest_n: law.force_n(of_all.largest_mm), ..of_all })
+        let left_mm = above_mm.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        has_cut.then(|| Self { largest_mm, largest_n: law.force_n(largest_mm), left_mm, turns })
     }
+}
+
+/// The force was the same over the last turn, as far as the cut asks for it.
+fn is_steady(cut: &CutSegment, law: &ContactLaw, deflection_mm: &[f64]) -> bool {
+    let Some(most_n) = cut.until_steady_n else { return false };
+    let force_n = deflection_mm.iter().map(|mm| law.force_n(*mm));
+    let (low_n, high_n) = force_n.fold((f64::INFINITY, 0.0_f64), |(low, high), n| (low.min(n), high.max(n)));
+    high_n - low_n <= f64::from(most_n)
 }

@@ -280,6 +280,8 @@ pub struct PassSpec {
     pub infeed_direction: InfeedDirection,
     /// Turns without infeed at the end, at least 1: the spiral infeed leaves a step that only they remove.
     pub spark_out_turns: u32,
+    /// Variation of the normal force over a turn (N) at which they end; `None`: all of them are turned.
+    pub spark_out_until_n: Option<u32>,
     /// Speed of the headstock.
     pub speed: SpeedLaw,
 }
@@ -359,6 +361,9 @@ pub struct WheelWish {
     /// Its radius (mm).
     pub radius_mm: f64,
 }
+
+/// Largest variation of the force at which spark-out may end (N): more is no spark-out.
+pub const MOST_VARIATION_N: u32 = 10_000;
 
 /// Most passes over a lobe: roughing, finishing and some between; more is likelier a mistake.
 pub const MOST_PASSES: usize = 16;

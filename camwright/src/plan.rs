@@ -85,6 +85,9 @@ pub struct CutSegment {
     pub retract_mm: f64,
     /// Distance by which a hold does (mm); 0: it stops the infeed and leaves the wheel on the part.
     pub hold_mm: f64,
+    /// Turns of spark-out end when the normal force differs by so much over one of them at most (N), which a
+    /// [`Command::WatchForce`] has told the machine; `None`: all of them are turned.
+    pub until_steady_n: Option<u32>,
 }
 
 /// The kinds of segment.
@@ -175,6 +178,11 @@ pub enum Command {
     /// The wheel, which does not turn, may press on the part from now on.
     Push {
         /// With so much at most (N); 0: not any more.
+        most_n: i64,
+    },
+    /// The force monitor watches from now on.
+    WatchForce {
+        /// Most that the normal force may differ by over a turn of C (N); 0: it does not watch.
         most_n: i64,
     },
     /// Dress the wheel, at the dresser, to this radius; `x_axis` stays the distance of its cutting point.

@@ -247,7 +247,9 @@ impl Walk<'_> {
                 Ok(None)
             }
             SegmentKind::Command(Command::Dress { radius_nm }) => self.dress(*radius_nm).map(|()| None),
-            SegmentKind::Command(Command::WheelStart | Command::WheelStop | Command::Push { .. })
+            SegmentKind::Command(
+                Command::WheelStart | Command::WheelStop | Command::Push { .. } | Command::WatchForce { .. },
+            )
             | SegmentKind::Dwell
             | SegmentKind::Wait => Ok(None),
         }

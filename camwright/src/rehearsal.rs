@@ -74,7 +74,7 @@ pub fn rehearse(
         tell(&out.setpoint, &report);
         let finished = out.events.iter().find_map(|event| match event {
             Event::Finished(outcome) => Some(*outcome),
-            Event::Segment(_) | Event::Alarm(_) => None,
+            Event::Segment(_) | Event::LeftOut { .. } | Event::Alarm(_) => None,
         });
         if let Some(outcome) = finished {
             break outcome;
@@ -109,6 +109,7 @@ impl From<OrderKind> for MachineCommand {
             OrderKind::ExpectWheel { radius_nm } => MachineCommand::ExpectWheel { radius_nm },
             OrderKind::Dress { radius_nm } => MachineCommand::Dress { radius_nm },
             OrderKind::Push { most_n } => MachineCommand::Push { most_n },
+            OrderKind::WatchForce { most_n } => MachineCommand::WatchForce { most_n },
         }
     }
 }

@@ -25,6 +25,8 @@ pub enum Input {
     Home(crate::machine::description::Axis),
     /// The index marks of a slide's encoder.
     Index(crate::machine::description::Axis),
+    /// The force monitor: the normal force has been the same over the last turn of C.
+    SteadyForce,
 }
 
 /// The position of an axis at the edge of an input, caught by the machine itself.

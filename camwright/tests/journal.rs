@@ -82,6 +82,7 @@ fn job(mode: Mode) -> JobSpec {
             infeed_course: InfeedCourse::PerAngle,
             infeed_direction: InfeedDirection::X,
             spark_out_turns: 3,
+            spark_out_until_n: None,
             speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: TURN_RAD },
         }],
         retract_clearance_mm: 2.0,

@@ -185,6 +185,7 @@ pub fn plan_corrections(
                 HoldInCut::Retract => job.retract_clearance_mm,
                 HoldInCut::StopInfeed => 0.0,
             },
+            until_steady_n: None,
         };
         sequence.index_to(index)?;
         sequence.correct(index, name, cut, path, &speed, offset)?;

@@ -30,6 +30,8 @@ pub(super) struct Sequence<'a> {
     start: PlanStart,
     at: [i64; AXIS_COUNT],
     ticks: u64,
+    /// What the force monitor was told last (N).
+    watched_n: i64,
     plan: Plan,
 }
 
@@ -60,7 +62,7 @@ impl<'a> Sequence<'a> {
             ratios: shapes.iter().filter_map(|shape| shape.ratio.clone()).collect(),
             ..Plan::default()
         };
-        Self { job, machine, start, at: start.counts, ticks: 0, plan }
+        Self { job, machine, start, at: start.counts, ticks: 0, watched_n: 0, plan }
     }
 
     /// Wheel clear of the part, C on its origin, wheel up to speed.
@@ -127,7 +129,13 @@ impl<'a> Sequence<'a> {
         let mut retracted = self.at[Axis::X.index()];
         let mut goes_turning = false;
         for (number, pass) in lobe.passes.iter().enumerate() {
-            let cut = self.cut_segment(lobe.path, pass, begin);
+            let until_steady_n = self.job.passes[number].spark_out_until_n;
+            let cut = CutSegment { until_steady_n, ..self.cut_segment(lobe.path, pass, begin) };
+            if let Some(most_n) = until_steady_n.map(i64::from).filter(|most_n| *most_n != self.watched_n) {
+                let label = alloc::format!("force monitor to {most_n} N");
+                self.command(of(Phase::Position, stock_mm), Command::WatchForce { most_n }, &label);
+                self.watched_n = most_n;
+            }
             // The same arithmetic as in the cut, so that the wheel stands where the cut begins to the count.
             let motion = self.plan.motion_of(&cut).expect("its splines have just been put into the plan");
             let first = self.counts(Axis::X, motion.x_mm(motion.start_s()));
@@ -145,6 +153,9 @@ impl<'a> Sequence<'a> {
             }
             let mut label =
                 alloc::format!("{} turns with infeed, {} without", cut.infeed_turns, cut.turns - cut.infeed_turns);
+            if let Some(most_n) = until_steady_n {
+                label += &alloc::format!(" or until the force is steady within {most_n} N");
+            }
             if comes_turning || goes_turning {
                 label += ", c_axis turning on";
             }
@@ -275,6 +286,7 @@ impl<'a> Sequence<'a> {
                 HoldInCut::Retract => self.job.retract_clearance_mm,
                 HoldInCut::StopInfeed => 0.0,
             },
+            until_steady_n: None,
         }
     }
 

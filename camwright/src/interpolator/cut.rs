@@ -140,6 +140,10 @@ pub(crate) struct Cut {
     offset: Offset,
     plateau: (i64, i64),
     turn: i64,
+    /// Angle from which the wheel has been on the path without a break (rad), and the tick from which a whole turn of spark-out lies
+    /// behind it, if one does.
+    undisturbed_rad: f64,
+    sparked_out: Option<u64>,
     /// Where it begins, where its first and last turn begin and end, and where it ends.
     start: i64,
     turns: (i64, i64),
@@ -198,6 +202,8 @@ impl Cut {
             offset: Offset::Infeed,
             plateau: (ticks(cut.plateau_s.0), ticks(cut.plateau_s.1)),
             turn: ticks(cut.turn_s),
+            undisturbed_rad: 0.0,
+            sparked_out: None,
             start: ticks(motion.start_s()),
             turns: (0, if turns_on { ticks(curves.last_turn_s()) } else { end }),
             end,
@@ -399,6 +405,7 @@ impl Cut {
                 Left { at: tau, infeed_mm, moving }
             }
         };
+        (self.undisturbed_rad, self.sparked_out) = (f64::INFINITY, None);
         let off = if self.offset == Offset::Infeed { left.moving } else { self.off_part(tau) };
         let law = solve(to_mm - off.value, off.first, off.second, 0.0, &self.retract_limits);
         self.offset = Offset::Off { left, to_mm, law: law.shifted(off.value), begin: tau };
@@ -427,6 +434,33 @@ impl Cut {
             self.clock.rewind(turns * self.turn);
             self.offset = Offset::Infeed;
         }
+    }
+
+    /// Leaves out what turns of spark-out there still are, where the cut says so and the force has been steady: since tick k knows
+    /// what was up to k − D, once a whole undisturbed turn of spark-out has been seen. The turn under way is finished. How many turns.
+    ///
+    /// In spark-out C and X repeat with every turn, so the motion goes on without a step.
+    pub(crate) fn leave_out(&mut self, tick: u64, curves: &Curves<'_>, is_steady: bool, delay: u32) -> u32 {
+        if curves.cut.until_steady_n.is_none() || !self.is_on_path() {
+            return 0;
+        }
+        let tau = self.clock.at(tick).tau;
+        let angle_rad = curves.angle(self.seconds(tau)).value;
+        if self.undisturbed_rad.is_infinite() {
+            self.undisturbed_rad = angle_rad;
+        }
+        let from_rad = self.undisturbed_rad.max(f64::from(curves.cut.infeed_turns) * TURN_RAD);
+        if angle_rad < from_rad + TURN_RAD {
+            return 0;
+        }
+        let since = *self.sparked_out.get_or_insert(tick);
+        let turns = (self.plateau.1 - tau).div_euclid(self.turn.max(1));
+        if !is_steady || tick < since + u64::from(delay) || turns < 1 {
+            return 0;
+        }
+        self.clock.rewind(-turns * self.turn);
+        self.inserted -= turns;
+        u32::try_from(turns).unwrap_or(u32::MAX)
     }
 
     pub(crate) fn set_rate(&mut self, tick: u64, rate: i64) {

@@ -141,6 +141,7 @@ impl Interpolator {
                     Command::ExpectWheel { radius_nm } => OrderKind::ExpectWheel { radius_nm: *radius_nm },
                     Command::Dress { radius_nm } => OrderKind::Dress { radius_nm: *radius_nm },
                     Command::Push { most_n } => OrderKind::Push { most_n: *most_n },
+                    Command::WatchForce { most_n } => OrderKind::WatchForce { most_n: *most_n },
                 };
                 out.orders.push(Order { tick: until, kind });
                 self.mode = Mode::Command { until };
@@ -308,6 +309,10 @@ impl Interpolator {
             if cut.is_on_path() || cut.is_off(before) { wanted } else { wanted.max(LEAVE_RATE) }
         } else {
             cut.come_back(before);
+            let turns = cut.leave_out(before, &curves, self.is_steady, self.machine.feedback_delay_ticks);
+            if let Some(lobe) = motion.plan.segments.get(self.segment).and_then(|own| own.lobe).filter(|_| turns > 0) {
+                out.events.push(Event::LeftOut { lobe, turns });
+            }
             if cut.is_on_path() || cut.is_returning() { wanted } else { wanted.max(LEAVE_RATE) }
         };
         cut.set_rate(before, rate);

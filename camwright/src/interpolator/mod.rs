@@ -25,7 +25,7 @@ pub use status::{InterpolatorAlarm, SearchStep, State, Status};
 
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::numeric::fixed_list::FixedList;
-use crate::setpoint::{Latch, Setpoint};
+use crate::setpoint::{Input, Latch, Setpoint};
 use alloc::boxed::Box;
 use cut::Cut;
 use line::Line;
@@ -111,6 +111,11 @@ pub enum OrderKind {
         /// The most (N); 0: not any more.
         most_n: i64,
     },
+    /// The force monitor watches.
+    WatchForce {
+        /// Most that the force may differ by over a turn (N); 0: not any more.
+        most_n: i64,
+    },
 }
 
 /// An order to the machine, and the tick at which it takes effect. No setpoint of that tick or later may be sent before
@@ -139,6 +144,13 @@ pub enum Outcome {
 pub enum Event {
     /// A segment begins, by its index.
     Segment(usize),
+    /// Spark-out is over before its last turn: the force was steady.
+    LeftOut {
+        /// Index of the lobe.
+        lobe: usize,
+        /// Turns left out.
+        turns: u32,
+    },
     /// The interpolator raises an alarm.
     Alarm(InterpolatorAlarm),
     /// The motion ended with this tick, and the axes rest.
@@ -281,6 +293,8 @@ pub struct Interpolator {
     cancel: bool,
     alarm: Option<u16>,
     decisions: u32,
+    /// The force monitor's input, as far as it is in sight.
+    is_steady: bool,
 }
 
 impl Interpolator {
@@ -307,6 +321,7 @@ impl Interpolator {
             cancel: false,
             alarm: None,
             decisions: 0,
+            is_steady: false,
         }
     }
 
@@ -373,6 +388,7 @@ impl Interpolator {
         self.cancel = false;
         self.alarm = None;
         self.decisions = 0;
+        self.is_steady = false;
         Ok(())
     }
 
@@ -456,6 +472,9 @@ impl Interpolator {
                 Feedback::Latch(latch) if latch.tick < self.motion_began => {}
                 Feedback::Latch(latch) => {
                     out.applied.push(AppliedInput::Feedback(latch));
+                    if latch.input == Input::SteadyForce {
+                        self.is_steady = latch.rising;
+                    }
                     self.catch(latch);
                 }
                 Feedback::Alarm(_, number) => {

@@ -189,6 +189,7 @@ impl Prepared {
         let mut searched = [false; AXIS_COUNT];
         let mut safe_x_counts: Option<i64> = None;
         let mut turns = false;
+        let mut watched_n = 0;
         for (index, segment) in plan.segments.iter().enumerate() {
             let mut fact =
                 Facts { input: None, retract_limits: machine.axis(Axis::X).limits, spin: None, ticks_before };
@@ -215,6 +216,11 @@ impl Prepared {
                 SegmentKind::Cut(cut) => {
                     let curves = Curves::of(&plan, cut).ok_or(PrepareError::MissingSpline { segment: index })?;
                     check_cut(index, cut, segment, &curves)?;
+                    if cut.until_steady_n.is_some_and(|most_n| i64::from(most_n) != watched_n) {
+                        let what =
+                            "a cut ends when the force is steady, and the force monitor has not been told what that is";
+                        return Err(PrepareError::BadCut { segment: index, what });
+                    }
                     check_ends(index, &curves, turns, machine)?;
                     fact.retract_limits = spare_limits(index, &curves, machine)?;
                     fact.spin = spin_after(index, &curves, &plan, machine)?;
@@ -223,6 +229,7 @@ impl Prepared {
                 SegmentKind::Command(Command::SetHome(axis)) if !searched[axis.index()] => {
                     return Err(PrepareError::NothingCaught { segment: index, axis: *axis });
                 }
+                SegmentKind::Command(Command::WatchForce { most_n }) => watched_n = *most_n,
                 SegmentKind::Home(step) => match step {
                     HomeStep::Forget(_) => {}
                     HomeStep::Here { axis, .. } => searched[axis.index()] = true,

@@ -1,6 +1,8 @@
 //! Everything that can be said of a job without a path.
 
-use super::{BetweenLobes, JobError, JobSpec, LEAST_BLOCKS, LobeSpec, MOST_ALLOWANCE_MM, MOST_PASSES, PassSpec};
+use super::{
+    BetweenLobes, JobError, JobSpec, LEAST_BLOCKS, LobeSpec, MOST_ALLOWANCE_MM, MOST_PASSES, MOST_VARIATION_N, PassSpec,
+};
 use crate::compensation::{MOST_CORRECTION_MM, MOST_HARMONICS as MOST_LEARNED_HARMONICS, MOST_SLOPE_MM_RAD};
 use crate::machine::description::MachineDescription;
 use crate::machine::fixture::Extent;
@@ -40,6 +42,7 @@ impl JobSpec {
             if pass.spark_out_turns == 0 {
                 return Err(JobError::NoSparkOut { pass: pass.name.clone() });
             }
+            self.check_spark_out(pass, machine)?;
             let first = &self.passes[0];
             if pass.infeed_direction != first.infeed_direction {
                 return Err(JobError::MixedDirections {
@@ -93,6 +96,29 @@ impl JobSpec {
         }
         finite(String::new, "home.x_mm", self.home.x_mm)?;
         finite(String::new, "home.z_mm", self.home.z_mm)
+    }
+
+    /// A spark-out that ends by force needs a force, and turns that nobody counts on.
+    fn check_spark_out(&self, pass: &PassSpec, machine: &MachineDescription) -> Result<(), JobError> {
+        let Some(most_n) = pass.spark_out_until_n else { return Ok(()) };
+        let refused = |why| Err(JobError::SparkOutByForce { pass: pass.name.clone(), why });
+        if !(1..=MOST_VARIATION_N).contains(&most_n) {
+            let (key, value) = ("spark_out_until_n", f64::from(most_n));
+            let place = alloc::format!("pass {}: ", pass.name);
+            return Err(JobError::OutOfRange { place, key, value, wanted: "1 to 10000" });
+        }
+        if machine.contact.is_none() {
+            return refused("nothing gives way on this machine (it has no contact), so there is no force to watch");
+        }
+        if self.correction.is_some() {
+            return refused(
+                "the gauge reads in the turns of spark-out of a job that corrects runout, so all of them are needed",
+            );
+        }
+        if self.rotary_indexing {
+            return refused("rotary indexing turns c_axis to where it would be after all turns");
+        }
+        Ok(())
     }
 
     /// What correcting runout needs of the machine and of the job.

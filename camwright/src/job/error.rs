@@ -9,6 +9,14 @@ pub enum JobError {
     /// There is nothing to machine.
     #[error("the job has no lobes; it needs at least 1")]
     NoLobes,
+    /// Spark-out cannot end by force.
+    #[error("pass {pass}: spark-out is to end by force, but {why}")]
+    SparkOutByForce {
+        /// Name of the pass.
+        pass: String,
+        /// Why not.
+        why: &'static str,
+    },
     /// C cannot turn on and be turned to a lobe.
     #[error("c_between_lobes is turns_on and rotary_indexing is true; with rotary indexing C stops before each lobe")]
     TurnsAndIndexes,

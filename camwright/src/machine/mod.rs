@@ -17,6 +17,7 @@ pub mod description;
 mod drive_description;
 pub mod fault;
 pub mod fixture;
+pub mod force_monitor;
 mod gauge;
 mod gauge_description;
 mod homing_description;

@@ -139,7 +139,7 @@ pub(crate) fn cut(machine: &MachineDescription, e: f64, work_speed_rad_s: f64) -
 }
 
 fn cut_under(machine: &MachineDescription, e: f64, speed: SpeedLaw) -> (Plan, CutSegment, u64) {
-    cut_between(machine, e, speed, None, None)
+    cut_between(machine, e, speed, None, None, 2)
 }
 
 /// A cut from where C comes turning, or from rest, to where it goes on turning, or to rest.
@@ -149,6 +149,7 @@ fn cut_between(
     speed: SpeedLaw,
     comes: Option<Turning>,
     goes: Option<Turning>,
+    spark_out_turns: u32,
 ) -> (Plan, CutSegment, u64) {
     let path = eccentric(e);
     let infeed = InfeedSchedule::new(0.36, 0.000_05, 3600, machine.axis(Axis::X).scale).expect("2 turns");
@@ -160,7 +161,7 @@ fn cut_between(
         infeed: &infeed,
         infeed_direction: InfeedDirection::X,
         ratio: None,
-        spark_out_turns: 2,
+        spark_out_turns,
         leaves_turning: false,
         speed,
         c: machine.axis(Axis::C).limits,
@@ -186,6 +187,7 @@ fn cut_between(
         turn_s: speed.turn_s(),
         retract_mm: 2.0,
         hold_mm: 2.0,
+        until_steady_n: None,
     };
     let stop_ticks = speed.stop_ticks();
     let plan = Plan {
@@ -235,8 +237,8 @@ pub(crate) fn whole_job(machine: &MachineDescription, work_speed_rad_s: f64) -> 
 /// Two cuts with C turning on in between, at another speed, and where the first starts: the table goes to its switch meanwhile.
 pub(crate) fn two_cuts(machine: &MachineDescription, speed: SpeedLaw) -> (Plan, [i64; AXIS_COUNT]) {
     let turning = |speed_rad_s| Turning { speed_rad_s, clear_x_mm: 40.0, rapid_mm_s: 150.0 };
-    let (mut plan, first, first_stop) = cut_between(machine, 4.2, speed, None, Some(turning(4.0)));
-    let (second_plan, mut second, second_stop) = cut_between(machine, 4.2, speed, Some(turning(3.0)), None);
+    let (mut plan, first, first_stop) = cut_between(machine, 4.2, speed, None, Some(turning(4.0)), 2);
+    let (second_plan, mut second, second_stop) = cut_between(machine, 4.2, speed, Some(turning(3.0)), None, 2);
     second.start_counts = TURN / 3;
     second.speed = plan.time_laws.len();
     second.lead = Some(second.speed + 1);
@@ -279,6 +281,20 @@ pub(crate) fn cut_only_under(machine: &MachineDescription, e: f64, speed: SpeedL
     let x = plan.paths[0].sample(START_RAD).value + plan.angle_laws[0].sample(0.0).value;
     let ticks = (plan.time_laws[0].end() / machine.cycle_time_s()).ceil() as u64;
     plan.segments = vec![segment(SegmentKind::Cut(cut), Phase::Cut, ticks, stop_ticks, 0.36)];
+    (plan, [0, machine.axis(Axis::X).scale.counts(x), 0])
+}
+
+/// A cut alone that sparks out for so many turns at most, until the force is steady within 40 N, and where it starts.
+pub(crate) fn sparking_out(machine: &MachineDescription, most_turns: u32) -> (Plan, [i64; AXIS_COUNT]) {
+    let speed = SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: 6.0 };
+    let (mut plan, cut, stop_ticks) = cut_between(machine, 4.2, speed, None, None, most_turns);
+    let x = plan.paths[0].sample(START_RAD).value + plan.angle_laws[0].sample(0.0).value;
+    let ticks = (plan.time_laws[0].end() / machine.cycle_time_s()).ceil() as u64;
+    let cut = CutSegment { until_steady_n: Some(40), ..cut };
+    plan.segments = vec![
+        segment(SegmentKind::Command(Command::WatchForce { most_n: 40 }), Phase::Position, 40, 1, 0.36),
+        segment(SegmentKind::Cut(cut), Phase::Cut, ticks, stop_ticks, 0.36),
+    ];
     (plan, [0, machine.axis(Axis::X).scale.counts(x), 0])
 }
 
@@ -385,10 +401,19 @@ impl Bench {
     }
 
     fn edge(&mut self, tick: u64, input: Input, axis: Axis, absolute: i64) {
-        let latch = Latch { tick, input, rising: true, axis, counts: absolute - self.shift[axis.index()] };
+        self.deliver(Latch { tick, input, rising: true, axis, counts: absolute - self.shift[axis.index()] });
+    }
+
+    /// The force monitor's input closes or opens in the tick that was computed last.
+    pub(crate) fn force_is_steady(&mut self, rising: bool) {
+        let counts = self.counts()[0];
+        self.deliver(Latch { tick: self.tick - 1, input: Input::SteadyForce, rising, axis: Axis::C, counts });
+    }
+
+    fn deliver(&mut self, latch: Latch) {
         let delay = (self.delivery)();
         assert!((1..=u64::from(self.machine.feedback_delay_ticks)).contains(&delay));
-        self.pending.push((tick + delay, latch));
+        self.pending.push((latch.tick + delay, latch));
     }
 
     /// Runs up to a row, holds for so many ticks, and lets go. Tells whether the motion was still under way then.

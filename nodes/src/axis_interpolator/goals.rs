@@ -26,6 +26,8 @@ pub(super) struct Served {
     /// Who has command, for those who ask meanwhile.
     name: String,
     plan_hash: String,
+    /// Turns of spark-out left out, for each lobe of the plan.
+    turns_left_out: Vec<u32>,
     /// The interpolator's own alarm, if it raised one.
     pub(super) alarm: Option<(u16, String)>,
 }
@@ -43,7 +45,15 @@ impl Served {
 
     /// Gives command to a goal.
     pub(super) fn begin(&mut self, goal: Goal, name: String, plan_hash: String) {
-        *self = Self { goal: Some(goal), name, plan_hash, alarm: None };
+        *self = Self { goal: Some(goal), name, plan_hash, ..Self::default() };
+    }
+
+    /// Spark-out of a lobe was over before its last turn.
+    pub(super) fn leave_out(&mut self, lobe: usize, turns: u32) {
+        if self.turns_left_out.len() <= lobe {
+            self.turns_left_out.resize(lobe + 1, 0);
+        }
+        self.turns_left_out[lobe] += turns;
     }
 
     /// The motion did not start.
@@ -100,7 +110,9 @@ impl Served {
         match self.goal.take() {
             Some(Goal::Plan(goal)) => {
                 let (first_tick, last_tick) = (ended.first_tick, ended.last_tick);
-                close(&goal, ended.outcome, ExecutePlanResult { success, message, alarm, first_tick, last_tick });
+                let turns_left_out = std::mem::take(&mut self.turns_left_out);
+                let result = ExecutePlanResult { success, message, alarm, first_tick, last_tick, turns_left_out };
+                close(&goal, ended.outcome, result);
             }
             Some(Goal::Home(goal)) => close(&goal, ended.outcome, HomeResult { success, message, alarm }),
             Some(Goal::Trajectory(goal)) => {

@@ -9,6 +9,7 @@ mod trajectory_goal;
 use crate::config::machine_file;
 use crate::convert::time::{TickClock, ns_from_time};
 use crate::cyclic::{Sender, Waker, ring};
+use crate::machine_sim::{STEADY_FORCE, home_input};
 use crate::ros::{
     ActionHandler, ActionServer, Diagnostics, GoalDecision, GoalHandle, GoalId, Lifecycle, LifecycleCallbacks, Node,
     NodeOptions, Qos, RosArgs, ServiceHandle, SpinThread, Subscription, diagnostic_status,
@@ -339,7 +340,8 @@ impl Shared {
 fn core_latch(message: &LatchMessage, machine: &MachineDescription) -> Option<Latch> {
     let input = match message.input.as_str() {
         "origin" => Input::Origin,
-        name => match crate::machine_sim::home_input(name) {
+        STEADY_FORCE => Input::SteadyForce,
+        name => match home_input(name) {
             Some(input) => input,
             None => Input::Station(machine.stations.iter().position(|station| station.switch == name)?),
         },

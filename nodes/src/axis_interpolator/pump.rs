@@ -104,6 +104,13 @@ impl Pump {
                 self.status(clock, tick, &status)
             }
             FromEngine::Event { tick, event: Event::Alarm(alarm) } => self.alarm(clock, tick, alarm),
+            FromEngine::Event { tick, event: Event::LeftOut { lobe, turns } } => {
+                self.node
+                    .logger()
+                    .info(&format!("the force is steady at tick {tick}: {turns} turns of spark-out are left out"));
+                self.served().leave_out(lobe, turns);
+                Ok(())
+            }
             FromEngine::Event { event: Event::Segment(_) | Event::Finished(_), .. } => Ok(()),
             FromEngine::Ended(ended) => {
                 self.end(ended);
@@ -144,6 +151,7 @@ impl Pump {
             Applied::Feedback(latch) => AppliedInput {
                 text: input_name(latch.input, &self.machine).to_owned(),
                 counts: latch.counts,
+                value: f64::from(u8::from(latch.rising)),
                 ..plain(AppliedInput::FEEDBACK)
             },
             Applied::Alarm(number) => AppliedInput { counts: i64::from(*number), ..plain(AppliedInput::ALARM) },
@@ -241,6 +249,9 @@ fn message(sequence: u32, command: Command, clock: TickClock) -> MachineCommand 
                 MachineCommand { counts: radius_nm, ..base(order.tick, MachineCommand::DRESS) }
             }
             OrderKind::Push { most_n } => MachineCommand { counts: most_n, ..base(order.tick, MachineCommand::PUSH) },
+            OrderKind::WatchForce { most_n } => {
+                MachineCommand { counts: most_n, ..base(order.tick, MachineCommand::WATCH_FORCE) }
+            }
         },
     }
 }

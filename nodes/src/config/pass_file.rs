@@ -14,6 +14,7 @@ pub(super) struct InfeedFile {
     pub(super) total_mm: f64,
     pub(super) per_block_um: f64,
     pub(super) spark_out_turns: u32,
+    spark_out_until_n: Option<u32>,
     #[serde(default)]
     course: CourseFile,
     #[serde(default)]
@@ -158,6 +159,7 @@ fn pass(name: &str, infeed: &InfeedFile, work_speed_rpm: f64, speed: &SpeedFile)
             AlongFile::Normal => InfeedDirection::Normal,
         },
         spark_out_turns: infeed.spark_out_turns,
+        spark_out_until_n: infeed.spark_out_until_n,
         speed: speed.law(work_speed_rpm),
     }
 }

@@ -189,6 +189,7 @@ fn segment_to(plan: &Plan, index: u32, segment: &Segment) -> PlanSegment {
             turn_time: cut.turn_s,
             retract: m_from_mm(cut.retract_mm),
             hold: m_from_mm(cut.hold_mm),
+            until_steady: cut.until_steady_n.map_or(0.0, f64::from),
             ..base
         },
         SegmentKind::Dwell => PlanSegment { kind: PlanSegment::DWELL, ..base },
@@ -202,6 +203,7 @@ fn segment_to(plan: &Plan, index: u32, segment: &Segment) -> PlanSegment {
                 Command::ExpectWheel { .. } => MachineCommand::EXPECT_WHEEL,
                 Command::Dress { .. } => MachineCommand::DRESS,
                 Command::Push { .. } => MachineCommand::PUSH,
+                Command::WatchForce { .. } => MachineCommand::WATCH_FORCE,
             },
             target: match command {
                 Command::SetHome(axis) => axis.joint().to_owned(),
@@ -209,7 +211,7 @@ fn segment_to(plan: &Plan, index: u32, segment: &Segment) -> PlanSegment {
             },
             target_counts: match command {
                 Command::ExpectWheel { radius_nm } | Command::Dress { radius_nm } => vec![*radius_nm],
-                Command::Push { most_n } => vec![*most_n],
+                Command::Push { most_n } | Command::WatchForce { most_n } => vec![*most_n],
                 _ => Vec::new(),
             },
             ..base
@@ -446,6 +448,7 @@ fn kind_from(
             turn_s: finite("turn_time", message.turn_time)?,
             retract_mm: mm_from_m(finite("retract", message.retract)?),
             hold_mm: mm_from_m(finite("hold", message.hold)?),
+            until_steady_n: Some(whole("until_steady", message.until_steady)?).filter(|most_n| *most_n > 0),
         })),
         PlanSegment::DWELL => Ok(SegmentKind::Dwell),
         PlanSegment::WAIT => Ok(SegmentKind::Wait),
@@ -460,6 +463,9 @@ fn kind_from(
             }
             MachineCommand::DRESS => Ok(SegmentKind::Command(Command::Dress { radius_nm: radius_nm(target(0)?)? })),
             MachineCommand::PUSH => Ok(SegmentKind::Command(Command::Push { most_n: force_n(target(0)?)? })),
+            MachineCommand::WATCH_FORCE => {
+                Ok(SegmentKind::Command(Command::WatchForce { most_n: force_n(target(0)?)? }))
+            }
             other => Err(format!("its command is {other}")),
         },
         other => Err(format!("its kind is {other}")),
@@ -468,7 +474,7 @@ fn kind_from(
 
 /// A force of up to 100 kN: what is larger was not meant.
 fn force_n(most_n: i64) -> Result<i64, String> {
-    if (0..=100_000).contains(&most_n) { Ok(most_n) } else { Err(format!("its wheel may press with {most_n} N")) }
+    if (0..=100_000).contains(&most_n) { Ok(most_n) } else { Err(format!("its force is {most_n} N")) }
 }
 
 /// A wheel of up to 10 m: what is larger was not meant.
@@ -485,6 +491,6 @@ fn whole(name: &str, value: f64) -> Result<u32, String> {
     if value.fract().abs() < f64::EPSILON && (0.0..=1e9).contains(&value) {
         Ok(value as u32)
     } else {
-        Err(format!("{name} is {value}, not a number of whole turns"))
+        Err(format!("{name} is {value}, not a whole number"))
     }
 }

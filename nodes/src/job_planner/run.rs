@@ -164,7 +164,8 @@ impl Run {
                 let done_s = self.prepared.planned.plan.duration_s;
                 let (status, last) = self.execute(second.plan_hash(), done_s)?;
                 (result.alarm, result.last_tick) = (last.alarm, last.last_tick);
-                ended = ExecutePlanResult { first_tick: ended.first_tick, ..last };
+                let (first_tick, turns_left_out) = (ended.first_tick, ended.turns_left_out);
+                ended = ExecutePlanResult { first_tick, turns_left_out, ..last };
                 correction = Some(second);
                 status
             }
@@ -404,7 +405,9 @@ impl Run {
             let lobe = &lobes[index];
             let mut result = planning::lobe_result(&lobe.design, part).map_err(|e| Failure::Failed(e.to_string()))?;
             result.start_angle = lobe.start_rad;
-            result.turns = f64::from(lobe.passes.iter().map(SpeedPlan::turns).sum::<u32>());
+            let left_out = ended.turns_left_out.get(index).copied().unwrap_or_default();
+            let planned = lobe.passes.iter().map(SpeedPlan::turns).sum::<u32>();
+            result.turns = f64::from(planned.saturating_sub(left_out));
             result.duration = match times.of(index, ended.last_tick) {
                 Some(ticks) => self.seconds(ticks),
                 // Feedback may be lost on its way; then the plan's time is the best there is.

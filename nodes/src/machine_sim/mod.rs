@@ -8,7 +8,7 @@ mod pump;
 mod ticker;
 
 pub use pump::WHEEL_JOINT;
-pub(crate) use pump::{home_input, input_name};
+pub(crate) use pump::{STEADY_FORCE, home_input, input_name};
 pub use ticker::Pace;
 
 use crate::config::{locate::locate, machine_file};
@@ -290,6 +290,7 @@ fn order(message: &CommandMessage) -> Option<Order> {
         CommandMessage::EXPECT_WHEEL => Some(Order::Machine(MachineCommand::ExpectWheel { radius_nm: message.counts })),
         CommandMessage::DRESS => Some(Order::Machine(MachineCommand::Dress { radius_nm: message.counts })),
         CommandMessage::PUSH => Some(Order::Machine(MachineCommand::Push { most_n: message.counts })),
+        CommandMessage::WATCH_FORCE => Some(Order::Machine(MachineCommand::WatchForce { most_n: message.counts })),
         CommandMessage::ALARM => {
             u16::try_from(message.counts).ok().map(|number| Order::Machine(MachineCommand::Raise { number }))
         }

@@ -299,6 +299,9 @@ fn latch_message(latch: &CoreLatch, description: &MachineDescription) -> Latch {
     }
 }
 
+/// Name of the force monitor's input.
+pub(crate) const STEADY_FORCE: &str = "steady_force";
+
 /// Names of the home switch and of the index of an axis.
 const fn home_inputs(axis: Axis) -> [&'static str; 2] {
     match axis {
@@ -320,6 +323,7 @@ pub(crate) fn home_input(name: &str) -> Option<Input> {
 pub(crate) fn input_name(input: Input, description: &MachineDescription) -> &str {
     match input {
         Input::Origin => "origin",
+        Input::SteadyForce => STEADY_FORCE,
         Input::Home(axis) => home_inputs(axis)[0],
         Input::Index(axis) => home_inputs(axis)[1],
         Input::Station(index) => description.stations.get(index).map_or("", |station| station.switch.as_str()),

@@ -78,6 +78,7 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::LearnsAndCorrects | JobError::LearnedElsewhere { .. } | JobError::LearnedTooMuch { .. } => {
             "form_compensation".into()
         }
+        JobError::SparkOutByForce { pass, .. } => pass_key(job, pass, "infeed.spark_out_until_n"),
         JobError::TurnsAndIndexes => "c_between_lobes".into(),
         JobError::BentNowhere { .. } => "raw_part.bent_between_mm".into(),
         JobError::CannotCorrect { .. } => "runout_correction".into(),
@@ -102,6 +103,7 @@ fn job_key(job: &Job, error: &JobError) -> String {
                 "footprint_speed_mm_s" => "speed.footprint_speed_mm_s",
                 "removal_rate_mm2_s" => "speed.removal_rate_mm2_s",
                 "phase_rad" => "phase_deg",
+                "spark_out_until_n" => "infeed.spark_out_until_n",
                 "form_compensation.most_mm" => "form_compensation.most_um",
                 "form_compensation.most_slope_mm_rad" => "form_compensation.most_um_per_deg",
                 "c_between_lobes.margin_s" => "arrival_margin_ms",

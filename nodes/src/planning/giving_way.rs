@@ -23,6 +23,10 @@ pub struct GivingWay {
     pub largest_n: f64,
     /// Largest material above the contour at the end.
     pub left_um: f64,
+    /// Turns of all passes until then: fewer than planned where spark-out ends when the force is steady.
+    pub turns: u32,
+    /// Turns of all passes, as planned.
+    pub most_turns: u32,
 }
 
 impl std::fmt::Display for GivingWay {
@@ -32,7 +36,11 @@ impl std::fmt::Display for GivingWay {
             f,
             "by {:.1} um at {:.0} N; a turn without infeed leaves {percent:.0} % of it, the last {:.2} um",
             self.largest_um, self.largest_n, self.left_um
-        )
+        )?;
+        if self.turns < self.most_turns {
+            write!(f, "; the force is steady after {} of {} turns", self.turns, self.most_turns)?;
+        }
+        Ok(())
     }
 }
 
@@ -51,6 +59,8 @@ pub(super) fn of_lobe(prepared: &PreparedJob, lobe: usize) -> Option<GivingWay> 
         largest_um: um_from_mm(found.largest_mm),
         largest_n: found.largest_n,
         left_um: um_from_mm(found.left_mm),
+        turns: found.turns,
+        most_turns: prepared.planned.plan.cuts_of(lobe).map(|cut| cut.turns).sum(),
     })
 }
 
@@ -69,12 +79,23 @@ pub(super) fn too_little_spark_out(prepared: &PreparedJob) -> Option<String> {
     let law = law_of(prepared, lobe)?;
     let rests_um = um_from_mm(law.threshold_n() / law.machine_n_mm());
     let after = |more: u32| rests_um + (way.left_um - rests_um) * way.left_by_a_turn.powf(f64::from(more));
-    let turns = prepared.job.spec.passes.last()?.spark_out_turns;
+    let name = &prepared.planned.lobes[lobe].design.name;
+    let (turns, until_n) =
+        prepared.job.spec.passes.last().map(|pass| (pass.spark_out_turns, pass.spark_out_until_n))?;
+    if let Some(until_n) = until_n.filter(|_| way.turns < way.most_turns) {
+        // What is left above what the threshold keeps goes with the force.
+        let enough_n = f64::from(until_n) * (tolerance_um - rests_um) / (way.left_um - rests_um);
+        return Some(format!(
+            "lobe {name}: spark-out that ends when the force is steady within {until_n} N leaves {:.2} um on it, above the tolerance of \
+             {tolerance_um} um; {} N are enough",
+            way.left_um,
+            enough_n.floor().max(1.0)
+        ));
+    }
     let remedy = match (1..=MOST_TURNS).find(|more| after(*more) <= tolerance_um) {
         Some(more) => format!("{} leave {:.2} um", turns + more, after(more)),
         None => String::from("no number of them leaves less: the machine gives way too much"),
     };
-    let name = &prepared.planned.lobes[lobe].design.name;
     Some(format!(
         "lobe {name}: wheel and part give way to each other, and {turns} spark-out turns leave {:.2} um on it, above the tolerance \
          of {tolerance_um} um; {remedy}",

@@ -142,6 +142,7 @@ pub(crate) fn job() -> JobSpec {
             infeed_course: InfeedCourse::PerAngle,
             infeed_direction: InfeedDirection::X,
             spark_out_turns: 2,
+            spark_out_until_n: None,
             speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: rad_s_from_rpm(60.0) },
         }],
         retract_clearance_mm: 2.0,
@@ -227,6 +228,7 @@ mod infeeds;
 mod order;
 mod passes;
 mod refusals;
+mod sparking_out;
 mod turning;
 
 /// The steps of JPS6156064B2, Fig. 6, in its order, lobe by lobe.

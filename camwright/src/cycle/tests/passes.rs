@@ -13,6 +13,7 @@ fn in_two_passes() -> JobSpec {
         infeed_course: InfeedCourse::PerAngle,
         infeed_direction: InfeedDirection::X,
         spark_out_turns: 2,
+        spark_out_until_n: None,
         speed: SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: rad_s_from_rpm(60.0) },
     };
     let rough = PassSpec {
@@ -22,6 +23,7 @@ fn in_two_passes() -> JobSpec {
         infeed_course: InfeedCourse::PerAngle,
         infeed_direction: InfeedDirection::X,
         spark_out_turns: 1,
+        spark_out_until_n: None,
         speed: SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 40.0, most_rad_s: 31.0 },
     };
     job.passes = vec![rough, finish];

@@ -79,6 +79,7 @@ impl Machine {
             Input::Station(index) => self.stations.get(index).is_some_and(StationSwitch::is_closed),
             Input::Home(axis) => self.references[axis.index()].as_ref().is_some_and(|own| own.switch.is_closed()),
             Input::Index(_) => false,
+            Input::SteadyForce => self.force_monitor.is_closed(),
         };
         own(input) || self.partner(input).is_some_and(own)
     }
@@ -136,6 +137,15 @@ impl Machine {
         }
     }
 
+    /// The force at the end of a tick, under the part as it stands.
+    pub(super) fn watch_force(&mut self, latches: &mut FixedList<Latch, MAX_LATCHES>) {
+        let headstock = &self.axes[Axis::C.index()];
+        let position = headstock.true_position();
+        if let Some(closed) = self.force_monitor.tick(position / headstock.counts_per_unit, self.force_n) {
+            self.catch(Input::SteadyForce, closed, position, latches);
+        }
+    }
+
     /// The zero of an axis is forgotten; whether it stands on its home switch is told like an edge.
     pub(super) fn lose_home(&mut self, axis: Axis) {
         self.axes[axis.index()].lose_home();
@@ -163,7 +173,7 @@ impl Machine {
         latches: &mut FixedList<Latch, MAX_LATCHES>,
     ) {
         let axis = match input {
-            Input::Origin => Axis::C,
+            Input::Origin | Input::SteadyForce => Axis::C,
             Input::Station(_) => Axis::Z,
             Input::Home(axis) | Input::Index(axis) => axis,
         };
@@ -178,7 +188,7 @@ impl Machine {
                 }
             }
             Input::Station(index) => self.note_edge(index),
-            Input::Home(_) | Input::Index(_) => {}
+            Input::Home(_) | Input::Index(_) | Input::SteadyForce => {}
         }
     }
 

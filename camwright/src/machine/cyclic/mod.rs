@@ -14,6 +14,7 @@ use crate::machine::alarm::{ALARM_KINDS, Alarm, AlarmKind, Severity};
 use crate::machine::axis::AxisState;
 use crate::machine::description::{AXIS_COUNT, Axis, DescriptionError, MachineDescription};
 use crate::machine::fault::Fault;
+use crate::machine::force_monitor::ForceMonitor;
 use crate::machine::gauge::Gauge;
 use crate::machine::plausibility::Plausibility;
 use crate::machine::report::TickReport;
@@ -56,6 +57,11 @@ pub enum MachineCommand {
     },
     /// The wheel, which does not turn, may press on the part with so much (N), until it is started; 0: not any more.
     Push {
+        /// The most (N).
+        most_n: i64,
+    },
+    /// The force monitor watches for a normal force that differs by so much over a turn of C at most (N); 0: not any more.
+    WatchForce {
         /// The most (N).
         most_n: i64,
     },
@@ -130,6 +136,7 @@ pub struct Machine {
     force_n: f64,
     /// Force with which a wheel that does not turn may press on the part (N).
     push_n: f64,
+    force_monitor: ForceMonitor,
     gauge: Option<Gauge>,
     since_cut: u32,
     /// Lobe that the wheel took something from last, since the last dress and the last part.
@@ -228,6 +235,7 @@ impl Machine {
             deflection: Deflection::default(),
             force_n: 0.0,
             push_n: 0.0,
+            force_monitor: ForceMonitor::default(),
             gauge: description.gauge.map(|gauge| Gauge::new(gauge, description.cycle_time_s())),
             since_cut: watch::CUTTING_TICKS,
             ground: None,
@@ -486,6 +494,7 @@ impl Machine {
             }
         }
         self.turn_on();
+        self.watch_force(&mut latches);
         if let Some(lobe) = lobe {
             self.part.lobe_mut(lobe).refresh();
             self.wear_wheel(lobe, removal);
@@ -529,6 +538,8 @@ impl Machine {
             MachineCommand::Dress { radius_nm } => self.dress(radius_nm),
             #[allow(clippy::cast_precision_loss, reason = "a force")]
             MachineCommand::Push { most_n } => self.push_n = most_n as f64,
+            #[allow(clippy::cast_precision_loss, reason = "a force")]
+            MachineCommand::WatchForce { most_n } => self.force_monitor.watch(most_n as f64),
         }
     }
 }
