@@ -2,7 +2,7 @@
 //! nothing in between. It can be copied in the middle of a motion, so that what would happen from there on can be tried
 //! again and again.
 
-use crate::interpolator::{Event, Interpolator, OrderKind, Outcome, Prepared, Request, StartError, TickInputs};
+use crate::interpolator::{Event, Interpolator, OrderKind, Outcome, Prepared, Probed, Request, StartError, TickInputs};
 use crate::machine::alarm::{AlarmKind, Severity};
 use crate::machine::buffer::{Chunk, ChunkError, MAX_TAIL_POINTS, SetpointBuffer, TailPoint};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
@@ -30,6 +30,7 @@ pub struct Cell {
     losing: u32,
     lost: bool,
     outcome: Option<Outcome>,
+    probed: Option<Probed>,
 }
 
 impl Cell {
@@ -47,6 +48,7 @@ impl Cell {
             losing: 0,
             lost: false,
             outcome: None,
+            probed: None,
             machine,
         }
     }
@@ -74,6 +76,12 @@ impl Cell {
         self.outcome
     }
 
+    /// What the last motion found, if it was a probe.
+    #[must_use]
+    pub fn probed(&self) -> Option<Probed> {
+        self.probed
+    }
+
     /// A motion is under way, or something of it has still to be executed.
     #[must_use]
     pub fn is_running(&self) -> bool {
@@ -94,6 +102,7 @@ impl Cell {
         self.interpolator.start(motion).map_err(|(error, _)| error)?;
         self.next_tick = Some(self.machine.tick() + 1);
         self.outcome = None;
+        self.probed = None;
         Ok(())
     }
 
@@ -221,6 +230,7 @@ impl Cell {
                         self.machine.raise(kind, f64::NAN, f64::NAN);
                     }
                 }
+                Event::Probed(probed) => self.probed = Some(*probed),
                 Event::Segment(_) | Event::LeftOut { .. } => {}
             }
         }

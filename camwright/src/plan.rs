@@ -116,7 +116,7 @@ pub enum SegmentKind {
     Wait,
     /// Order the machine to do something.
     Command(Command),
-    /// A step of the homing of an axis; homing is a motion of its own, such steps stand in no plan of a job.
+    /// A step of the homing of an axis or of a probe, which are motions of their own: such steps stand in no plan of a job.
     Home(HomeStep),
 }
 
@@ -131,7 +131,7 @@ pub enum Sought {
     OpeningIfClosed,
 }
 
-/// A step of the homing of an axis.
+/// A step of the homing of an axis, or of a probe.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum HomeStep {
     /// The zero of an axis is not known from now on, so there are no soft limits; the machine tells whether its home switch is closed.
@@ -150,6 +150,24 @@ pub enum HomeStep {
         zero_counts: i64,
         /// Limits of the search; its velocity is that of the search.
         limits: MotionLimits,
+    },
+    /// Move until an input closes or opens, stop, and stand off from its edge; an edge that is not met is none, not an alarm.
+    Probe {
+        /// The axis.
+        axis: Axis,
+        /// The input.
+        input: crate::setpoint::Input,
+        /// Its edge.
+        sought: Sought,
+        /// Farthest position relative to the start (counts).
+        travel_counts: i64,
+        /// Limits of the probe; its velocity is that of the probe.
+        limits: MotionLimits,
+        /// Where to stand afterwards relative to the edge (counts), `None`: where it stopped; and the limits of the way there.
+        stand_off: Option<(i64, MotionLimits)>,
+        /// What the edge is to read, and by how much that may differ from what it read (counts): then a [`Command::SetHome`] that
+        /// follows makes it so.
+        reads: Option<(i64, i64)>,
     },
     /// Where the axis stands it reads so many counts.
     Here {

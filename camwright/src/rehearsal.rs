@@ -74,7 +74,7 @@ pub fn rehearse(
         tell(&out.setpoint, &report);
         let finished = out.events.iter().find_map(|event| match event {
             Event::Finished(outcome) => Some(*outcome),
-            Event::Segment(_) | Event::LeftOut { .. } | Event::Alarm(_) => None,
+            Event::Segment(_) | Event::LeftOut { .. } | Event::Alarm(_) | Event::Probed(_) => None,
         });
         if let Some(outcome) = finished {
             break outcome;
@@ -104,6 +104,7 @@ impl From<OrderKind> for MachineCommand {
         match order {
             OrderKind::SetHome { axis, counts } => MachineCommand::SetHome { axis, counts },
             OrderKind::LoseHome { axis } => MachineCommand::LoseHome { axis },
+            OrderKind::Ask { input } => MachineCommand::Ask { input },
             OrderKind::WheelStart => MachineCommand::WheelStart,
             OrderKind::WheelStop => MachineCommand::WheelStop,
             OrderKind::ExpectWheel { radius_nm } => MachineCommand::ExpectWheel { radius_nm },

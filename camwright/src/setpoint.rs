@@ -27,6 +27,24 @@ pub enum Input {
     Index(crate::machine::description::Axis),
     /// The force monitor: the normal force has been the same over the last turn of C.
     SteadyForce,
+    /// The gap detector of the wheelhead: closed while the wheel touches the part. It catches X.
+    WheelContact,
+    /// The switch that sees the part's key-way. It catches C.
+    KeyWay,
+}
+
+impl Input {
+    /// The axis whose position it catches.
+    #[must_use]
+    pub const fn axis(self) -> crate::machine::description::Axis {
+        use crate::machine::description::Axis;
+        match self {
+            Input::Origin | Input::KeyWay | Input::SteadyForce => Axis::C,
+            Input::Station(_) => Axis::Z,
+            Input::Home(axis) | Input::Index(axis) => axis,
+            Input::WheelContact => Axis::X,
+        }
+    }
 }
 
 /// The position of an axis at the edge of an input, caught by the machine itself.

@@ -13,6 +13,7 @@ mod path_time;
 mod pose;
 mod prepared;
 mod search;
+pub mod setup;
 mod spin;
 mod status;
 mod tail;
@@ -86,6 +87,11 @@ pub enum OrderKind {
         /// The position that becomes zero (counts).
         counts: i64,
     },
+    /// The machine tells in the order's tick, like an edge, if an input is closed.
+    Ask {
+        /// Which.
+        input: Input,
+    },
     /// The zero of the axis is not known from the order's tick on; the machine tells whether its home switch is closed.
     LoseHome {
         /// Which axis.
@@ -139,6 +145,29 @@ pub enum Outcome {
     Failed(u16),
 }
 
+/// What a probe found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Probed {
+    /// The edge, as it read; and by how much the reading of the axis was corrected (counts), 0 where it was not to be.
+    Found {
+        /// The edge.
+        latch: Latch,
+        /// What the edge reads from now on, less what it read.
+        correction: i64,
+    },
+    /// The edge; it read so much else than it should (counts) that the zero was left as it is.
+    TooFarOff {
+        /// The edge.
+        latch: Latch,
+        /// What the edge should read, less what it read.
+        off: i64,
+    },
+    /// No edge up to the target, where the axis stands.
+    Missed,
+    /// The input was closed before anything moved, or open where it was to open: nothing moved.
+    AlreadyThere,
+}
+
 /// Something that happened in a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
@@ -153,6 +182,8 @@ pub enum Event {
     },
     /// The interpolator raises an alarm.
     Alarm(InterpolatorAlarm),
+    /// A probe came to its end.
+    Probed(Probed),
     /// The motion ended with this tick, and the axes rest.
     Finished(Outcome),
 }
@@ -194,6 +225,9 @@ pub enum StartError {
     /// Stopped by an alarm.
     #[error("stopped by an alarm; reset it first")]
     Fault,
+    /// An axis of a move or a probe whose zero is not known.
+    #[error("{} is not homed, its zero is not known", .0.joint())]
+    NotHomed(Axis),
     /// A trajectory begins elsewhere.
     #[error("the trajectory begins at {wanted} counts of {}, the axis rests at {actual}", axis.joint())]
     StartsElsewhere {
@@ -380,6 +414,10 @@ impl Interpolator {
                     return Err((StartError::StartsElsewhere { axis, wanted, actual }, motion));
                 }
             }
+        }
+        let lost = motion.setup_axes.iter().copied().find(|axis| !self.homed[axis.index()]);
+        if let Some(axis) = lost {
+            return Err((StartError::NotHomed(axis), motion));
         }
         self.motion = Some(motion);
         self.mode = Mode::Starting;

@@ -1,6 +1,7 @@
 //! A motion made ready outside the cyclic path: checked, inputs resolved, limits of retracts computed.
 
 use super::cut::Curves;
+use super::setup::{self, Probe};
 use super::spin::SpinFacts;
 use super::trajectory::Trajectory;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits};
@@ -24,6 +25,10 @@ pub enum Motion {
     Trajectory(Trajectory),
     /// Find the zero of these axes; those that know theirs are passed over.
     Home(Vec<Axis>),
+    /// To these places, all together.
+    Move(Vec<AxisTarget>),
+    /// With one axis until an input closes or opens.
+    Probe(Probe),
 }
 
 /// Why a motion cannot be executed on this machine.
@@ -129,6 +134,8 @@ pub struct Prepared {
     pub(crate) ticks: u64,
     /// Stop of a trajectory on its path (ticks).
     pub(crate) stop_ticks: u64,
+    /// Axes of set-up work, which does not begin without their zeros.
+    pub(crate) setup_axes: Vec<Axis>,
     /// Where the wheel is safe: the farthest that any move of the plan takes it (counts).
     pub(crate) safe_x_counts: Option<i64>,
 }
@@ -149,7 +156,18 @@ impl Prepared {
             Motion::Plan(plan) => Self::of_plan(plan, machine),
             Motion::Trajectory(trajectory) => Ok(Self::of_trajectory(trajectory, machine)),
             Motion::Home(axes) => Self::of_plan(Arc::new(super::homing::homing_plan(&axes, machine)?), machine),
+            Motion::Move(targets) => {
+                let axes = targets.iter().map(|target| target.axis).collect();
+                Self::of_setup(axes, setup::move_plan(targets), machine)
+            }
+            Motion::Probe(probe) => Self::of_setup(alloc::vec![probe.axis()], probe.plan(machine), machine),
         }
+    }
+
+    /// Where set-up work is cancelled there it stays: nobody knows of a safer place.
+    fn of_setup(axes: Vec<Axis>, plan: Plan, machine: &MachineDescription) -> Result<Self, PrepareError> {
+        let prepared = Self::of_plan(Arc::new(plan), machine)?;
+        Ok(Self { setup_axes: axes, safe_x_counts: None, ..prepared })
     }
 
     /// Predicted length without holds and at full override (ticks).
@@ -179,6 +197,7 @@ impl Prepared {
             facts: Vec::new(),
             ticks,
             stop_ticks,
+            setup_axes: Vec::new(),
             safe_x_counts: None,
         }
     }
@@ -233,7 +252,8 @@ impl Prepared {
                 SegmentKind::Home(step) => match step {
                     HomeStep::Forget(_) => {}
                     HomeStep::Here { axis, .. } => searched[axis.index()] = true,
-                    HomeStep::Seek { axis, input, travel_counts, limits, .. } => {
+                    HomeStep::Seek { axis, input, travel_counts, limits, .. }
+                    | HomeStep::Probe { axis, input, travel_counts, limits, .. } => {
                         checked(&[AxisTarget { axis: *axis, target_counts: *travel_counts, limits: *limits }])?;
                         fact.input = Some(*input);
                         searched[axis.index()] = true;
@@ -244,7 +264,8 @@ impl Prepared {
             ticks_before += segment.ticks;
             facts.push(fact);
         }
-        Ok(Self { plan, trajectory: None, facts, ticks: ticks_before, stop_ticks: 0, safe_x_counts })
+        let (trajectory, setup_axes) = (None, Vec::new());
+        Ok(Self { plan, trajectory, facts, ticks: ticks_before, stop_ticks: 0, setup_axes, safe_x_counts })
     }
 }
 

@@ -1,6 +1,6 @@
-//! Searches for an edge of an input: of a job's plan, which return to it, and of homing, which stop behind it.
+//! Searches for an edge of an input: of a job's plan, which return to it, of homing, which stop behind it, and probes, which stand off.
 
-use super::{Interpolator, InterpolatorAlarm, Mode, Order, OrderKind, Prepared, Purpose, StepOutput};
+use super::{Event, Interpolator, InterpolatorAlarm, Mode, Order, OrderKind, Prepared, Probed, Purpose, StepOutput};
 use crate::machine::description::{Axis, MotionLimits};
 use crate::plan::{AxisTarget, HomeStep, SegmentKind, Sought};
 use crate::setpoint::{Input, Latch};
@@ -32,6 +32,10 @@ impl Interpolator {
         } else if tick >= until
             && let Some((axis, input, _)) = self.sought_in(motion)
         {
+            if is_probe(motion, self.segment) {
+                self.end_probe(Probed::Missed, tick, motion, out);
+                return;
+            }
             self.fail(InterpolatorAlarm::NoEdge { axis, input }, out);
         }
     }
@@ -41,7 +45,9 @@ impl Interpolator {
         let input = motion.facts.get(self.segment)?.input?;
         match motion.plan.segments.get(self.segment)?.kind {
             SegmentKind::Search { axis, .. } => Some((axis, input, true)),
-            SegmentKind::Home(HomeStep::Seek { axis, sought, .. }) => Some((axis, input, sought == Sought::Closing)),
+            SegmentKind::Home(HomeStep::Seek { axis, sought, .. } | HomeStep::Probe { axis, sought, .. }) => {
+                Some((axis, input, sought == Sought::Closing))
+            }
             _ => None,
         }
     }
@@ -69,6 +75,12 @@ impl Interpolator {
                 self.mode = Mode::Level { until: tick + delay + 1 };
                 Ok(true)
             }
+            HomeStep::Probe { input, .. } => {
+                let until = tick + 2 * delay.max(1);
+                out.orders.push(Order { tick: until, kind: OrderKind::Ask { input } });
+                self.mode = Mode::Level { until: until + delay + 1 };
+                Ok(true)
+            }
             HomeStep::Seek { axis, travel_counts, limits, .. } => self.enter_seek(axis, travel_counts, limits, tick),
         }
     }
@@ -91,6 +103,14 @@ impl Interpolator {
         }
         let step = motion.plan.segments.get(self.segment).map(|segment| &segment.kind);
         match step {
+            Some(SegmentKind::Home(HomeStep::Probe { axis, sought, travel_counts, limits, .. })) => {
+                let is_closed = self.caught.take().is_some();
+                if is_closed == (*sought == Sought::Closing) {
+                    self.end_probe(Probed::AlreadyThere, tick, motion, out);
+                } else if let Err(alarm) = self.enter_seek(*axis, *travel_counts, *limits, tick) {
+                    self.fail(alarm, out);
+                }
+            }
             Some(SegmentKind::Home(HomeStep::Seek { axis, travel_counts, limits, .. }))
                 if self.caught.take().is_some() =>
             {
@@ -102,12 +122,52 @@ impl Interpolator {
         }
     }
 
+    /// A probe came to rest behind its edge.
+    #[allow(clippy::too_many_arguments, reason = "what the step says, and what every step is given")]
+    fn stand_off(
+        &mut self,
+        axis: Axis,
+        latch: Latch,
+        stand_off: Option<(i64, MotionLimits)>,
+        reads: Option<(i64, i64)>,
+        tick: u64,
+        motion: &Prepared,
+        out: &mut StepOutput,
+    ) {
+        let off = reads.map_or(0, |(reads, _)| reads - latch.counts);
+        let is_near = reads.is_none_or(|(_, most)| off.abs() <= most);
+        let correction = if is_near { off } else { 0 };
+        self.references[axis.index()] = -correction;
+        let probed = if is_near { Probed::Found { latch, correction } } else { Probed::TooFarOff { latch, off } };
+        out.events.push(Event::Probed(probed));
+        let target = stand_off.map(|(away, limits)| AxisTarget { axis, target_counts: latch.counts + away, limits });
+        match target.map_or(Ok(false), |target| self.enter_line(&[target], Purpose::Return, tick)) {
+            Ok(true) => {}
+            Ok(false) => self.begin(self.segment + 1, tick, motion, out),
+            Err(alarm) => self.fail(alarm, out),
+        }
+    }
+
+    /// A probe without an edge: nothing is corrected.
+    fn end_probe(&mut self, probed: Probed, tick: u64, motion: &Prepared, out: &mut StepOutput) {
+        if let Some((axis, ..)) = self.sought_in(motion) {
+            self.references[axis.index()] = 0;
+        }
+        out.events.push(Event::Probed(probed));
+        self.begin(self.segment + 1, tick, motion, out);
+    }
+
     /// From where the search came to rest to the place relative to the edge.
     pub(super) fn return_to_edge(&mut self, tick: u64, motion: &Prepared, out: &mut StepOutput) {
         let (Some(latch), Some(segment)) = (self.caught, motion.plan.segments.get(self.segment)) else { return };
         if let SegmentKind::Home(HomeStep::Seek { axis, zero_counts, .. }) = &segment.kind {
             self.references[axis.index()] = latch.counts - zero_counts;
             self.begin(self.segment + 1, tick, motion, out);
+            return;
+        }
+        if let SegmentKind::Home(HomeStep::Probe { axis, stand_off, reads, .. }) = &segment.kind {
+            let (axis, stand_off, reads) = (*axis, *stand_off, *reads);
+            self.stand_off(axis, latch, stand_off, reads, tick, motion, out);
             return;
         }
         let SegmentKind::Search { axis, offset_counts, limits, .. } = &segment.kind else { return };
@@ -120,4 +180,9 @@ impl Interpolator {
             Err(alarm) => self.fail(alarm, out),
         }
     }
+}
+
+fn is_probe(motion: &Prepared, segment: usize) -> bool {
+    let kind = motion.plan.segments.get(segment).map(|segment| &segment.kind);
+    matches!(kind, Some(SegmentKind::Home(HomeStep::Probe { .. })))
 }

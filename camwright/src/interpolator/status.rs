@@ -3,7 +3,7 @@
 use super::path_time::to_ticks;
 use super::{Interpolator, Mode, Prepared, Purpose};
 use crate::machine::description::Axis;
-use crate::plan::{Phase, SegmentKind};
+use crate::plan::{HomeStep, Phase, SegmentKind};
 use crate::setpoint::Input;
 use crate::units::TURN_RAD;
 use core::fmt;
@@ -160,7 +160,12 @@ impl fmt::Display for InterpolatorAlarm {
                 write!(f, "{} searched its whole travel and switch {index} did not close", axis.joint())
             }
             InterpolatorAlarm::NoEdge { axis, input } => {
-                let what = if matches!(input, Input::Index(_)) { "index mark" } else { "home switch" };
+                let what = match input {
+                    Input::Index(_) => "index mark",
+                    Input::WheelContact => "gap detector",
+                    Input::KeyWay => "key-way",
+                    Input::Home(_) | Input::Origin | Input::Station(_) => "home switch",
+                };
                 write!(f, "{} searched its whole travel and its {what} was not found", axis.joint())
             }
             InterpolatorAlarm::SoftLimit { axis, counts, bound } => {
@@ -256,7 +261,10 @@ impl Interpolator {
                 Mode::Line(_, Purpose::Return) => Some((*axis, SearchStep::Return)),
                 _ => None,
             },
-            SegmentKind::Home(crate::plan::HomeStep::Seek { axis, .. }) => {
+            SegmentKind::Home(HomeStep::Seek { axis, .. } | HomeStep::Probe { axis, .. }) => {
+                if matches!(self.mode, Mode::Line(_, Purpose::Return)) {
+                    return Some((*axis, SearchStep::Return));
+                }
                 let is_found = self.caught.is_some() && !matches!(self.mode, Mode::Level { .. });
                 Some((*axis, if is_found { SearchStep::Stop } else { SearchStep::Search }))
             }

@@ -10,6 +10,7 @@ pub use crate::machine::contact_description::{ContactDescription, StiffnessAt};
 pub use crate::machine::drive_description::{DriveSettings, Structure};
 pub use crate::machine::gauge_description::{GaugeDescription, GaugeKind};
 pub use crate::machine::homing_description::{Homing, HomingKind};
+pub use crate::machine::probe_description::{GapDetector, KeyWayProbe};
 pub use crate::machine::retract_description::AlarmRetract;
 pub use crate::machine::thermal_description::ThermalDescription;
 pub use crate::machine::wheel_description::{WHEEL_TOLERANCE_MM, WheelDescription, WheelTooFast};
@@ -239,6 +240,10 @@ pub struct MachineDescription {
     pub thermal: Option<ThermalDescription>,
     /// What measures the lobe that stands in front of the wheel; `None`: nothing does.
     pub gauge: Option<GaugeDescription>,
+    /// What tells that the wheel touches the part; `None`: nothing does.
+    pub gap_detector: Option<GapDetector>,
+    /// What sees the part's key-way; `None`: nothing does.
+    pub key_way_probe: Option<KeyWayProbe>,
     /// How an alarm takes the wheel off the part.
     pub retract: AlarmRetract,
     /// What it is dressed with; `None` is a machine without.
@@ -358,6 +363,8 @@ impl MachineDescription {
         self.validate_contact_of_drives()?;
         self.thermal.map_or(Ok(()), |thermal| thermal.validate())?;
         self.gauge.map_or(Ok(()), |gauge| gauge.validate())?;
+        self.gap_detector.map_or(Ok(()), |detector| detector.validate())?;
+        self.key_way_probe.map_or(Ok(()), |probe| probe.validate())?;
         self.dresser.map_or(Ok(()), |dresser| dresser.validate())?;
         for (what, extent) in [("headstock", self.headstock), ("tailstock", self.tailstock)] {
             if let Some(Extent { from_mm: low, to_mm: high, radius_mm: value }) = extent {

@@ -23,6 +23,7 @@ mod gauge_description;
 mod homing_description;
 mod mechanics;
 pub mod plausibility;
+mod probe_description;
 pub mod reference;
 pub mod report;
 mod retract_description;

@@ -95,6 +95,8 @@ pub fn cam_grinder() -> MachineDescription {
         contact: None,
         thermal: None,
         gauge: None,
+        gap_detector: None,
+        key_way_probe: None,
         retract: AlarmRetract::default(),
         dresser: None,
         headstock: None,

@@ -6,6 +6,7 @@ mod disturbances;
 mod feedback;
 mod homing;
 mod on_the_machine;
+mod setup;
 mod sparking_out;
 mod tails;
 mod trajectories;

@@ -74,6 +74,8 @@ pub(crate) fn machine() -> MachineDescription {
         contact: None,
         thermal: None,
         gauge: None,
+        gap_detector: None,
+        key_way_probe: None,
         retract: AlarmRetract::default(),
         dresser: None,
         headstock: None,

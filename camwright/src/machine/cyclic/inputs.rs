@@ -80,6 +80,8 @@ impl Machine {
             Input::Home(axis) => self.references[axis.index()].as_ref().is_some_and(|own| own.switch.is_closed()),
             Input::Index(_) => false,
             Input::SteadyForce => self.force_monitor.is_closed(),
+            Input::WheelContact => self.gap.is_some_and(|gap| gap.is_closed()),
+            Input::KeyWay => self.sees_key_way(),
         };
         own(input) || self.partner(input).is_some_and(own)
     }
@@ -104,6 +106,7 @@ impl Machine {
                 self.raise(AlarmKind::OriginDetector, 0.0, ORIGIN_TOLERANCE_RAD);
             }
         }
+        self.sense_key_way(spans, latches);
         self.sense_references(spans, latches);
         for index in 0..self.stations.len() {
             if !table.is_still() {
@@ -156,6 +159,16 @@ impl Machine {
         }
     }
 
+    /// Somebody asks whether an input is closed: if it is, that is told like an edge.
+    pub(super) fn tell_level(&mut self, input: Input) {
+        if self.level(input) {
+            let axis = input.axis();
+            let state = &self.axes[axis.index()];
+            let counts = state.reading_at(state.true_position());
+            self.asked.push(Latch { tick: self.tick, input, rising: true, axis, counts });
+        }
+    }
+
     /// An edge, and the same on the input that lies on the same line.
     fn catch(&mut self, input: Input, rising: bool, position: f64, latches: &mut FixedList<Latch, MAX_LATCHES>) {
         let partner = self.partner(input);
@@ -165,18 +178,14 @@ impl Machine {
         }
     }
 
-    fn catch_one(
+    pub(super) fn catch_one(
         &mut self,
         input: Input,
         rising: bool,
         position: Option<f64>,
         latches: &mut FixedList<Latch, MAX_LATCHES>,
     ) {
-        let axis = match input {
-            Input::Origin | Input::SteadyForce => Axis::C,
-            Input::Station(_) => Axis::Z,
-            Input::Home(axis) | Input::Index(axis) => axis,
-        };
+        let axis = input.axis();
         let state = &self.axes[axis.index()];
         let position = position.unwrap_or_else(|| state.true_position());
         latches.push(Latch { tick: self.tick, input, rising, axis, counts: state.reading_at(position) });
@@ -188,7 +197,7 @@ impl Machine {
                 }
             }
             Input::Station(index) => self.note_edge(index),
-            Input::Home(_) | Input::Index(_) | Input::SteadyForce => {}
+            Input::Home(_) | Input::Index(_) | Input::SteadyForce | Input::WheelContact | Input::KeyWay => {}
         }
     }
 

@@ -2,6 +2,7 @@
 
 mod dress;
 mod inputs;
+mod probes;
 mod retreat;
 mod stream;
 mod strike;
@@ -28,6 +29,7 @@ use crate::units::TURN_RAD;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use inputs::{GaugeWatch, References, SwitchWatch};
+use probes::GapWatch;
 use retreat::{Draw, Retreat};
 use thiserror::Error;
 
@@ -45,6 +47,11 @@ pub enum MachineCommand {
     WheelStart,
     /// Let the wheel come to rest.
     WheelStop,
+    /// Somebody wants to know whether an input is closed: if it is, an edge says so in this tick.
+    Ask {
+        /// Which.
+        input: Input,
+    },
     /// The wheel must have this radius, within [`WHEEL_TOLERANCE_MM`](crate::machine::WHEEL_TOLERANCE_MM); else an alarm.
     ExpectWheel {
         /// The radius (nm).
@@ -138,6 +145,9 @@ pub struct Machine {
     push_n: f64,
     force_monitor: ForceMonitor,
     gauge: Option<Gauge>,
+    gap: Option<GapWatch>,
+    /// Azimuth of the part's key-way as it is clamped (rad): 0 faces the wheel where C is 0.
+    key_way_rad: f64,
     since_cut: u32,
     /// Lobe that the wheel took something from last, since the last dress and the last part.
     ground: Option<usize>,
@@ -237,6 +247,8 @@ impl Machine {
             push_n: 0.0,
             force_monitor: ForceMonitor::default(),
             gauge: description.gauge.map(|gauge| Gauge::new(gauge, description.cycle_time_s())),
+            gap: GapWatch::new(&description),
+            key_way_rad: 0.0,
             since_cut: watch::CUTTING_TICKS,
             ground: None,
             mode: Mode::Following,
@@ -347,9 +359,23 @@ impl Machine {
         Ok(())
     }
 
+    /// Azimuth of the part's key-way as it is clamped (rad): of a part that is clamped as it should be 0, which faces the wheel where
+    /// C is 0.
+    #[must_use]
+    pub fn key_way_rad(&self) -> f64 {
+        self.key_way_rad
+    }
+
+    /// The part is clamped with its key-way there (rad). What is no number is taken for 0. The outlines of its lobes are given as the
+    /// part is clamped.
+    pub fn set_key_way(&mut self, key_way_rad: f64) {
+        self.key_way_rad = if key_way_rad.is_finite() { key_way_rad } else { 0.0 };
+    }
+
     /// Takes the part out.
     pub fn clear_part(&mut self) {
         self.part.clear();
+        self.key_way_rad = 0.0;
         self.ground = None;
     }
 
@@ -493,6 +519,7 @@ impl Machine {
                 removal = removal.and(self.grind(index, lobe, law.as_ref(), &spans));
             }
         }
+        self.sense_gap(&mut latches);
         self.turn_on();
         self.watch_force(&mut latches);
         if let Some(lobe) = lobe {
@@ -524,6 +551,7 @@ impl Machine {
                 *followed = followed.saturating_sub(counts);
             }
             MachineCommand::LoseHome { axis } => self.lose_home(axis),
+            MachineCommand::Ask { input } => self.tell_level(input),
             MachineCommand::Raise { number } => {
                 if let Some(kind) = AlarmKind::from_number(number) {
                     self.raise(kind, f64::NAN, f64::NAN);

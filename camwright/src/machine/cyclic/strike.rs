@@ -35,8 +35,8 @@ impl Machine {
                     own.switch.set_stuck(level);
                 }
             }
-            // No switch.
-            Fault::StuckInput { input: Input::SteadyForce, .. } => {}
+            // No switches, and nobody relies on them: a probe ends at its target.
+            Fault::StuckInput { input: Input::SteadyForce | Input::WheelContact | Input::KeyWay, .. } => {}
             Fault::DoubleOrigin(angle_rad) => {
                 let per_rad = self.axes[Axis::C.index()].counts_per_unit;
                 self.origin.set_second(angle_rad.map(|angle_rad| angle_rad * per_rad));

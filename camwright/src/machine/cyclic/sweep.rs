@@ -1,6 +1,7 @@
 //! The wheel sweeps the lobe in front of it along one servo step.
 
 use super::Machine;
+use super::probes::engagement_mm;
 use crate::contact_law::ContactLaw;
 use crate::machine::axis::Span;
 use crate::machine::description::{AXIS_COUNT, Axis};
@@ -128,6 +129,10 @@ impl Machine {
                     taken
                 }
             };
+            if let Some(gap) = &mut self.gap {
+                let depth = engagement_mm(law, taken, self.deflection, cuts) * per_mm;
+                gap.touch(x, x.from + x.way(s, self.step_s), depth);
+            }
             removal = removal.and(taken);
         }
         removal
