@@ -240,6 +240,8 @@ pub enum Half {
     First = 1,
     /// What follows such a one; the part is finished by it.
     Second = 2,
+    /// No part is finished by it: a dry run, or set-up work.
+    NoPart = 3,
 }
 
 /// A plan for one part.

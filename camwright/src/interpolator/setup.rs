@@ -234,7 +234,9 @@ impl Probe {
         let description = machine.axis(axis);
         match request.input {
             Input::WheelContact if machine.gap_detector.is_none() => return Err(SetupError::NoInput("gap detector")),
-            Input::KeyWay if machine.key_way_probe.is_none() => return Err(SetupError::NoInput("switch at the key-way")),
+            Input::KeyWay if machine.key_way_probe.is_none() => {
+                return Err(SetupError::NoInput("switch at the key-way"));
+            }
             _ => {}
         }
         if request.input.axis() != axis {
@@ -338,7 +340,8 @@ impl Probe {
 fn run_on(speed: f64, limits: &MotionLimits, machine: &MachineDescription) -> f64 {
     let known_s = f64::from(machine.feedback_delay_ticks + 2) * machine.cycle_time_s();
     // From a slow speed the stop is all jerk: 2 √(v/j).
-    let stop_s = (speed / limits.acceleration + limits.acceleration / limits.jerk).min(2.0 * libm::sqrt(speed / limits.jerk));
+    let stop_s =
+        (speed / limits.acceleration + limits.acceleration / limits.jerk).min(2.0 * libm::sqrt(speed / limits.jerk));
     speed * (known_s + stop_s)
 }
 
@@ -356,7 +359,11 @@ fn stand_off(
         return Err(SetupError::StandOff(distance, "a number from 0 on"));
     }
     if distance == 0.0 {
-        return if touches { Err(SetupError::StandOff(0.0, "above 0: the wheel must leave the part")) } else { Ok(None) };
+        return if touches {
+            Err(SetupError::StandOff(0.0, "above 0: the wheel must leave the part"))
+        } else {
+            Ok(None)
+        };
     }
     let away = counts(request.axis, description.scale, distance, "the stand-off")? * if target > at { -1 } else { 1 };
     // The edge may lie anywhere on the way.

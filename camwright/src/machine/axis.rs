@@ -128,6 +128,11 @@ impl AxisState {
         self.homed = true;
     }
 
+    /// True count at which the reading is 0.
+    pub(crate) fn zero(&self) -> i64 {
+        self.origin
+    }
+
     pub(crate) fn set_gain(&mut self, fraction: f64) {
         self.servo.set_gain(fraction);
     }

@@ -51,9 +51,10 @@ impl KeyWayProbe {
         }
         match self.width_rad > 0.0 && self.width_rad <= 0.5 * TURN_RAD {
             true => Ok(()),
-            false => {
-                Err(DescriptionError::NotPositive { what: "angle of the key-way, at most half a turn (rad)", value: self.width_rad })
-            }
+            false => Err(DescriptionError::NotPositive {
+                what: "angle of the key-way, at most half a turn (rad)",
+                value: self.width_rad,
+            }),
         }
     }
 }

@@ -133,7 +133,8 @@ fn a_move_keeps_its_share_of_the_speed_and_a_cancel_leaves_it_where_it_stops() {
 fn a_move_beyond_travel_or_of_an_axis_without_a_zero_is_refused_and_nothing_moves() {
     let machine = description();
     let of = |axis, position| MoveTo { axis, position, is_relative: false };
-    let refused = |moves: &[MoveTo], factor| targets(moves, [0, 40 * PER_MM, 0], factor, &machine).expect_err("refused");
+    let refused =
+        |moves: &[MoveTo], factor| targets(moves, [0, 40 * PER_MM, 0], factor, &machine).expect_err("refused");
     let error = refused(&[of(Axis::X, 251.0)], 1.0);
     assert_eq!(error.to_string(), "the target of x_axis is 251.0000 mm, the soft limit is 250 mm");
     let error = refused(&[of(Axis::Z, -21.5)], 1.0);

@@ -52,8 +52,10 @@ impl JobEnds {
     /// Only a plan belongs to a job.
     pub(super) fn of(motion: &Motion) -> Self {
         match motion {
-            Motion::Plan(plan) => Self { begins: plan.half != Half::Second, ends: plan.half != Half::First },
-            Motion::Trajectory(_) | Motion::Home(_) => Self::default(),
+            Motion::Plan(plan) => {
+                Self { begins: plan.half != Half::Second, ends: !matches!(plan.half, Half::First | Half::NoPart) }
+            }
+            Motion::Trajectory(_) | Motion::Home(_) | Motion::Move(_) | Motion::Probe(_) => Self::default(),
         }
     }
 }
@@ -90,6 +92,8 @@ pub(super) struct Ended {
     pub(super) outcome: Outcome,
     pub(super) first_tick: u64,
     pub(super) last_tick: u64,
+    /// Where the axes rest.
+    pub(super) counts: [i64; AXIS_COUNT],
 }
 
 /// From the engine.
@@ -477,7 +481,8 @@ impl Engine {
                 self.send(FromEngine::Done(finished));
             }
         }
-        self.send(FromEngine::Ended(Ended { outcome, first_tick: running.first_tick, last_tick }));
+        let ended = Ended { outcome, first_tick: running.first_tick, last_tick, counts: seen.counts };
+        self.send(FromEngine::Ended(ended));
         self.tell_idle();
     }
 

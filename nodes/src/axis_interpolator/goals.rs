@@ -1,11 +1,14 @@
 //! The goal that has command of the axes: a plan, a homing, a trajectory.
 
 use super::engine::Ended;
-use crate::convert::m_from_mm;
+use super::setup_goals;
+use crate::convert::{m_from_mm, si_from_counts};
 use crate::ros::GoalHandle;
-use camwright::interpolator::{Outcome, SearchStep, Status};
+use camwright::interpolator::{Outcome, Probed, SearchStep, Status};
+use camwright::machine::description::{Axis, MachineDescription};
 use camwright_msgs::camwright_msgs::action::{
-    ExecutePlan, ExecutePlanFeedback, ExecutePlanResult, Home, HomeFeedback, HomeResult,
+    ExecutePlan, ExecutePlanFeedback, ExecutePlanResult, Home, HomeFeedback, HomeResult, MoveTo, MoveToFeedback,
+    MoveToResult, Probe, ProbeFeedback, ProbeResult,
 };
 use camwright_msgs::control_msgs::action::{FollowJointTrajectory, FollowJointTrajectoryResult};
 
@@ -15,6 +18,8 @@ pub(super) enum Goal {
     Plan(GoalHandle<ExecutePlan>),
     Home(GoalHandle<Home>),
     Trajectory(GoalHandle<FollowJointTrajectory>),
+    Move(GoalHandle<MoveTo>),
+    Probe(GoalHandle<Probe>),
     /// A trajectory of the topic `~/joint_trajectory`.
     Topic,
 }
@@ -30,6 +35,8 @@ pub(super) struct Served {
     turns_left_out: Vec<u32>,
     /// The interpolator's own alarm, if it raised one.
     pub(super) alarm: Option<(u16, String)>,
+    /// What a probe found.
+    pub(super) probed: Option<Probed>,
 }
 
 impl Served {
@@ -70,6 +77,12 @@ impl Served {
                 let error_code = FollowJointTrajectoryResult::INVALID_GOAL;
                 goal.abort(FollowJointTrajectoryResult { error_code, error_string: message });
             }
+            Some(Goal::Move(goal)) => {
+                goal.abort(MoveToResult { message, ..MoveToResult::default() });
+            }
+            Some(Goal::Probe(goal)) => {
+                goal.abort(ProbeResult { message, ..ProbeResult::default() });
+            }
             Some(Goal::Topic) | None => {}
         }
     }
@@ -92,12 +105,19 @@ impl Served {
                     goal.feedback(&HomeFeedback { joint: axis.joint().to_owned(), step: step_name(step).to_owned() });
                 }
             }
+            Some(Goal::Move(goal)) => {
+                goal.feedback(&MoveToFeedback { percent: status.percent, time_left: status.time_left_s });
+            }
+            Some(Goal::Probe(goal)) => {
+                let step = status.search.map_or("", |(_, step)| step_name(step)).to_owned();
+                goal.feedback(&ProbeFeedback { step, percent: status.percent });
+            }
             Some(Goal::Trajectory(_) | Goal::Topic) | None => {}
         }
     }
 
     /// The motion is over.
-    pub(super) fn end(&mut self, ended: &Ended, text: &str) {
+    pub(super) fn end(&mut self, ended: &Ended, text: &str, machine: &MachineDescription) {
         let alarm = match ended.outcome {
             Outcome::Failed(number) => number,
             Outcome::Completed | Outcome::Cancelled => 0,
@@ -122,13 +142,23 @@ impl Served {
                 };
                 close(&goal, ended.outcome, FollowJointTrajectoryResult { error_code, error_string: message });
             }
+            Some(Goal::Move(goal)) => {
+                let joints = Axis::ALL.iter().map(|axis| axis.joint().to_owned()).collect();
+                let at = |axis: &Axis| si_from_counts(machine.axis(*axis).scale, ended.counts[axis.index()]);
+                let positions = Axis::ALL.iter().map(at).collect();
+                close(&goal, ended.outcome, MoveToResult { success, message, alarm, joints, positions });
+            }
+            Some(Goal::Probe(goal)) => {
+                let result = ProbeResult { success, message, alarm, ..ProbeResult::default() };
+                setup_goals::end_probe(&goal, ended.outcome, self.probed, result, machine);
+            }
             Some(Goal::Topic) | None => {}
         }
         *self = Self::default();
     }
 }
 
-fn close<A: camwright_msgs::Action>(goal: &GoalHandle<A>, outcome: Outcome, result: A::Result) {
+pub(super) fn close<A: camwright_msgs::Action>(goal: &GoalHandle<A>, outcome: Outcome, result: A::Result) {
     // False where the goal has ended already, which then is its end.
     let _first_end = match outcome {
         Outcome::Completed => goal.succeed(result),

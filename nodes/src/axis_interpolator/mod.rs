@@ -4,12 +4,13 @@ mod engine;
 mod goals;
 mod plans;
 mod pump;
+mod setup_goals;
 mod trajectory_goal;
 
 use crate::config::machine_file;
 use crate::convert::time::{TickClock, ns_from_time};
 use crate::cyclic::{Sender, Waker, ring};
-use crate::machine_sim::{STEADY_FORCE, home_input};
+use crate::machine_sim::input_named;
 use crate::ros::{
     ActionHandler, ActionServer, Diagnostics, GoalDecision, GoalHandle, GoalId, Lifecycle, LifecycleCallbacks, Node,
     NodeOptions, Qos, RosArgs, ServiceHandle, SpinThread, Subscription, diagnostic_status,
@@ -17,8 +18,8 @@ use crate::ros::{
 use crate::running::{NodeError, Threads, autostart};
 use camwright::interpolator::{Motion, Prepared, Request};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
-use camwright::setpoint::{Input, Latch};
-use camwright_msgs::camwright_msgs::action::{ExecutePlan, ExecutePlanGoal, Home, HomeGoal};
+use camwright::setpoint::Latch;
+use camwright_msgs::camwright_msgs::action::{ExecutePlan, ExecutePlanGoal, Home, HomeGoal, MoveTo, Probe};
 use camwright_msgs::camwright_msgs::msg::{
     Latch as LatchMessage, MachineDescription as DescriptionMessage, MachineStream, PlanPage,
 };
@@ -57,6 +58,8 @@ struct Actions {
     _plan: ActionServer<ExecutePlan>,
     _home: ActionServer<Home>,
     _trajectory: ActionServer<FollowJointTrajectory>,
+    _move: ActionServer<MoveTo>,
+    _probe: ActionServer<Probe>,
 }
 
 /// What the callbacks of the executor thread and the pump share.
@@ -121,6 +124,8 @@ impl AxisInterpolator {
             _plan: node.action_server("~/execute_plan", PlanHandler(Arc::clone(&shared)))?,
             _home: node.action_server("~/home", HomeHandler(Arc::clone(&shared)))?,
             _trajectory: node.action_server("~/follow_joint_trajectory", trajectory)?,
+            _move: node.action_server("~/move_to", setup_goals::MoveHandler(Arc::clone(&shared)))?,
+            _probe: node.action_server("~/probe", setup_goals::ProbeHandler(Arc::clone(&shared)))?,
         };
         let lifecycle = node.lifecycle(Activation(Arc::clone(&shared)))?;
         let this = Arc::clone(&shared);
@@ -338,14 +343,7 @@ impl Shared {
 }
 
 fn core_latch(message: &LatchMessage, machine: &MachineDescription) -> Option<Latch> {
-    let input = match message.input.as_str() {
-        "origin" => Input::Origin,
-        STEADY_FORCE => Input::SteadyForce,
-        name => match home_input(name) {
-            Some(input) => input,
-            None => Input::Station(machine.stations.iter().position(|station| station.switch == name)?),
-        },
-    };
+    let input = input_named(&message.input, machine)?;
     let axis = Axis::from_joint(&message.joint)?;
     Some(Latch { tick: message.tick, input, rising: message.rising, axis, counts: message.counts })
 }

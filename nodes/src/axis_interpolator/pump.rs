@@ -80,7 +80,7 @@ impl Pump {
                 outcome
             }
             FromEngine::Command { sequence, command } => {
-                self.outlets.commands.publish(&message(sequence, command, clock))
+                self.outlets.commands.publish(&message(sequence, command, clock, &self.machine))
             }
             FromEngine::Started { tick } => {
                 let (text, hash) = self.served().names();
@@ -109,6 +109,10 @@ impl Pump {
                     .logger()
                     .info(&format!("the force is steady at tick {tick}: {turns} turns of spark-out are left out"));
                 self.served().leave_out(lobe, turns);
+                Ok(())
+            }
+            FromEngine::Event { event: Event::Probed(probed), .. } => {
+                self.served().probed = Some(probed);
                 Ok(())
             }
             FromEngine::Event { event: Event::Segment(_) | Event::Finished(_), .. } => Ok(()),
@@ -210,7 +214,7 @@ impl Pump {
             Outcome::Cancelled => format!("{name} was cancelled: the axes are at rest and the wheel is retracted"),
             Outcome::Failed(number) => format!("{name} was stopped by alarm {number}"),
         };
-        served.end(&ended, &text);
+        served.end(&ended, &text, &self.machine);
         drop(served);
         match ended.outcome {
             Outcome::Failed(_) => self.node.logger().error(&text),
@@ -219,7 +223,7 @@ impl Pump {
     }
 }
 
-fn message(sequence: u32, command: Command, clock: TickClock) -> MachineCommand {
+fn message(sequence: u32, command: Command, clock: TickClock, machine: &MachineDescription) -> MachineCommand {
     let base = |tick: u64, kind: u8| MachineCommand {
         stamp: clock.stamp(tick),
         sequence,
@@ -240,6 +244,10 @@ fn message(sequence: u32, command: Command, clock: TickClock) -> MachineCommand 
             OrderKind::LoseHome { axis } => {
                 MachineCommand { target: axis.joint().to_owned(), ..base(order.tick, MachineCommand::LOSE_HOME) }
             }
+            OrderKind::Ask { input } => MachineCommand {
+                target: input_name(input, machine).to_owned(),
+                ..base(order.tick, MachineCommand::ASK)
+            },
             OrderKind::WheelStart => base(order.tick, MachineCommand::WHEEL_START),
             OrderKind::WheelStop => base(order.tick, MachineCommand::WHEEL_STOP),
             OrderKind::ExpectWheel { radius_nm } => {

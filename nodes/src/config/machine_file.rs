@@ -5,6 +5,7 @@ use super::drive_file::{SlideDriveFile, SpindleDriveFile};
 use super::fault_file::AlarmRetractFile;
 use super::gauge_file::GaugeFile;
 use super::homing_file::{self, HomingFile};
+use super::probe_file::{GapDetectorFile, KeyWayProbeFile};
 use super::wheel_file::{DresserFile, ExtentFile, ThermalFile};
 use super::yaml::Document;
 use super::{ConfigError, Place};
@@ -40,6 +41,8 @@ struct MachineFile {
     contact: Option<ContactFile>,
     thermal: Option<ThermalFile>,
     gauge: Option<GaugeFile>,
+    gap_detector: Option<GapDetectorFile>,
+    key_way_probe: Option<KeyWayProbeFile>,
     #[serde(default)]
     alarm_retract: AlarmRetractFile,
     dresser: Option<DresserFile>,
@@ -171,6 +174,8 @@ fn describe(file: &MachineFile, hash: String) -> MachineDescription {
         contact: file.contact.as_ref().map(ContactFile::contact),
         thermal: file.thermal.as_ref().map(ThermalFile::thermal),
         gauge: file.gauge.as_ref().map(GaugeFile::gauge),
+        gap_detector: file.gap_detector.as_ref().map(GapDetectorFile::detector),
+        key_way_probe: file.key_way_probe.as_ref().map(KeyWayProbeFile::probe),
         retract: file.alarm_retract.retract(),
         dresser: file.dresser.as_ref().map(DresserFile::dresser),
         headstock: file.headstock.as_ref().map(ExtentFile::extent),
@@ -305,7 +310,9 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
         within("thermal.growth_um", thermal.growth_um, -1000.0, 1000.0)?;
         within("thermal.time_constant_s", thermal.time_constant_s, 1.0, 1e6)?;
     }
-    for (key, value, low, high) in file.gauge.iter().flat_map(GaugeFile::ranges) {
+    let probes = file.gap_detector.iter().flat_map(GapDetectorFile::ranges);
+    let probes = probes.chain(file.key_way_probe.iter().flat_map(KeyWayProbeFile::ranges));
+    for (key, value, low, high) in file.gauge.iter().flat_map(GaugeFile::ranges).chain(probes) {
         within(key, value, low, high)?;
     }
     if let Some(dresser) = &file.dresser {

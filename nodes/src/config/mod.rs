@@ -16,6 +16,7 @@ pub mod lift_text;
 pub mod locate;
 pub mod machine_file;
 mod pass_file;
+mod probe_file;
 mod start_file;
 mod wheel_file;
 pub mod yaml;

@@ -245,6 +245,7 @@ pub fn plan_from_pages(pages: &[PlanPage], machine: &MachineDescription) -> Resu
             PlanHeader::WHOLE => Half::Whole,
             PlanHeader::FIRST => Half::First,
             PlanHeader::SECOND => Half::Second,
+            PlanHeader::NO_PART => Half::NoPart,
             other => return Err(invalid(format!("there is no half {other}"))),
         },
         lobes: header.lobes.clone(),

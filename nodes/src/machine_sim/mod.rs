@@ -8,7 +8,7 @@ mod pump;
 mod ticker;
 
 pub use pump::WHEEL_JOINT;
-pub(crate) use pump::{STEADY_FORCE, home_input, input_name};
+pub(crate) use pump::{input_name, input_named};
 pub use ticker::Pace;
 
 use crate::config::{locate::locate, machine_file};
@@ -250,15 +250,16 @@ fn subscriptions(
                 Err(error) => logger.warn(&format!("setpoints refused: {error}")),
             },
         )?;
-    let (logger, orders) = (node.logger().clone(), inlet.clone());
-    let commands =
-        node.subscribe::<CommandMessage>("machine/commands", &qos, move |message, info| match order(&message) {
+    let (logger, orders, machine) = (node.logger().clone(), inlet.clone(), description.clone());
+    let commands = node.subscribe::<CommandMessage>("machine/commands", &qos, move |message, info| {
+        match order(&message, &machine) {
             Some(order) => {
                 let command = TimedCommand { sequence: message.sequence, tick: message.tick, order };
                 orders.send(Inbound::Command(participant(info.writer), command));
             }
             None => logger.warn(&format!("command {} for {:?} is unknown", message.kind, message.target)),
-        })?;
+        }
+    })?;
     let (bounds, waker) = (Arc::clone(bounds), waker.clone());
     let recorder = node.subscribe::<RecorderStatus>(
         "run_logger/status",
@@ -279,11 +280,14 @@ fn participant(writer: crate::ros::Guid) -> [u8; 16] {
     participant
 }
 
-fn order(message: &CommandMessage) -> Option<Order> {
+fn order(message: &CommandMessage, machine: &MachineDescription) -> Option<Order> {
     match message.kind {
         CommandMessage::SET_HOME => home_order(&message.target, message.counts),
         CommandMessage::LOSE_HOME => {
             Axis::from_joint(&message.target).map(|axis| Order::Machine(MachineCommand::LoseHome { axis }))
+        }
+        CommandMessage::ASK => {
+            input_named(&message.target, machine).map(|input| Order::Machine(MachineCommand::Ask { input }))
         }
         CommandMessage::WHEEL_START => Some(Order::Machine(MachineCommand::WheelStart)),
         CommandMessage::WHEEL_STOP => Some(Order::Machine(MachineCommand::WheelStop)),
@@ -342,6 +346,7 @@ fn services(
             name: request.lobe.name,
             station: request.lobe.station,
             width_mm: mm_from_m(request.lobe.width),
+            key_way_rad: request.lobe.key_way,
             radii_mm: request.lobe.radius.iter().map(|radius| mm_from_m(*radius)).collect(),
         })));
     })?;

@@ -9,6 +9,8 @@ pub(super) struct RawLobe {
     pub(super) name: String,
     pub(super) station: String,
     pub(super) width_mm: f64,
+    /// Of the part, as every lobe of it says.
+    pub(super) key_way_rad: f64,
     pub(super) radii_mm: Vec<f64>,
 }
 
@@ -17,6 +19,7 @@ pub(super) struct RawLobe {
 pub(super) struct Snapshot {
     pub(super) tick: u64,
     pub(super) finished: bool,
+    pub(super) key_way_rad: f64,
     pub(super) lobes: Vec<SnapshotLobe>,
 }
 

@@ -252,6 +252,7 @@ impl Pump {
                 station: lobe.station.clone(),
                 width: m_from_mm(lobe.width_mm),
                 finished: snapshot.finished,
+                key_way: snapshot.key_way_rad,
                 radius: lobe.radii_mm.iter().map(|radius| m_from_mm(*radius)).collect(),
             })?;
         }
@@ -299,9 +300,6 @@ fn latch_message(latch: &CoreLatch, description: &MachineDescription) -> Latch {
     }
 }
 
-/// Name of the force monitor's input.
-pub(crate) const STEADY_FORCE: &str = "steady_force";
-
 /// Names of the home switch and of the index of an axis.
 const fn home_inputs(axis: Axis) -> [&'static str; 2] {
     match axis {
@@ -311,19 +309,27 @@ const fn home_inputs(axis: Axis) -> [&'static str; 2] {
     }
 }
 
-/// The input of an axis' homing with this name.
-pub(crate) fn home_input(name: &str) -> Option<Input> {
-    Axis::ALL.into_iter().find_map(|axis| {
-        let [home, index] = home_inputs(axis);
-        if name == home { Some(Input::Home(axis)) } else { (name == index).then_some(Input::Index(axis)) }
-    })
+/// The input with this name.
+pub(crate) fn input_named(name: &str, description: &MachineDescription) -> Option<Input> {
+    let of_homing = || {
+        Axis::ALL.into_iter().find_map(|axis| {
+            let [home, index] = home_inputs(axis);
+            if name == home { Some(Input::Home(axis)) } else { (name == index).then_some(Input::Index(axis)) }
+        })
+    };
+    let of_station = || description.stations.iter().position(|station| station.switch == name).map(Input::Station);
+    let single = [Input::Origin, Input::SteadyForce, Input::WheelContact, Input::KeyWay];
+    let of_name = |input: &Input| input_name(*input, description) == name;
+    single.into_iter().find(of_name).or_else(of_homing).or_else(of_station)
 }
 
 /// Name of an input as plans and latches have it.
 pub(crate) fn input_name(input: Input, description: &MachineDescription) -> &str {
     match input {
         Input::Origin => "origin",
-        Input::SteadyForce => STEADY_FORCE,
+        Input::SteadyForce => "steady_force",
+        Input::WheelContact => "wheel_contact",
+        Input::KeyWay => "key_way",
         Input::Home(axis) => home_inputs(axis)[0],
         Input::Index(axis) => home_inputs(axis)[1],
         Input::Station(index) => description.stations.get(index).map_or("", |station| station.switch.as_str()),

@@ -455,11 +455,13 @@ impl Ticker {
             self.machine.clear_part();
         }
         let radii = std::mem::take(&mut lobe.radii_mm);
+        self.machine.set_key_way(lobe.key_way_rad);
         self.machine.load_lobe(&lobe.name, &lobe.station, lobe.width_mm, radii).map_err(LobeRefused::Part)
     }
 
     fn copy_part(&self, snapshot: &mut Snapshot) {
         snapshot.tick = self.machine.tick();
+        snapshot.key_way_rad = self.machine.key_way_rad();
         let stations = &self.machine.description().stations;
         snapshot.lobes.clear();
         // Loading and copying the part are the only places where this thread allocates; both are refused while it moves.

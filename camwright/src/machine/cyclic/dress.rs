@@ -37,9 +37,14 @@ impl Machine {
         let wheel = self.description.wheel;
         let radius_mm = mm_from_nm(radius_nm);
         let worn_mm = self.lasting.wheel_radius_mm - self.lasting.wheel_wear_mm;
-        let position = |axis: Axis| {
+        // As the axes read: the zero of X may have been corrected.
+        let zero_mm = |axis: Axis| {
             let axis = &self.axes[axis.index()];
-            axis.true_position() / axis.counts_per_unit
+            axis.zero() as f64 / axis.counts_per_unit
+        };
+        let position = |axis: Axis| {
+            let state = &self.axes[axis.index()];
+            state.true_position() / state.counts_per_unit - zero_mm(axis)
         };
         let fits = self.description.dresser.is_some_and(|dresser| {
             let beside_mm = 0.5 * dresser.traverse_mm(wheel.width_mm) + AT_DRESSER_MM;
@@ -54,6 +59,7 @@ impl Machine {
             return;
         }
         self.lasting = self.lasting.dressed(radius_mm);
+        self.dressed_zero_mm = zero_mm(Axis::X);
         self.ground = None;
     }
 

@@ -148,6 +148,8 @@ pub struct Machine {
     gap: Option<GapWatch>,
     /// Azimuth of the part's key-way as it is clamped (rad): 0 faces the wheel where C is 0.
     key_way_rad: f64,
+    /// How far the zero of X was off the machine's own at the last dress (mm).
+    dressed_zero_mm: f64,
     since_cut: u32,
     /// Lobe that the wheel took something from last, since the last dress and the last part.
     ground: Option<usize>,
@@ -249,6 +251,7 @@ impl Machine {
             gauge: description.gauge.map(|gauge| Gauge::new(gauge, description.cycle_time_s())),
             gap: GapWatch::new(&description),
             key_way_rad: 0.0,
+            dressed_zero_mm: 0.0,
             since_cut: watch::CUTTING_TICKS,
             ground: None,
             mode: Mode::Following,

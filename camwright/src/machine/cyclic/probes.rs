@@ -86,11 +86,7 @@ impl Machine {
     }
 
     /// The switch of the key-way along a servo step.
-    pub(super) fn sense_key_way(
-        &mut self,
-        spans: &[Span; AXIS_COUNT],
-        latches: &mut FixedList<Latch, MAX_LATCHES>,
-    ) {
+    pub(super) fn sense_key_way(&mut self, spans: &[Span; AXIS_COUNT], latches: &mut FixedList<Latch, MAX_LATCHES>) {
         let c = &spans[Axis::C.index()];
         if c.is_still() {
             return;

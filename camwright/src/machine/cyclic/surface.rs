@@ -50,7 +50,8 @@ impl Machine {
         let turn_rad = speed_rad_s * self.step_s;
         let share = self.wheel.share_of_speed();
         Surface {
-            radius_mm: lasting.wheel_radius_mm - lasting.wheel_wear_mm - dressed_mm,
+            // The dresser's rim stands where it stands, whatever the zero of X was corrected by before.
+            radius_mm: lasting.wheel_radius_mm - lasting.wheel_wear_mm - dressed_mm + self.dressed_zero_mm,
             centre_mm: lasting.wheel_radius_mm - grown_mm,
             unbalance_mm: self.description.wheel.unbalance_mm * share * share,
             phase_rad: self.wheel_phase_rad + turn_rad * f64::from(servo_step),
