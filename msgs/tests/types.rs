@@ -182,8 +182,10 @@ fn every_field_of_our_own_has_a_comment() {
 /// A number with a fraction has its unit in brackets, or its range where it has none, or says what names the unit.
 #[test]
 fn every_quantity_of_our_own_has_a_unit() {
-    let units =
-        ["m", "rad", "s", "N", "N/m", "m/s", "m/s^2", "m/s^3", "counts", "ns", "Hz", "1", "0..1", "0..100", "whole"];
+    let units = [
+        "m", "rad", "s", "N", "N/m", "m/s", "rad/s", "m/s^2", "m/s^3", "counts", "ns", "Hz", "1", "0..1", "0..100",
+        "whole",
+    ];
     let says = |comment: &str| {
         let in_brackets = comment.split('(').skip(1).filter_map(|rest| rest.split(')').next());
         let named = |text: &str| text.split([' ', ',', ';']).any(|word| units.contains(&word));

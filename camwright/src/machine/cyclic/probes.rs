@@ -104,7 +104,7 @@ fn key_way_edges(begins: f64, ends: f64, turn: f64, from: f64, to: f64) -> [Opti
     let passed = |mark: f64, rising: bool| {
         let (before, after) = (libm::floor((from - mark) / turn), libm::floor((to - mark) / turn));
         let which = if upwards { after } else { before };
-        (before < after || before > after).then(|| Edge { rising, position: which * turn + mark })
+        (before - after != 0.0).then_some(Edge { rising, position: which * turn + mark })
     };
     let edges = [passed(begins, upwards), passed(ends, !upwards)];
     match edges {
