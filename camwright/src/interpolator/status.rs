@@ -164,6 +164,7 @@ impl fmt::Display for InterpolatorAlarm {
                     Input::Index(_) => "index mark",
                     Input::WheelContact => "gap detector",
                     Input::KeyWay => "key-way",
+                    Input::SteadyForce => "steady force",
                     Input::Home(_) | Input::Origin | Input::Station(_) => "home switch",
                 };
                 write!(f, "{} searched its whole travel and its {what} was not found", axis.joint())
