@@ -133,8 +133,19 @@ impl Facing {
         r * (r - 2.0 * x * cos_delta) + x * x < self.radius_mm * self.radius_mm
     }
 
-    fn cos_to(&self, (c, s): (f64, f64)) -> f64 {
+    fn cos_to(&self, c: f64, s: f64) -> f64 {
         c * self.direction.0 + s * self.direction.1
+    }
+
+    /// Squares of the distances of a block's points from the wheel's centre, without a branch between two points; those of a block that
+    /// is not full are endless.
+    fn squares(&self, radii: &[f64], cos: &[f64], sin: &[f64]) -> [f64; BLOCK] {
+        let x = self.centre_mm;
+        let mut squares = [f64::INFINITY; BLOCK];
+        for (((square, r), c), s) in squares.iter_mut().zip(radii).zip(cos).zip(sin) {
+            *square = r * (r - 2.0 * x * self.cos_to(*c, *s)) + x * x;
+        }
+        squares
     }
 }
 
@@ -146,7 +157,9 @@ pub struct Lobe {
     width_mm: f64,
     radii: Vec<f64>,
     block_reach: Vec<f64>,
-    direction: Vec<(f64, f64)>,
+    /// Cosine and sine of every azimuth.
+    cos: Vec<f64>,
+    sin: Vec<f64>,
     reach: f64,
     changed: bool,
     met: press::Met,
@@ -167,16 +180,13 @@ impl Lobe {
         if !(width_mm > 0.0 && width_mm.is_finite()) {
             return Err(LobeError::Width { name, width_mm });
         }
-        let direction = (0..radii.len())
-            .map(|i| {
-                let azimuth = TURN_RAD * i as f64 / radii.len() as f64;
-                (libm::cos(azimuth), libm::sin(azimuth))
-            })
-            .collect();
+        let azimuth = |i: usize| TURN_RAD * i as f64 / radii.len() as f64;
+        let cos = (0..radii.len()).map(|i| libm::cos(azimuth(i))).collect();
+        let sin = (0..radii.len()).map(|i| libm::sin(azimuth(i))).collect();
         let block_reach: Vec<f64> = radii.chunks(BLOCK).map(largest).collect();
         let reach = largest(&radii);
         let met = press::Met::new(&radii, &block_reach);
-        Ok(Self { name, station, width_mm, radii, block_reach, direction, reach, changed: false, met })
+        Ok(Self { name, station, width_mm, radii, block_reach, cos, sin, reach, changed: false, met })
     }
 
     /// Name.
@@ -247,7 +257,8 @@ impl Lobe {
         let mut removal = Removal::default();
         let mut near = self.near(wheel);
         while let Some(block) = near.next(self.block_reach.len(), |block, edge| {
-            let cos = wheel.cos_to(self.direction[self.azimuth_of(block, edge)]);
+            let at = self.azimuth_of(block, edge);
+            let cos = wheel.cos_to(self.cos[at], self.sin[at]);
             (wheel.has(self.reach, cos), wheel.has(self.block_reach[block], cos))
         }) {
             removal = removal.and(self.cut_block(block, wheel, cuts));
@@ -284,15 +295,17 @@ impl Lobe {
         let range = block * BLOCK..((block + 1) * BLOCK).min(self.radii.len());
         let (x, r2) = (wheel.centre_mm, wheel.radius_mm * wheel.radius_mm);
         let half_step = 0.5 * TURN_RAD / self.radii.len() as f64;
+        let squares = wheel.squares(&self.radii[range.clone()], &self.cos[range.clone()], &self.sin[range.clone()]);
+        let mut inside: u32 = 0;
+        for (i, square) in squares.iter().enumerate() {
+            inside |= u32::from(*square < r2) << i;
+        }
         let mut removal = Removal::default();
-        for (radius, (c, s)) in self.radii[range.clone()].iter_mut().zip(&self.direction[range.clone()]) {
-            let cos_delta = c * cos + s * sin;
-            let r = *radius;
-            // Square of the distance to the wheel's centre.
-            if r * (r - 2.0 * x * cos_delta) + x * x >= r2 {
-                continue;
-            }
-            let sin_delta = s * cos - c * sin;
+        while inside != 0 {
+            let at = range.start + inside.trailing_zeros() as usize;
+            inside &= inside - 1;
+            let (r, c, s) = (self.radii[at], self.cos[at], self.sin[at]);
+            let (cos_delta, sin_delta) = (wheel.cos_to(c, s), s * cos - c * sin);
             let offset = x * sin_delta;
             let left = x * cos_delta - libm::sqrt((r2 - offset * offset).max(0.0));
             let penetration = r - left;
@@ -303,7 +316,7 @@ impl Lobe {
             if cuts {
                 let after = r - penetration;
                 removal.area_mm2 += (r * r - after * after) * half_step;
-                *radius = after;
+                self.radii[at] = after;
             }
         }
         if removal.area_mm2 > 0.0 {
@@ -378,8 +391,11 @@ impl Near {
 }
 
 fn largest(radii: &[f64]) -> f64 {
-    // No radius is NaN.
-    radii.iter().fold(0.0, |most, radius| if *radius > most { *radius } else { most })
+    // No radius is NaN. Four at a time, which do not wait for each other.
+    let larger = |a: f64, b: f64| if b > a { b } else { a };
+    let (fours, rest) = radii.as_chunks::<4>();
+    let most = fours.iter().fold([0.0; 4], |most, four| core::array::from_fn(|i| larger(most[i], four[i])));
+    rest.iter().chain(&most).fold(0.0, |most, radius| larger(most, *radius))
 }
 
 /// The part between the centres.

@@ -125,11 +125,14 @@ impl Lobe {
             let block = at / BLOCK;
             let end = ((block + 1) * BLOCK).min(n);
             let part = (end - at).min(left);
-            let before = self.met.block_reach[block];
             self.met.radii[at..at + part].copy_from_slice(&self.radii[at..at + part]);
-            let reach = largest(&self.met.radii[block * BLOCK..end]);
-            self.met.block_reach[block] = reach;
-            lost_reach |= reach < before && before >= self.met.reach;
+            // Until an edge of the block is passed, its reach stays the bound that it is.
+            if at == block * BLOCK || at + part == end {
+                let before = self.met.block_reach[block];
+                let reach = largest(&self.met.radii[block * BLOCK..end]);
+                self.met.block_reach[block] = reach;
+                lost_reach |= reach < before && before >= self.met.reach;
+            }
             left -= part;
             at = if end == n { 0 } else { end };
         }
@@ -147,24 +150,26 @@ impl Lobe {
         let mut nearest = (radius * radius, None);
         let mut near = self.near(wheel);
         while let Some(block) = near.next(self.block_reach.len(), |block, edge| {
-            let cos = wheel.cos_to(self.direction[self.azimuth_of(block, edge)]);
+            let at = self.azimuth_of(block, edge);
+            let cos = wheel.cos_to(self.cos[at], self.sin[at]);
             (wheel.has(self.met.reach, cos), wheel.has(self.met.block_reach[block], cos))
         }) {
             let start = block * BLOCK;
             let end = (start + BLOCK).min(self.radii.len());
-            let azimuths = self.met.radii[start..end].iter().zip(&self.direction[start..end]).enumerate();
-            for (i, (r, (c, s))) in azimuths {
-                let square = r * (r - 2.0 * x * (c * cos + s * sin)) + x * x;
-                if square < nearest.0 {
-                    nearest = (square, Some(start + i));
-                }
+            let squares = wheel.squares(&self.met.radii[start..end], &self.cos[start..end], &self.sin[start..end]);
+            let least =
+                squares.iter().fold(f64::INFINITY, |least, square| if *square < least { *square } else { least });
+            if least < nearest.0
+                && let Some(i) = squares.iter().position(|square| *square <= least)
+            {
+                nearest = (least, Some(start + i));
             }
         }
         let at = nearest.1?;
         let n = self.radii.len();
         // From a point of the surface to the wheel's centre, along the wheel's line and across it.
         let to_centre = |i: usize| {
-            let (r, (c, s)) = (self.met.radii[i], self.direction[i]);
+            let (r, c, s) = (self.met.radii[i], self.cos[i], self.sin[i]);
             (x - r * (c * cos + s * sin), -r * (s * cos - c * sin))
         };
         let neighbours = [to_centre((at + n - 1) % n), to_centre(at), to_centre((at + 1) % n)];
