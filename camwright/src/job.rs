@@ -12,6 +12,7 @@ use crate::compensation::Compensation;
 use crate::dressing::DressingSpec;
 use crate::follower::Follower;
 use crate::lift::LiftLaw;
+use crate::machine::description::ReferenceCut;
 use crate::machine::fixture::Extent;
 use crate::raw_part::RawPart;
 use crate::runout::Mode;
@@ -157,17 +158,6 @@ impl WheelPower {
             most_rad_s: f64::INFINITY,
         }
     }
-}
-
-/// A cut that just does not burn.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ReferenceCut {
-    /// Speed of the contact along the contour (mm/s).
-    pub footprint_speed_mm_s: f64,
-    /// Depth along the normal (mm).
-    pub depth_mm: f64,
-    /// Diameter of the wheel that has the same contact on a flat part, 2/(1/R + κ) (mm).
-    pub equivalent_diameter_mm: f64,
 }
 
 impl SpeedLaw {

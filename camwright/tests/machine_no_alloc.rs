@@ -4,7 +4,8 @@ use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::buffer::{Chunk, SetpointBuffer, TailPoint};
 use camwright::machine::description::{
-    Axis, ContactDescription, GaugeDescription, GaugeKind, MachineDescription, StiffnessAt, Structure,
+    Axis, ContactDescription, GaugeDescription, GaugeKind, GrindingProcess, MachineDescription, ReferenceCut,
+    StiffnessAt, Structure,
 };
 use camwright::machine::fault::Fault;
 use camwright::machine::reference::cam_grinder;
@@ -14,6 +15,12 @@ use camwright::setpoint::{Input, Setpoint};
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;
+
+const PROCESS: GrindingProcess = GrindingProcess {
+    specific_energy_j_mm3: 40.0,
+    rubbing_n_mm2: 0.05,
+    safe_cut: ReferenceCut { footprint_speed_mm_s: 300.0, depth_mm: 0.01, equivalent_diameter_mm: 30.0 },
+};
 
 /// Chunks come, setpoints run, the wheel cuts, edges are caught, faults strike, alarms are raised.
 #[test]
@@ -34,7 +41,8 @@ fn a_tick_does_not_allocate_whatever_happens_in_it() {
         seed: 1,
     };
     for (contact, gauge) in [(None, None), (Some(contact), Some(gauge))] {
-        let mut description = MachineDescription { contact, gauge, ..cam_grinder() };
+        let mut description =
+            MachineDescription { process: contact.is_some().then_some(PROCESS), contact, gauge, ..cam_grinder() };
         description.wheel.unbalance_mm = 1e-4;
         for axis in &mut description.axes {
             axis.drive.velocity_integral_s = Some(0.01);

@@ -183,8 +183,8 @@ fn every_field_of_our_own_has_a_comment() {
 #[test]
 fn every_quantity_of_our_own_has_a_unit() {
     let units = [
-        "m", "rad", "s", "N", "N/m", "m/s", "rad/s", "m/s^2", "m/s^3", "counts", "ns", "Hz", "1", "0..1", "0..100",
-        "whole",
+        "m", "rad", "s", "N", "N/m", "W", "J/m^3", "m/s", "rad/s", "m/s^2", "m/s^3", "counts", "ns", "Hz", "1", "0..1",
+        "0..100", "whole",
     ];
     let says = |comment: &str| {
         let in_brackets = comment.split('(').skip(1).filter_map(|rest| rest.split(')').next());

@@ -11,6 +11,7 @@ pub use crate::machine::drive_description::{DriveSettings, Structure};
 pub use crate::machine::gauge_description::{GaugeDescription, GaugeKind};
 pub use crate::machine::homing_description::{Homing, HomingKind};
 pub use crate::machine::probe_description::{GapDetector, KeyWayProbe};
+pub use crate::machine::process_description::{GrindingProcess, ReferenceCut};
 pub use crate::machine::retract_description::AlarmRetract;
 pub use crate::machine::thermal_description::ThermalDescription;
 pub use crate::machine::wheel_description::{WHEEL_TOLERANCE_MM, WheelDescription, WheelTooFast};
@@ -244,6 +245,8 @@ pub struct MachineDescription {
     pub gap_detector: Option<GapDetector>,
     /// What sees the part's key-way; `None`: nothing does.
     pub key_way_probe: Option<KeyWayProbe>,
+    /// What grinding takes; `None`: nobody says.
+    pub process: Option<GrindingProcess>,
     /// How an alarm takes the wheel off the part.
     pub retract: AlarmRetract,
     /// What it is dressed with; `None` is a machine without.
@@ -365,6 +368,7 @@ impl MachineDescription {
         self.gauge.map_or(Ok(()), |gauge| gauge.validate())?;
         self.gap_detector.map_or(Ok(()), |detector| detector.validate())?;
         self.key_way_probe.map_or(Ok(()), |probe| probe.validate())?;
+        self.process.map_or(Ok(()), |process| process.validate())?;
         self.dresser.map_or(Ok(()), |dresser| dresser.validate())?;
         for (what, extent) in [("headstock", self.headstock), ("tailstock", self.tailstock)] {
             if let Some(Extent { from_mm: low, to_mm: high, radius_mm: value }) = extent {

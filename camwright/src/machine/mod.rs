@@ -24,6 +24,7 @@ mod homing_description;
 mod mechanics;
 pub mod plausibility;
 mod probe_description;
+mod process_description;
 pub mod reference;
 pub mod report;
 mod retract_description;

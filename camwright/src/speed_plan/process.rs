@@ -88,7 +88,7 @@ pub fn largest_speed_rad_s(law: &SpeedLaw, x: Sample, cutting: &Cutting) -> f64 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::job::ReferenceCut;
+    use crate::machine::description::ReferenceCut;
 
     const CUTTING: Cutting = Cutting {
         wheel_radius_mm: 60.0,

@@ -4,7 +4,7 @@ use super::batch::Batch;
 use crate::axis_interpolator::AxisInterpolator;
 use crate::config::job_file;
 use crate::config::locate::Located;
-use crate::convert::mm_from_m;
+use crate::convert::{j_mm3_from_j_m3, mm_from_m};
 use crate::job_planner::JobPlanner;
 use crate::machine_sim::MachineSim;
 use crate::planning::{self, Causes, FORM_TOLERANCE_MM, PreparedJob, TimeCompared};
@@ -463,6 +463,17 @@ impl Report<'_> {
                 um(lobe.form_error_rms),
             );
         }
+        for lobe in result.lobes.iter().filter(|lobe| lobe.power_max > 0.0) {
+            println!(
+                "{:<5} took {:.0} W at most, {:.0} J/mm3, at {:.0} deg; hottest at {:.0} deg, {:.2} of what burns",
+                lobe.name,
+                lobe.power_max,
+                j_mm3_from_j_m3(lobe.specific_energy),
+                deg_from_rad(lobe.power_max_angle),
+                deg_from_rad(lobe.burn_index_max_angle),
+                lobe.burn_index_max,
+            );
+        }
         for lobe in result.lobes.iter().filter(|lobe| lobe.runout_before > 0.0) {
             println!(
                 "{:<5} ran out by {:.2} um when it was measured; one turn left {:.3} um, sparking out would have taken {:.0} turns",
@@ -555,6 +566,11 @@ impl Report<'_> {
                     "runout_um": um(lobe.runout),
                     "runout_before_um": um(lobe.runout_before),
                     "spark_out_turns": lobe.spark_out_turns,
+                    "power_max_w": lobe.power_max,
+                    "power_max_deg": deg_from_rad(lobe.power_max_angle),
+                    "specific_energy_j_mm3": j_mm3_from_j_m3(lobe.specific_energy),
+                    "burn_index_max": lobe.burn_index_max,
+                    "burn_index_max_deg": deg_from_rad(lobe.burn_index_max_angle),
                 })
             })
             .collect();

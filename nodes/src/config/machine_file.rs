@@ -6,6 +6,7 @@ use super::fault_file::AlarmRetractFile;
 use super::gauge_file::GaugeFile;
 use super::homing_file::{self, HomingFile};
 use super::probe_file::{GapDetectorFile, KeyWayProbeFile};
+use super::process_file::ProcessFile;
 use super::wheel_file::{DresserFile, ExtentFile, ThermalFile};
 use super::yaml::Document;
 use super::{ConfigError, Place};
@@ -43,6 +44,7 @@ struct MachineFile {
     gauge: Option<GaugeFile>,
     gap_detector: Option<GapDetectorFile>,
     key_way_probe: Option<KeyWayProbeFile>,
+    process: Option<ProcessFile>,
     #[serde(default)]
     alarm_retract: AlarmRetractFile,
     dresser: Option<DresserFile>,
@@ -176,6 +178,7 @@ fn describe(file: &MachineFile, hash: String) -> MachineDescription {
         gauge: file.gauge.as_ref().map(GaugeFile::gauge),
         gap_detector: file.gap_detector.as_ref().map(GapDetectorFile::detector),
         key_way_probe: file.key_way_probe.as_ref().map(KeyWayProbeFile::probe),
+        process: file.process.as_ref().map(ProcessFile::process),
         retract: file.alarm_retract.retract(),
         dresser: file.dresser.as_ref().map(DresserFile::dresser),
         headstock: file.headstock.as_ref().map(ExtentFile::extent),
@@ -312,6 +315,7 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
     }
     let probes = file.gap_detector.iter().flat_map(GapDetectorFile::ranges);
     let probes = probes.chain(file.key_way_probe.iter().flat_map(KeyWayProbeFile::ranges));
+    let probes = probes.chain(file.process.iter().flat_map(ProcessFile::ranges));
     for (key, value, low, high) in file.gauge.iter().flat_map(GaugeFile::ranges).chain(probes) {
         within(key, value, low, high)?;
     }

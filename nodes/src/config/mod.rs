@@ -17,6 +17,7 @@ pub mod locate;
 pub mod machine_file;
 mod pass_file;
 mod probe_file;
+mod process_file;
 mod start_file;
 mod wheel_file;
 pub mod yaml;

@@ -1,6 +1,7 @@
 //! The passes of a job file: infeed and speed, roughing first.
 
-use camwright::job::{InfeedCourse, InfeedDirection, PassSpec, ReferenceCut, SpeedLaw};
+use camwright::job::{InfeedCourse, InfeedDirection, PassSpec, SpeedLaw};
+use camwright::machine::description::ReferenceCut;
 use camwright::units::{mm_from_um, rad_s_from_rpm};
 use serde::Deserialize;
 

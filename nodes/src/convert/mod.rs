@@ -67,6 +67,18 @@ pub fn counts_from_si(scale: Scale, position: f64) -> i64 {
     }
 }
 
+/// Energy per volume: J/mm³ to J/m³.
+#[must_use]
+pub fn j_m3_from_j_mm3(j_mm3: f64) -> f64 {
+    j_mm3 * 1e9
+}
+
+/// Energy per volume: J/m³ to J/mm³.
+#[must_use]
+pub fn j_mm3_from_j_m3(j_m3: f64) -> f64 {
+    j_m3 / 1e9
+}
+
 /// A fault's value in the core's unit: offsets of slides come in metres.
 #[must_use]
 pub fn fault_value(target: &str, value: f64) -> f64 {

@@ -8,7 +8,7 @@ mod pump;
 mod ticker;
 
 pub use pump::WHEEL_JOINT;
-pub(crate) use pump::{input_name, input_named};
+pub(crate) use pump::{cut_of, input_name, input_named};
 pub use ticker::Pace;
 
 use crate::config::{locate::locate, machine_file};

@@ -1,6 +1,6 @@
 //! The part on its way to the cyclic thread and back.
 
-use camwright::machine::workpiece::LobeError;
+use camwright::machine::workpiece::{CutAt, LobeError};
 
 /// A lobe of a raw part, on its way to the machine.
 #[derive(Debug)]
@@ -30,6 +30,8 @@ pub(super) struct SnapshotLobe {
     pub(super) station: String,
     pub(super) width_mm: f64,
     pub(super) radii_mm: Vec<f64>,
+    /// What was taken from every degree of it; empty where nobody knows.
+    pub(super) cut: Vec<CutAt>,
 }
 
 /// Why a lobe was not put in.

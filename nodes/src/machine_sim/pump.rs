@@ -4,12 +4,13 @@ use super::clock_outlet::ClockOutlet;
 use super::part::{LobeRefused, RawLobe, Snapshot};
 use super::ticker::Outbound;
 use crate::convert::time::TickClock;
-use crate::convert::{m_from_mm, si_from_core, si_from_counts};
+use crate::convert::{j_m3_from_j_mm3, m_from_mm, si_from_core, si_from_counts};
 use crate::cyclic::{Receiver, Waker};
 use crate::ros::{Node, Publisher, Qos, RosError};
 use camwright::machine::alarm::{Alarm as CoreAlarm, Severity};
 use camwright::machine::description::{Axis, GaugeKind, MachineDescription};
 use camwright::machine::report::{IoState, MotionState, TickReport};
+use camwright::machine::workpiece::CutAt;
 use camwright::setpoint::{Input, Latch as CoreLatch};
 use camwright_msgs::camwright_msgs::msg::{
     Alarm, GaugeReading, Latch, MachineAlarms, MachineIo, MachineStream, PartLobe,
@@ -245,6 +246,7 @@ impl Pump {
 
     fn part(&self, snapshot: &Snapshot) -> Result<(), RosError> {
         for lobe in &snapshot.lobes {
+            let common_mm = lobe.width_mm.min(self.context.description.wheel.width_mm);
             self.outlets.part.publish(&PartLobe {
                 stamp: self.context.clock.stamp(snapshot.tick),
                 tick: snapshot.tick,
@@ -254,9 +256,20 @@ impl Pump {
                 finished: snapshot.finished,
                 key_way: snapshot.key_way_rad,
                 radius: lobe.radii_mm.iter().map(|radius| m_from_mm(*radius)).collect(),
+                ..cut_of(&lobe.cut, common_mm)
             })?;
         }
         Ok(())
+    }
+}
+
+/// What was taken from every degree of a lobe over the width that it has in common with the wheel (mm), as a message has it.
+pub(crate) fn cut_of(cut: &[CutAt], common_mm: f64) -> PartLobe {
+    PartLobe {
+        power: cut.iter().map(|at| at.power_w_mm * common_mm).collect(),
+        specific_energy: cut.iter().map(|at| j_m3_from_j_mm3(at.specific_energy_j_mm3)).collect(),
+        burn_index: cut.iter().map(|at| at.burn_index).collect(),
+        ..PartLobe::default()
     }
 }
 

@@ -470,6 +470,7 @@ impl Ticker {
             station: stations.get(lobe.station()).map_or_else(String::new, |station| station.switch.clone()),
             width_mm: lobe.width_mm(),
             radii_mm: lobe.radii_mm().to_vec(),
+            cut: lobe.cut_record().map_or_else(Vec::new, |record| record.degrees().to_vec()),
         }));
     }
 

@@ -92,7 +92,20 @@ pub fn lobe_result(design: &LobeDesign, measured: &PartLobe) -> Result<LobeResul
     let form = Form::measure(&radii_mm, &design.contour, design.phase_rad)
         .map_err(|source| LobeFormError { lobe: design.name.clone(), source })?;
     let span = measured.radius.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), r| (low.min(*r), high.max(*r)));
+    let highest = |of: &[f64]| {
+        let degrees = of.iter().enumerate().filter(|(_, value)| **value > 0.0);
+        let (degree, value) = degrees.max_by(|a, b| a.1.total_cmp(b.1))?;
+        let azimuth_rad = (degree as f64 + 0.5) / of.len() as f64 * TURN_RAD;
+        Some((*value, wrap_turn(azimuth_rad - design.phase_rad), degree))
+    };
+    let power = highest(&measured.power).unwrap_or_default();
+    let burn = highest(&measured.burn_index).unwrap_or_default();
     Ok(LobeResult {
+        power_max: power.0,
+        power_max_angle: power.1,
+        specific_energy: measured.specific_energy.get(power.2).copied().filter(|_| power.0 > 0.0).unwrap_or_default(),
+        burn_index_max: burn.0,
+        burn_index_max_angle: burn.1,
         runout: if design.is_round() { span.1 - span.0 } else { 0.0 },
         name: design.name.clone(),
         station: design.station.clone(),
@@ -115,6 +128,26 @@ mod tests {
             phase_rad,
             width_mm: 14.0,
         }
+    }
+
+    /// The degree that took most is told by its cam angle, the hottest one by its own.
+    #[test]
+    fn the_hardest_cut_is_told_where_it_was() {
+        let (e, r, phase) = (4.2, 19.0, 1.1);
+        let design = disc(e, r, phase);
+        let radius = (0..720).map(|i| m_from_mm(design.radius_at(f64::from(i) * TURN_RAD / 720.0))).collect();
+        let at = |degree: usize, high: f64, low: f64| -> Vec<f64> {
+            (0..360).map(|i| if i == degree { high } else { low }).collect()
+        };
+        let (power, specific_energy, burn_index) = (at(100, 2e3, 1e3), at(100, 5e10, 4e10), at(250, 0.7, 0.5));
+        let part = PartLobe { radius, power, specific_energy, burn_index, ..PartLobe::default() };
+        let result = lobe_result(&design, &part).unwrap();
+        assert_eq!((result.power_max, result.specific_energy, result.burn_index_max), (2e3, 5e10, 0.7));
+        let degree = |angle: f64| (angle + phase).to_degrees().rem_euclid(360.0);
+        assert!((degree(result.power_max_angle) - 100.5).abs() < 1e-9, "{}", result.power_max_angle);
+        assert!((degree(result.burn_index_max_angle) - 250.5).abs() < 1e-9, "{}", result.burn_index_max_angle);
+        let unknown = lobe_result(&design, &PartLobe { radius: part.radius, ..PartLobe::default() }).unwrap();
+        assert_eq!((unknown.power_max, unknown.burn_index_max), (0.0, 0.0));
     }
 
     /// The blank of an eccentric disc is the larger disc about the same centre:

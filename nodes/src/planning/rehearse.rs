@@ -3,6 +3,7 @@
 
 use super::{PreparedJob, correct, lobe_result, raw_lobe};
 use crate::convert::{m_from_mm, mm_from_m, plan::plan_from_pages, si_from_counts};
+use crate::machine_sim::cut_of;
 use camwright::cycle::Contact;
 use camwright::cycle::PlannedLobe;
 use camwright::interpolator::{Interpolator, Motion, Prepared};
@@ -105,6 +106,11 @@ pub fn rehearse_outlines_on(
         let second = run(&correction.pages, &mut tell)?;
         rehearsed = Rehearsed { outcome: second.outcome, last_tick: second.last_tick, ..rehearsed };
     }
+    let cut = |lobe: &PlannedLobe| {
+        let lobe = machine.part().lobe(&lobe.design.name)?;
+        let common_mm = lobe.width_mm().min(description.wheel.width_mm);
+        Some(cut_of(lobe.cut_record()?.degrees(), common_mm))
+    };
     let ground = |lobe: &PlannedLobe| {
         machine.part().lobe(&lobe.design.name).map_or_else(Vec::new, |lobe| lobe.radii_mm().to_vec())
     };
@@ -115,8 +121,10 @@ pub fn rehearse_outlines_on(
         .iter()
         .zip(&outlines_mm)
         .map(|(lobe, ground)| {
-            let measured =
-                PartLobe { radius: ground.iter().map(|radius| m_from_mm(*radius)).collect(), ..PartLobe::default() };
+            let measured = PartLobe {
+                radius: ground.iter().map(|radius| m_from_mm(*radius)).collect(),
+                ..cut(lobe).unwrap_or_default()
+            };
             lobe_result(&lobe.design, &measured).map_err(|error| failed(error.to_string()))
         })
         .collect::<Result<_, _>>()?;

@@ -76,6 +76,7 @@ pub(crate) fn machine() -> MachineDescription {
         gauge: None,
         gap_detector: None,
         key_way_probe: None,
+        process: None,
         retract: AlarmRetract::default(),
         dresser: None,
         headstock: None,

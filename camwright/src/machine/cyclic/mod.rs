@@ -22,7 +22,7 @@ use crate::machine::report::TickReport;
 use crate::machine::sensors::{OriginDetector, OvertravelSwitches, StationSwitch};
 use crate::machine::state::LastingState;
 use crate::machine::wheel::WheelSpindle;
-use crate::machine::workpiece::{Deflection, Lobe, LobeError, Removal, Workpiece};
+use crate::machine::workpiece::{CutRecord, Deflection, Lobe, LobeError, Removal, Workpiece};
 use crate::numeric::fixed_list::FixedList;
 use crate::setpoint::{Input, Latch, Setpoint};
 use crate::units::TURN_RAD;
@@ -358,7 +358,11 @@ impl Machine {
                 other: other.name().to_string(),
             });
         }
-        self.part.load(Lobe::new(String::from(name), index, width_mm, radii)?);
+        let mut lobe = Lobe::new(String::from(name), index, width_mm, radii)?;
+        if let Some(process) = self.description.process {
+            lobe.record(CutRecord::new(process, self.description.wheel.surface_speed_m_s));
+        }
+        self.part.load(lobe);
         Ok(())
     }
 

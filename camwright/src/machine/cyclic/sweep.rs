@@ -124,7 +124,8 @@ impl Machine {
             let taken = match law {
                 None => lobe.pass(wheel, cuts),
                 Some(law) => {
-                    let (taken, deflection) = lobe.press(wheel, law, self.deflection, cuts);
+                    let time_s = self.step_s / f64::from(positions);
+                    let (taken, deflection) = lobe.press(wheel, law, self.deflection, cuts, time_s);
                     (self.deflection, self.force_n) = (deflection, law.force_n(deflection.mm));
                     taken
                 }

@@ -9,6 +9,7 @@
 //! the nearer of the two intersections of the ray with the wheel. It grows with |δ|, so the point of a block of azimuths
 //! nearest to θ decides whether the block can be cut at all.
 
+mod cut_record;
 mod press;
 
 use crate::units::TURN_RAD;
@@ -16,6 +17,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
 
+pub use cut_record::{CutAt, CutRecord, DEGREES};
 pub use press::Deflection;
 
 /// Azimuths of an outline unless somebody wants another number: 0.1° apart, the block of JPS6156064B2.
@@ -163,6 +165,7 @@ pub struct Lobe {
     reach: f64,
     changed: bool,
     met: press::Met,
+    record: Option<CutRecord>,
 }
 
 impl Lobe {
@@ -186,7 +189,7 @@ impl Lobe {
         let block_reach: Vec<f64> = radii.chunks(BLOCK).map(largest).collect();
         let reach = largest(&radii);
         let met = press::Met::new(&radii, &block_reach);
-        Ok(Self { name, station, width_mm, radii, block_reach, cos, sin, reach, changed: false, met })
+        Ok(Self { name, station, width_mm, radii, block_reach, cos, sin, reach, changed: false, met, record: None })
     }
 
     /// Name.
@@ -222,6 +225,17 @@ impl Lobe {
         let index = self.index_of(azimuth_rad);
         let (left, right) = (self.radii[index], self.radii[(index + 1) % n]);
         left + (right - left) * (steps - index as f64)
+    }
+
+    /// Keeps a record of what is cut from now on.
+    pub(crate) fn record(&mut self, record: CutRecord) {
+        self.record = Some(record);
+    }
+
+    /// What was taken from every degree of it, if that is kept.
+    #[must_use]
+    pub fn cut_record(&self) -> Option<&CutRecord> {
+        self.record.as_ref()
     }
 
     /// An upper bound of its radius (mm), exact after [`Lobe::refresh`].

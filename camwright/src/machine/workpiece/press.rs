@@ -3,6 +3,7 @@
 //! The engagement of the contact law is found against the surface that the wheel met, not the one that it leaves: every azimuth
 //! keeps its radius from before the present pass until it is opposite the wheel.
 
+use super::cut_record::ContactNow;
 use super::{BLOCK, Facing, Lobe, Removal, WheelPosition, largest};
 use crate::contact_law::ContactLaw;
 use crate::units::TURN_RAD;
@@ -61,11 +62,16 @@ impl Met {
 struct Touch {
     depth_mm: f64,
     normal: (f64, f64),
+    /// Index of the azimuth nearest to it.
+    at: usize,
 }
 
 impl Lobe {
     /// No wheel is near: all that was cut has been passed.
     pub(crate) fn leave(&mut self) {
+        if let Some(record) = &mut self.record {
+            record.leave();
+        }
         if self.met.upto.take().is_some() {
             self.met.radii.copy_from_slice(&self.radii);
             self.met.block_reach.copy_from_slice(&self.block_reach);
@@ -74,7 +80,7 @@ impl Lobe {
     }
 
     /// The wheel stands here for a moment, undeflected, and had given way like this in the moment before: what it removes, and how
-    /// far it gives way now. With `cuts` false it only presses.
+    /// far it gives way now. With `cuts` false it only presses. The moment is so long (s).
     ///
     /// The law's engagement is the depth of the wheel as it stood deflected, and that deflection: as the deflected wheel runs along the
     /// surface that it makes, its deepest point is the one that counts, however steeply the undeflected wheel closes in.
@@ -84,6 +90,7 @@ impl Lobe {
         law: &ContactLaw,
         before: Deflection,
         cuts: bool,
+        time_s: f64,
     ) -> (Removal, Deflection) {
         if wheel.centre_mm - wheel.radius_mm >= self.met.reach {
             return (Removal::default(), Deflection::default());
@@ -92,12 +99,15 @@ impl Lobe {
             return (self.pass(wheel, cuts), Deflection::default());
         }
         self.bring_up_to(wheel.azimuth_rad);
-        let wheel = Facing::of(wheel);
+        let (position, wheel) = (wheel, Facing::of(wheel));
         let touch = match self.touch(&wheel.deflected(before)) {
             Some(touch) => Some(Touch { depth_mm: touch.depth_mm + before.mm, ..touch }),
             None => self.touch(&wheel),
         };
-        let Some(Touch { depth_mm: engagement_mm, normal }) = touch else {
+        let Some(Touch { depth_mm: engagement_mm, normal, at }) = touch else {
+            if let Some(record) = &mut self.record {
+                record.leave();
+            }
             return (Removal::default(), Deflection::default());
         };
         let depth_mm = if cuts { law.depth_of_cut_mm(engagement_mm) } else { 0.0 };
@@ -107,6 +117,11 @@ impl Lobe {
             (true, false) => Removal::default(),
             (false, _) => Removal { depth_mm: engagement_mm, ..Removal::default() },
         };
+        if let Some(record) = &mut self.record {
+            let azimuth_rad = at as f64 / self.radii.len() as f64 * TURN_RAD;
+            let contact = ContactNow { azimuth_rad, area_mm2: removal.area_mm2, depth_mm, cos_beta: normal.0 };
+            record.note(position, contact, time_s);
+        }
         (removal, deflection)
     }
 
@@ -182,6 +197,6 @@ impl Lobe {
         let [(along0, across0), (along1, across1), (along2, across2)] = neighbours;
         let (along, across) = (along1 + 0.5 * (along2 - along0) * aside, across1 + 0.5 * (across2 - across0) * aside);
         let length = libm::sqrt(along * along + across * across);
-        Some(Touch { depth_mm, normal: (along / length, across / length) })
+        Some(Touch { depth_mm, normal: (along / length, across / length), at })
     }
 }

@@ -1,0 +1,129 @@
+//! What the wheel took from every degree of a lobe, at its hardest: power, specific energy, and how hot it was.
+//!
+//! All of it is taken from the cut itself: the area that is gone and the time in which the contact passed a degree give the removal rate
+//! Q′, the contact law the depth a, both the footprint speed v = Q′/a; and with ω, the speed of the wheel line about the part, and β, the
+//! angle of the normal to it, the part's curvature κ at the contact is that of 1 + κR = centre·ω/(v cos β) (`speed_plan::process`).
+
+use super::WheelPosition;
+use crate::machine::description::{GrindingProcess, ReferenceCut};
+use crate::units::TURN_RAD;
+use alloc::vec::Vec;
+
+/// Parts of a turn that are told apart.
+pub const DEGREES: usize = 360;
+
+/// A depth below which the wheel rubs (mm): rounding, not a chip.
+const LEAST_DEPTH_MM: f64 = 1e-6;
+
+/// One degree of a lobe.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CutAt {
+    /// Largest power of the wheel's spindle per width (W/mm).
+    pub power_w_mm: f64,
+    /// Energy per removed volume in that moment (J/mm³).
+    pub specific_energy_j_mm3: f64,
+    /// How hot it was at most, by the cut that just does not burn.
+    pub burn_index: f64,
+}
+
+/// The contact on its way over a degree.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Passage {
+    degree: usize,
+    area_mm2: f64,
+    time_s: f64,
+    turned_rad: f64,
+    depth_mm: f64,
+    cos_beta: f64,
+    centre_mm: f64,
+}
+
+/// The record of a lobe.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CutRecord {
+    process: GrindingProcess,
+    wheel_speed_m_s: f64,
+    degrees: Vec<CutAt>,
+    passage: Option<Passage>,
+    /// Azimuth of the wheel line before (rad).
+    line_rad: Option<f64>,
+}
+
+/// The contact at one position of the wheel.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ContactNow {
+    /// Azimuth on the part (rad).
+    pub(super) azimuth_rad: f64,
+    pub(super) area_mm2: f64,
+    /// Depth of cut along the normal (mm).
+    pub(super) depth_mm: f64,
+    /// Cosine of the angle between the normal and the line from the part's axis to the wheel's centre.
+    pub(super) cos_beta: f64,
+}
+
+impl CutRecord {
+    pub(crate) fn new(process: GrindingProcess, wheel_speed_m_s: f64) -> Self {
+        let degrees = alloc::vec![CutAt::default(); DEGREES];
+        Self { process, wheel_speed_m_s, degrees, passage: None, line_rad: None }
+    }
+
+    /// Every degree from the key-way on.
+    #[must_use]
+    pub fn degrees(&self) -> &[CutAt] {
+        &self.degrees
+    }
+
+    /// Nothing touches.
+    pub(super) fn leave(&mut self) {
+        // A passage that was not finished says nothing of its degree.
+        (self.passage, self.line_rad) = (None, None);
+    }
+
+    /// The wheel stood here for a while (s).
+    pub(super) fn note(&mut self, wheel: WheelPosition, contact: ContactNow, time_s: f64) {
+        let turned_rad = self.line_rad.replace(wheel.azimuth_rad).map_or(0.0, |before| {
+            let turned = (wheel.azimuth_rad - before).abs();
+            turned.min((TURN_RAD - turned).abs())
+        });
+        let turns = contact.azimuth_rad / TURN_RAD;
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a fraction of a turn times the count"
+        )]
+        let degree = (((turns - libm::floor(turns)) * DEGREES as f64) as usize).min(DEGREES - 1);
+        if self.passage.is_none_or(|passage| passage.degree != degree) {
+            if let Some(passage) = self.passage.take() {
+                self.finish(passage, wheel.radius_mm);
+            }
+            self.passage = Some(Passage { degree, ..Passage::default() });
+        }
+        if let Some(passage) = &mut self.passage {
+            passage.area_mm2 += contact.area_mm2;
+            passage.time_s += time_s;
+            passage.turned_rad += turned_rad;
+            passage.depth_mm = passage.depth_mm.max(contact.depth_mm);
+            (passage.cos_beta, passage.centre_mm) = (contact.cos_beta, wheel.centre_mm);
+        }
+    }
+
+    fn finish(&mut self, passage: Passage, wheel_radius_mm: f64) {
+        let Passage { degree, area_mm2, time_s, turned_rad, depth_mm, cos_beta, centre_mm } = passage;
+        if !(depth_mm > LEAST_DEPTH_MM && area_mm2 > 0.0 && time_s > 0.0 && turned_rad > 0.0) {
+            return;
+        }
+        let removal_mm2_s = area_mm2 / time_s;
+        let footprint_speed_mm_s = removal_mm2_s / depth_mm;
+        let omega = turned_rad / time_s;
+        let equivalent_diameter_mm = 2.0 * wheel_radius_mm * cos_beta * footprint_speed_mm_s / (omega * centre_mm);
+        let contact_mm = libm::sqrt(depth_mm * equivalent_diameter_mm);
+        let power_w_mm = self.process.power_w_mm(removal_mm2_s, contact_mm, self.wheel_speed_m_s);
+        let cut = ReferenceCut { footprint_speed_mm_s, depth_mm, equivalent_diameter_mm };
+        let at = &mut self.degrees[degree];
+        at.burn_index = at.burn_index.max(self.process.burn_index(&cut));
+        if power_w_mm > at.power_w_mm {
+            at.power_w_mm = power_w_mm;
+            at.specific_energy_j_mm3 = power_w_mm / removal_mm2_s;
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! What the wheel takes from every degree of a lobe: power, specific energy, and how hot it gets.
+
+use super::{ideal, machine, turned};
+use camwright::machine::description::{
+    Axis, ContactDescription, GrindingProcess, MachineDescription, ReferenceCut, StiffnessAt,
+};
+use camwright::machine::workpiece::{CutAt, DEFAULT_AZIMUTHS, DEGREES};
+use camwright::setpoint::Setpoint;
+use camwright::units::TURN_RAD;
+
+const Z_MM: f64 = 60.0;
+const WIDTH_MM: f64 = 15.0;
+/// Infeed of a turn (mm), and the time of one (s).
+const FEED_MM: f64 = 0.01;
+const TURN_S: f64 = 0.4;
+
+fn grinder(process: Option<GrindingProcess>) -> MachineDescription {
+    let contact = ContactDescription {
+        stiffness: vec![StiffnessAt { z_mm: Z_MM, n_mm: 5e4 }],
+        grinding_n_mm2: 1e3,
+        threshold_n_mm: 0.5,
+        part_share: 0.5,
+    };
+    MachineDescription { contact: Some(contact), process, ..ideal() }
+}
+
+const PROCESS: GrindingProcess = GrindingProcess {
+    specific_energy_j_mm3: 40.0,
+    rubbing_n_mm2: 0.05,
+    safe_cut: ReferenceCut { footprint_speed_mm_s: 300.0, depth_mm: 0.01, equivalent_diameter_mm: 30.0 },
+};
+
+/// The degrees of a lobe of a raw outline that is plunged into over so many turns, X being what it is at a depth (mm over rad).
+fn plunged(
+    description: &MachineDescription,
+    raw_mm: impl Fn(f64) -> f64,
+    turns: f64,
+    x: impl Fn(f64) -> (f64, f64, f64),
+) -> Vec<CutAt> {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousand ticks")]
+    let ticks = (turns * TURN_S / description.cycle_time_s()) as u32;
+    let setpoints: Vec<Setpoint> = turned::turning(description, Z_MM, turns, ticks, x);
+    let mut machine = machine(description);
+    let radii = (0..DEFAULT_AZIMUTHS).map(|i| raw_mm(TURN_RAD * i as f64 / DEFAULT_AZIMUTHS as f64)).collect();
+    machine.load_lobe("I1", "LS1", WIDTH_MM, radii).expect("a raw part");
+    machine.place(setpoints[0].counts);
+    for setpoint in &setpoints[1..] {
+        machine.step(Some(setpoint), &[], &[]);
+    }
+    assert!(machine.alarms().is_empty(), "{:?}", machine.alarms());
+    let lobe = machine.part().lobe("I1").expect("it is there");
+    lobe.cut_record().map_or_else(Vec::new, |record| record.degrees().to_vec())
+}
+
+/// On a round part that is fed at one rate every degree takes what the formulas say: depth the feed of a turn, footprint speed that of the
+/// surface, equivalent diameter 2Rr/(R + r).
+#[test]
+fn a_plunge_into_a_round_part_takes_the_power_of_the_closed_form() {
+    let description = grinder(Some(PROCESS));
+    let feed = |angle: f64| (20.3 - FEED_MM * angle / TURN_RAD, -FEED_MM / TURN_RAD, 0.0);
+    let degrees = plunged(&description, |_| 20.3, 30.0, feed);
+    assert_eq!(degrees.len(), DEGREES);
+    let (wheel_mm, part_mm, wheel_m_s) = (60.0, 20.1, description.wheel.surface_speed_m_s);
+    let diameter_mm = 2.0 * wheel_mm * part_mm / (wheel_mm + part_mm);
+    // C runs up and down at the ends; between them its speed is what the deepest cut met.
+    let fastest = plunged_speed(&description, feed);
+    let speed_mm_s = fastest * part_mm;
+    let removal = FEED_MM * speed_mm_s;
+    let power = 40.0 * removal + 0.05 * libm::sqrt(FEED_MM * diameter_mm) * wheel_m_s;
+    let cut = ReferenceCut { footprint_speed_mm_s: speed_mm_s, depth_mm: FEED_MM, equivalent_diameter_mm: diameter_mm };
+    for (degree, at) in degrees.iter().enumerate() {
+        let close = |value: f64, wanted: f64| (value / wanted - 1.0).abs() < 0.03;
+        assert!(close(at.power_w_mm, power), "{degree} deg: {at:?}, {power} W/mm");
+        assert!(close(at.specific_energy_j_mm3, power / removal), "{degree} deg: {at:?}");
+        assert!(close(at.burn_index, PROCESS.burn_index(&cut)), "{degree} deg: {at:?}");
+    }
+}
+
+/// Largest speed of C over a plunge (rad/s).
+fn plunged_speed(description: &MachineDescription, x: impl Fn(f64) -> (f64, f64, f64)) -> f64 {
+    let setpoints: Vec<Setpoint> = turned::turning(description, Z_MM, 30.0, 12_000, x);
+    setpoints.iter().map(|setpoint| setpoint.velocity[Axis::C.index()]).fold(0.0, f64::max)
+}
+
+/// Where a raw part stands out the wheel meets more of it, takes more power, and it gets hotter there.
+#[test]
+fn what_stands_out_of_a_raw_part_is_cut_harder_and_hotter() {
+    let description = grinder(Some(PROCESS));
+    let feed = |angle: f64| (20.3 - FEED_MM * angle / TURN_RAD, -FEED_MM / TURN_RAD, 0.0);
+    let degrees = plunged(&description, |azimuth| 20.28 + 0.015 * azimuth.cos(), 6.0, feed);
+    let mean = |from: usize, of: fn(&CutAt) -> f64| (from..from + 30).map(|i| of(&degrees[i])).sum::<f64>() / 30.0;
+    let (out, back) = (mean(20, |at| at.power_w_mm), mean(165, |at| at.power_w_mm));
+    assert!(out > 1.05 * back, "{out} W/mm where it stands out, {back} W/mm opposite");
+    assert!(mean(20, |at| at.burn_index) > mean(165, |at| at.burn_index));
+}
+
+#[test]
+fn a_machine_that_knows_nothing_of_the_process_keeps_no_record() {
+    let feed = |angle: f64| (20.3 - FEED_MM * angle / TURN_RAD, -FEED_MM / TURN_RAD, 0.0);
+    assert!(plunged(&grinder(None), |_| 20.3, 2.0, feed).is_empty());
+}
