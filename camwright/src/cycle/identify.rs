@@ -42,7 +42,7 @@ impl Sequence<'_> {
         let machine = self.machine;
         let still = |sequence: &mut Self, label: &str| {
             let ticks = whole_ticks(machine.wheel.spin_up_s, machine.cycle_time_s());
-            sequence.push_segment(of, SegmentKind::Dwell, ticks, label);
+            sequence.add(of, SegmentKind::Dwell, ticks, 0, label);
         };
         let allowance_mm = self.job.correction.map_or(0.0, |correction| correction.allowance_mm);
         let ground_mm = lobe.design.contour.radius_at(0.0) + allowance_mm;

@@ -302,11 +302,6 @@ impl<'a> Sequence<'a> {
         speed * known_s + speed * (speed / limits.acceleration + limits.acceleration / limits.jerk)
     }
 
-    /// A step in which nothing moves.
-    pub(super) fn push_segment(&mut self, of: Of<'_>, kind: SegmentKind, ticks: u64, label: &str) {
-        self.add(of, kind, ticks, 0, label);
-    }
-
     pub(super) fn add(&mut self, of: Of<'_>, kind: SegmentKind, ticks: u64, stop_ticks: u64, label: &str) {
         let label = match of.lobe {
             Some((_, name)) => alloc::format!("{name}: {label}"),

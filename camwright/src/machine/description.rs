@@ -1,13 +1,14 @@
 //! What a machine is: axes with their counts and limits, stations, switches, wheel, drives.
 
 use crate::machine::fixture::{Dresser, Extent};
-use crate::units::TURN_RAD;
 use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
 
+pub use crate::machine::axis_description::{AXIS_COUNT, Axis, MotionLimits, Scale};
 pub use crate::machine::contact_description::{ContactDescription, StiffnessAt};
 pub use crate::machine::drive_description::{DriveSettings, Structure};
+pub use crate::machine::effect_description::Effect;
 pub use crate::machine::gauge_description::{GaugeDescription, GaugeKind};
 pub use crate::machine::homing_description::{Homing, HomingKind};
 pub use crate::machine::probe_description::{GapDetector, KeyWayProbe};
@@ -15,120 +16,6 @@ pub use crate::machine::process_description::{GrindingProcess, ReferenceCut};
 pub use crate::machine::retract_description::AlarmRetract;
 pub use crate::machine::thermal_description::ThermalDescription;
 pub use crate::machine::wheel_description::{WHEEL_TOLERANCE_MM, WheelDescription, WheelTooFast};
-
-/// Index of an axis in everything that has one value per axis. The order is that of the setpoint message.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
-pub enum Axis {
-    /// Headstock: rotates the part. Continuous, positive turns the part clockwise seen from +Z when `rotation_sense` is +1.
-    #[default]
-    C = 0,
-    /// Wheelhead: distance of the wheel's cutting point from the spindle axis, + away from the part.
-    X = 1,
-    /// Table: moves the part along its axis past the wheel.
-    Z = 2,
-}
-
-impl Axis {
-    /// Every axis, in the order of the setpoint message.
-    pub const ALL: [Axis; AXIS_COUNT] = [Axis::C, Axis::X, Axis::Z];
-
-    /// Joint name in URDF, joint states, trajectories and parameters.
-    #[must_use]
-    pub const fn joint(self) -> &'static str {
-        match self {
-            Axis::C => "c_axis",
-            Axis::X => "x_axis",
-            Axis::Z => "z_axis",
-        }
-    }
-
-    /// The axis with this joint name.
-    #[must_use]
-    pub fn from_joint(joint: &str) -> Option<Axis> {
-        Axis::ALL.into_iter().find(|axis| axis.joint() == joint)
-    }
-
-    /// Position in arrays with one value per axis.
-    #[must_use]
-    pub const fn index(self) -> usize {
-        self as usize
-    }
-}
-
-/// Number of axes that take setpoints.
-pub const AXIS_COUNT: usize = 3;
-
-/// How an axis counts: encoder counts per mm (linear) or per turn (rotary).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Scale {
-    /// Counts per millimetre.
-    Linear {
-        /// Counts per millimetre, at least 1.
-        counts_per_mm: i64,
-    },
-    /// Counts per turn.
-    Rotary {
-        /// Counts per turn, at least 1.
-        counts_per_turn: i64,
-    },
-}
-
-impl Scale {
-    /// Counts per mm or per rad.
-    #[must_use]
-    pub fn counts_per_unit(self) -> f64 {
-        #[allow(clippy::cast_precision_loss, reason = "scales are below 2^53")]
-        match self {
-            Scale::Linear { counts_per_mm } => counts_per_mm as f64,
-            Scale::Rotary { counts_per_turn } => counts_per_turn as f64 / TURN_RAD,
-        }
-    }
-
-    /// The nearest count to a position (mm or rad).
-    #[must_use]
-    #[allow(clippy::cast_possible_truncation, reason = "positions are bounded by travel, far inside i64")]
-    pub fn counts(self, position: f64) -> i64 {
-        libm::round(match self {
-            Scale::Linear { counts_per_mm } => position * counts_per_mm as f64,
-            // The turn is divided out first so that whole turns give whole counts.
-            Scale::Rotary { counts_per_turn } => position / TURN_RAD * counts_per_turn as f64,
-        }) as i64
-    }
-
-    /// Position of a count (mm or rad).
-    #[must_use]
-    pub fn position(self, counts: i64) -> f64 {
-        match self {
-            Scale::Linear { counts_per_mm } => counts as f64 / counts_per_mm as f64,
-            Scale::Rotary { counts_per_turn } => counts as f64 / counts_per_turn as f64 * TURN_RAD,
-        }
-    }
-}
-
-/// Limits of motion of an axis (mm or rad, s).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MotionLimits {
-    /// Largest speed (mm/s or rad/s).
-    pub velocity: f64,
-    /// Largest acceleration (mm/s² or rad/s²).
-    pub acceleration: f64,
-    /// Largest jerk (mm/s³ or rad/s³).
-    pub jerk: f64,
-}
-
-impl MotionLimits {
-    /// These limits with the velocity held at or below `velocity` (mm/s or rad/s).
-    #[must_use]
-    pub fn at_most(self, velocity: f64) -> Self {
-        Self { velocity: self.velocity.min(velocity), ..self }
-    }
-
-    /// These limits with a share of their acceleration and jerk.
-    #[must_use]
-    pub fn with_share(self, share: f64) -> Self {
-        Self { acceleration: share * self.acceleration, jerk: share * self.jerk, ..self }
-    }
-}
 
 /// One axis of a machine.
 #[derive(Debug, Clone, PartialEq)]
@@ -171,42 +58,6 @@ pub struct Station {
     pub switch: String,
     /// Table position at which the switch closes when approached in the positive direction (mm).
     pub position_mm: f64,
-}
-
-/// What leaves an error on the part, and can be left out of a simulation to see how much.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Effect {
-    /// Axes lag behind their setpoints.
-    Servo,
-    /// Wheel and part give way to each other.
-    Deflection,
-    /// The wheel loses what it is worn by.
-    Wear,
-    /// The wheelhead grows.
-    Thermal,
-    /// The wheel is thrown about.
-    Unbalance,
-    /// Drives see their axes in the steps and the noise of encoders.
-    Quantisation,
-}
-
-impl Effect {
-    /// All of them.
-    pub const ALL: [Effect; 6] =
-        [Effect::Servo, Effect::Deflection, Effect::Wear, Effect::Thermal, Effect::Unbalance, Effect::Quantisation];
-
-    /// For people.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Effect::Servo => "servo",
-            Effect::Deflection => "deflection",
-            Effect::Wear => "wear",
-            Effect::Thermal => "thermal",
-            Effect::Unbalance => "unbalance",
-            Effect::Quantisation => "quantisation",
-        }
-    }
 }
 
 /// A whole machine.
@@ -276,44 +127,6 @@ impl MachineDescription {
     #[must_use]
     pub fn station(&self, switch: &str) -> Option<&Station> {
         self.stations.iter().find(|station| station.switch == switch)
-    }
-
-    /// This machine without an effect that leaves an error on the part.
-    #[must_use]
-    pub fn without(self, effect: Effect) -> Self {
-        match effect {
-            Effect::Servo => self.with_drives(DriveSettings::IDEAL),
-            Effect::Thermal => Self { thermal: None, ..self },
-            Effect::Unbalance => Self { wheel: WheelDescription { unbalance_mm: 0.0, ..self.wheel }, ..self },
-            Effect::Quantisation => self.with_each_drive(DriveSettings::with_exact_encoder),
-            Effect::Deflection => Self { contact: None, ..self },
-            Effect::Wear => Self { wheel: WheelDescription { grinding_ratio: None, ..self.wheel }, ..self },
-        }
-    }
-
-    /// This machine with the same drive settings on every axis.
-    #[must_use]
-    pub fn with_drives(self, drive: DriveSettings) -> Self {
-        self.with_each_drive(|_| drive)
-    }
-
-    /// This machine with the good drive of every axis that has one; `None` where none has.
-    #[must_use]
-    pub fn with_good_drives(mut self) -> Option<Self> {
-        if self.axes.iter().all(|axis| axis.good_drive.is_none()) {
-            return None;
-        }
-        for axis in &mut self.axes {
-            axis.drive = axis.good_drive.unwrap_or(axis.drive);
-        }
-        Some(self)
-    }
-
-    fn with_each_drive(mut self, change: impl Fn(DriveSettings) -> DriveSettings) -> Self {
-        for axis in &mut self.axes {
-            axis.drive = change(axis.drive);
-        }
-        self
     }
 
     /// Whether these figures make a machine.

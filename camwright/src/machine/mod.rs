@@ -10,11 +10,13 @@
 
 pub mod alarm;
 mod axis;
+mod axis_description;
 pub mod buffer;
 mod contact_description;
 mod cyclic;
 pub mod description;
 mod drive_description;
+mod effect_description;
 pub mod fault;
 pub mod fixture;
 pub mod force_monitor;

@@ -1,0 +1,79 @@
+//! The same machine without what leaves an error on the part, or with other drives.
+
+use crate::machine::description::{DriveSettings, MachineDescription, WheelDescription};
+
+/// What leaves an error on the part, and can be left out of a simulation to see how much.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effect {
+    /// Axes lag behind their setpoints.
+    Servo,
+    /// Wheel and part give way to each other.
+    Deflection,
+    /// The wheel loses what it is worn by.
+    Wear,
+    /// The wheelhead grows.
+    Thermal,
+    /// The wheel is thrown about.
+    Unbalance,
+    /// Drives see their axes in the steps and the noise of encoders.
+    Quantisation,
+}
+
+impl Effect {
+    /// All of them.
+    pub const ALL: [Effect; 6] =
+        [Effect::Servo, Effect::Deflection, Effect::Wear, Effect::Thermal, Effect::Unbalance, Effect::Quantisation];
+
+    /// For people.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Effect::Servo => "servo",
+            Effect::Deflection => "deflection",
+            Effect::Wear => "wear",
+            Effect::Thermal => "thermal",
+            Effect::Unbalance => "unbalance",
+            Effect::Quantisation => "quantisation",
+        }
+    }
+}
+
+impl MachineDescription {
+    /// This machine without an effect that leaves an error on the part.
+    #[must_use]
+    pub fn without(self, effect: Effect) -> Self {
+        match effect {
+            Effect::Servo => self.with_drives(DriveSettings::IDEAL),
+            Effect::Thermal => Self { thermal: None, ..self },
+            Effect::Unbalance => Self { wheel: WheelDescription { unbalance_mm: 0.0, ..self.wheel }, ..self },
+            Effect::Quantisation => self.with_each_drive(DriveSettings::with_exact_encoder),
+            Effect::Deflection => Self { contact: None, ..self },
+            Effect::Wear => Self { wheel: WheelDescription { grinding_ratio: None, ..self.wheel }, ..self },
+        }
+    }
+
+    /// This machine with the same drive settings on every axis.
+    #[must_use]
+    pub fn with_drives(self, drive: DriveSettings) -> Self {
+        self.with_each_drive(|_| drive)
+    }
+
+    /// This machine with the good drive of every axis that has one; `None` where none has.
+    #[must_use]
+    pub fn with_good_drives(mut self) -> Option<Self> {
+        if self.axes.iter().all(|axis| axis.good_drive.is_none()) {
+            return None;
+        }
+        for axis in &mut self.axes {
+            axis.drive = axis.good_drive.unwrap_or(axis.drive);
+        }
+        Some(self)
+    }
+
+    fn with_each_drive(mut self, change: impl Fn(DriveSettings) -> DriveSettings) -> Self {
+        for axis in &mut self.axes {
+            axis.drive = change(axis.drive);
+        }
+        self
+    }
+}
