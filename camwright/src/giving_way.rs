@@ -1,6 +1,7 @@
 //! What wheel and part giving way leaves of a lobe: the contact law walked through all turns of all passes, phase by phase.
 
 use crate::contact_law::ContactLaw;
+use crate::numeric::hermite::HermiteSpline;
 use crate::plan::{CutSegment, Plan};
 use crate::units::TURN_RAD;
 
@@ -29,33 +30,54 @@ impl Deflections {
     /// As on the base circle. An infeed along X closes in on a flank by its cosine, so that everything is less there.
     #[must_use]
     pub fn of_lobe(plan: &Plan, lobe: usize, stock_mm: f64, law: &ContactLaw) -> Option<Self> {
-        let mut above_mm = [stock_mm; PHASES as usize];
-        let (mut largest_mm, mut turns, mut has_cut) = (0.0_f64, 0, false);
+        let mut surface = Surface::new(stock_mm, law);
+        let mut turns = 0;
         for cut in plan.cuts_of(lobe) {
-            let infeed = plan.angle_laws.get(cut.infeed)?;
-            has_cut = true;
-            let mut last_turn = cut.turns;
-            let mut deflection_mm = [0.0; PHASES as usize];
-            let mut turn = 0;
-            while turn < last_turn {
-                for phase in 0..PHASES {
-                    let angle = (f64::from(turn) + f64::from(phase) / f64::from(PHASES)) * TURN_RAD;
-                    let (wheel_mm, above_mm) = (infeed.sample(angle).value, &mut above_mm[phase as usize]);
-                    deflection_mm[phase as usize] = law.deflection_mm(*above_mm - wheel_mm);
-                    *above_mm = law.radius_after_mm(*above_mm, wheel_mm);
-                    let seen = turn * PHASES + phase + 1;
-                    if seen >= (cut.infeed_turns + 1) * PHASES && is_steady(cut, law, &deflection_mm) {
-                        // The turn in which that is known is finished.
-                        last_turn = last_turn.min((seen + UNTIL_KNOWN) / PHASES + 1);
-                    }
-                }
-                largest_mm = deflection_mm.iter().copied().fold(largest_mm, f64::max);
-                turn += 1;
-            }
-            turns += last_turn;
+            turns += surface.after(cut, plan.angle_laws.get(cut.infeed)?);
         }
-        let left_mm = above_mm.into_iter().fold(f64::NEG_INFINITY, f64::max);
-        has_cut.then(|| Self { largest_mm, largest_n: law.force_n(largest_mm), left_mm, turns })
+        let left_mm = surface.above_mm.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let largest_mm = surface.largest_mm;
+        (turns > 0).then(|| Self { largest_mm, largest_n: law.force_n(largest_mm), left_mm, turns })
+    }
+}
+
+/// A lobe while it is ground, phase by phase.
+#[derive(Debug, Clone)]
+pub struct Surface<'a> {
+    law: &'a ContactLaw,
+    above_mm: [f64; PHASES as usize],
+    largest_mm: f64,
+}
+
+impl<'a> Surface<'a> {
+    /// With stock all round (mm).
+    #[must_use]
+    pub fn new(stock_mm: f64, law: &'a ContactLaw) -> Self {
+        Self { law, above_mm: [stock_mm; PHASES as usize], largest_mm: 0.0 }
+    }
+
+    /// After a cut with this law of its infeed (mm over rad); how many turns it takes, which are fewer than planned where spark-out ends
+    /// when the force is steady.
+    pub fn after(&mut self, cut: &CutSegment, infeed: &HermiteSpline) -> u32 {
+        let mut last_turn = cut.turns;
+        let mut deflection_mm = [0.0; PHASES as usize];
+        let mut turn = 0;
+        while turn < last_turn {
+            for (phase, above_mm) in (0..PHASES).zip(&mut self.above_mm) {
+                let angle = (f64::from(turn) + f64::from(phase) / f64::from(PHASES)) * TURN_RAD;
+                let wheel_mm = infeed.sample(angle).value;
+                deflection_mm[phase as usize] = self.law.deflection_mm(*above_mm - wheel_mm);
+                *above_mm = self.law.radius_after_mm(*above_mm, wheel_mm);
+                let seen = turn * PHASES + phase + 1;
+                if seen >= (cut.infeed_turns + 1) * PHASES && is_steady(cut, self.law, &deflection_mm) {
+                    // The turn in which that is known is finished.
+                    last_turn = last_turn.min((seen + UNTIL_KNOWN) / PHASES + 1);
+                }
+            }
+            self.largest_mm = deflection_mm.iter().copied().fold(self.largest_mm, f64::max);
+            turn += 1;
+        }
+        last_turn
     }
 }
 

@@ -3,6 +3,7 @@
 use super::PlanStart;
 use super::error::PlanError;
 use super::lobe::{Begin, PlannedLobe, Shape, soft_limit};
+use crate::giving_way::Surface;
 use crate::job::{HoldInCut, JobSpec};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits, Station};
 use crate::numeric::hermite::HermiteSpline;
@@ -235,7 +236,30 @@ impl<'a> Sequence<'a> {
         Ok(self.done())
     }
 
+    /// How long the cuts take whose spark-out ends when the force is steady.
+    fn foresee(&mut self) {
+        let Some(contact) = &self.machine.contact else { return };
+        for (index, lobe) in self.job.lobes.iter().enumerate() {
+            let width_mm = lobe.width_mm.min(self.machine.wheel.width_mm);
+            let station = self.machine.station(&lobe.station);
+            let Some(law) = station.and_then(|station| contact.law(station.position_mm, width_mm)) else { continue };
+            let mut surface = Surface::new(self.job.stock_mm, &law);
+            for segment in self.plan.segments.iter_mut().filter(|segment| segment.lobe == Some(index)) {
+                let SegmentKind::Cut(cut) = &segment.kind else { continue };
+                let Some(infeed) = self.plan.angle_laws.get(cut.infeed) else { continue };
+                let left_out = cut.turns.saturating_sub(surface.after(cut, infeed));
+                let saved =
+                    whole_ticks(f64::from(left_out) * cut.turn_s, self.machine.cycle_time_s()).min(segment.ticks);
+                segment.ticks -= saved;
+                self.ticks -= saved;
+            }
+        }
+    }
+
     fn done(mut self) -> Plan {
+        if self.watched_n > 0 {
+            self.foresee();
+        }
         #[allow(clippy::cast_precision_loss, reason = "a part takes far less than 2^53 ticks")]
         let duration_s = self.ticks as f64 * self.machine.cycle_time_s();
         self.plan.duration_s = duration_s;

@@ -37,6 +37,9 @@ fn spark_out_ends_when_the_force_is_steady_after_the_predicted_turns() {
             }
         });
         assert_eq!(told.outcome, Outcome::Completed);
+        // A turn more or less for each lobe, and what the two searches of the table take longer.
+        let took_s = (told.last_tick - told.first_tick) as f64 * soft.cycle_time_s();
+        assert!((took_s - planned.plan.duration_s).abs() < 2.5, "{took_s} s, {} s", planned.plan.duration_s);
         for (index, lobe) in planned.lobes.iter().enumerate() {
             let design = &lobe.design;
             let station = soft.station(&design.station).expect("it was planned for it");
