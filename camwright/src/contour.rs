@@ -274,6 +274,15 @@ impl Contour {
         self.mount.pressure_angle(&lift, &self.mount.frame(&lift))
     }
 
+    /// How much farther the follower is lifted per material left at a cam angle, along the normal (mm, or deg where the lift is one, per
+    /// mm): to first order, for the contact moves along the contour only.
+    #[must_use]
+    pub fn lift_per_depth(&self, cam_angle_rad: f64) -> f64 {
+        let lift = self.lift.sample(cam_angle_rad);
+        let frame = self.mount.frame(&lift);
+        1.0 / (libm::cos(self.mount.pressure_angle(&lift, &frame)) * self.mount.way_per_lift(&frame))
+    }
+
     /// Where on the follower's face the cam touches it (mm): from the stem of a flat or mushroom follower, positive in the
     /// direction of increasing cam angle; on an oscillating face from the foot of the pivot's perpendicular, positive along
     /// the arm. `None` for a roller or knife edge.

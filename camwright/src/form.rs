@@ -76,6 +76,21 @@ impl Form {
         Ok(Self { deviations_mm, largest, rms_mm: libm::sqrt(mean_square) })
     }
 
+    /// What the follower's lift is off by, from the place where it is least to the one where it is most (mm, or deg where the lift is
+    /// one): what is left along the normal, times what the follower makes of it. Size, which lifts the follower everywhere, is no part of
+    /// it. See [`Contour::lift_per_depth`].
+    #[must_use]
+    pub fn lift_error(&self, contour: &Contour, phase_rad: f64) -> f64 {
+        #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
+        let azimuth = |i: usize| i as f64 * TURN_RAD / self.deviations_mm.len() as f64;
+        let errors = self.deviations_mm.iter().enumerate().map(|(i, deviation_mm)| {
+            deviation_mm * contour.lift_per_depth(contour.cam_angle_at(azimuth(i) - phase_rad))
+        });
+        let (low, high) =
+            errors.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), error| (low.min(error), high.max(error)));
+        if low <= high { high - low } else { 0.0 }
+    }
+
     /// Size: the mean deviation (mm) over the base circle, where the lift is 0 but for the last digit of a table. What has no base
     /// circle of at least [`LEAST_BASE_RAD`] (an eccentric) or is nothing else (a journal) is as large as it is all round.
     #[must_use]

@@ -5,7 +5,9 @@ mod cams;
 use cams::{camshaft_segments, program};
 use camwright::contour::Contour;
 use camwright::follower::Follower;
+use camwright::follower::{ArmSide, Pivot, SwingLift};
 use camwright::form::{Form, FormError};
+use camwright::lift::MotionSegment;
 use camwright::units::TURN_RAD;
 
 fn radii(count: u32, radius: impl Fn(f64) -> f64) -> Vec<f64> {
@@ -51,4 +53,30 @@ fn what_is_no_radius_is_refused() {
     assert_eq!(Form::measure(&[], &contour, 0.0), Err(FormError::NoRadii));
     assert!(matches!(Form::measure(&[20.0, f64::NAN], &contour, 0.0), Err(FormError::BadRadius { .. })));
     assert!(matches!(Form::measure(&[20.0, -1.0], &contour, 0.0), Err(FormError::BadRadius { .. })));
+}
+
+/// A cam whose lift is larger by a ten thousandth is measured to have just that lift too much, under every kind of follower.
+#[test]
+fn the_error_of_the_lift_is_what_the_follower_feels() {
+    let segments = camshaft_segments();
+    let larger: Vec<_> = segments.iter().map(|s| MotionSegment { rise_mm: 1.0001 * s.rise_mm, ..*s }).collect();
+    let pivot = Pivot { distance_mm: 70.0, side: ArmSide::Ahead, lift: SwingLift::Arc { radius_mm: 40.0 } };
+    for follower in [
+        Follower::Roller { radius_mm: 8.5, offset_mm: 0.0 },
+        Follower::Roller { radius_mm: 8.5, offset_mm: 3.0 },
+        Follower::Flat,
+        Follower::OscillatingRoller { radius_mm: 8.5, arm_mm: 60.0, pivot },
+    ] {
+        assert!(follower.lift_is_length());
+        let design = Contour::from_lift(&program(0.0, &segments), &follower, 40.0).unwrap();
+        let ground = Contour::from_lift(&program(0.0, &larger), &follower, 40.0).unwrap();
+        let phase = 0.4;
+        let form = Form::measure(&radii(3600, |azimuth| ground.radius_at(azimuth - phase)), &design, phase).unwrap();
+        let (error, wanted) = (form.lift_error(&design, phase), 1e-4 * 8.5);
+        assert!((error / wanted - 1.0).abs() < 2e-3, "{follower:?}: {error} mm, not {wanted}");
+    }
+    // A disc that is larger all round lifts a roller the same everywhere on its base circle: no error of the lift on an idle cam.
+    let round = Contour::eccentric(0.0, 20.0).unwrap();
+    let form = Form::measure(&radii(360, |_| 20.1), &round, 0.0).unwrap();
+    assert!(form.lift_error(&round, 0.0) < 1e-12);
 }

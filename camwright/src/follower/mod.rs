@@ -69,6 +69,19 @@ pub enum ArmSide {
     Behind,
 }
 
+impl Follower {
+    /// The numbers of its lift are lengths (mm), not angles.
+    #[must_use]
+    pub fn lift_is_length(&self) -> bool {
+        match self {
+            Follower::OscillatingRoller { pivot, .. } | Follower::OscillatingFlat { pivot, .. } => {
+                pivot.lift != SwingLift::Degrees
+            }
+            _ => true,
+        }
+    }
+}
+
 /// What the numbers of the lift law of an oscillating follower are: how far the arm swings away from the cam.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SwingLift {

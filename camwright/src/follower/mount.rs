@@ -142,6 +142,17 @@ impl Mount {
         )
     }
 
+    /// How far the contact (of a face) or trace point (of a tip) moves per lift (mm per mm, or per degree where the lift is an angle).
+    pub(crate) fn way_per_lift(&self, frame: &LocalFrame) -> f64 {
+        match &self.kind {
+            Kind::SlidingTip { .. } | Kind::SlidingFace { .. } => 1.0,
+            Kind::SwingingTip { swing, arm_mm, .. } => arm_mm * swing.rad_per_lift,
+            Kind::SwingingFace { swing, .. } => {
+                libm::hypot(frame.along - swing.pivot_mm, frame.across) * swing.rad_per_lift
+            }
+        }
+    }
+
     /// Where on a face the contact lies (mm): from the stem, positive in the direction of increasing cam angle, or from
     /// the foot of the pivot's perpendicular, positive along the arm. `None` for a roller or knife edge.
     pub(crate) fn contact_on_face_mm(&self, follower: &Follower, lift: &Sample, frame: &LocalFrame) -> Option<f64> {

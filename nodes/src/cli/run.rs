@@ -447,11 +447,13 @@ impl Report<'_> {
     fn print(&self) {
         let result = self.result;
         if !result.lobes.is_empty() {
-            println!("lobe  station  start      turns   time     predicted         form error max          rms");
+            println!(
+                "lobe  station  start      turns   time     predicted         form error max          rms       lift p-v"
+            );
         }
         for lobe in &result.lobes {
             println!(
-                "{:<5} {:<8} {:>5.1} deg  {:>5.1}  {:>6.2} s {:>18}  {:>+7.3} um at {:>5.1} deg  {:>6.3} um",
+                "{:<5} {:<8} {:>5.1} deg  {:>5.1}  {:>6.2} s {:>18}  {:>+7.3} um at {:>5.1} deg  {:>6.3} um  {:>6.3} um",
                 lobe.name,
                 lobe.station,
                 deg_from_rad(lobe.start_angle),
@@ -461,6 +463,7 @@ impl Report<'_> {
                 um(lobe.form_error_max),
                 deg_from_rad(lobe.form_error_max_angle),
                 um(lobe.form_error_rms),
+                um(lobe.lift_error),
             );
         }
         for lobe in result.lobes.iter().filter(|lobe| lobe.power_max > 0.0) {
@@ -513,18 +516,19 @@ impl Report<'_> {
     fn print_causes(&self) {
         let line = |name: &str, lobes: &[LobeResult]| {
             let error = |lobe: &LobeResult| {
-                format!("{} {:+.3} um ({:.3})", lobe.name, um(lobe.form_error_max), um(lobe.form_error_rms))
+                let [max, rms, lift] = [lobe.form_error_max, lobe.form_error_rms, lobe.lift_error].map(um);
+                format!("{} {max:+.3} um ({rms:.3}, {lift:.3})", lobe.name)
             };
             println!("  {name:<34} {}", lobes.iter().map(error).collect::<Vec<_>>().join(", "));
         };
         if !self.causes.without.is_empty() {
-            println!("form error max of the same job on a simulated machine without (rms in brackets):");
+            println!("form error max of the same job on a simulated machine without (in brackets rms, and lift p-v):");
         }
         for without in &self.causes.without {
             line(&without.name(), &without.lobes);
         }
         if !self.causes.with.is_empty() {
-            println!("form error max of the same job (rms in brackets) with:");
+            println!("form error max of the same job (in brackets rms, and lift p-v) with:");
             line("ordinary drives", &self.result.lobes);
         }
         for with in &self.causes.with {
@@ -563,6 +567,7 @@ impl Report<'_> {
                     "form_error_max_um": um(lobe.form_error_max),
                     "form_error_max_deg": deg_from_rad(lobe.form_error_max_angle),
                     "form_error_rms_um": um(lobe.form_error_rms),
+                    "lift_error_pv_um": um(lobe.lift_error),
                     "runout_um": um(lobe.runout),
                     "runout_before_um": um(lobe.runout_before),
                     "spark_out_turns": lobe.spark_out_turns,

@@ -112,6 +112,10 @@ pub fn lobe_result(design: &LobeDesign, measured: &PartLobe) -> Result<LobeResul
         form_error_max: m_from_mm(form.largest.deviation_mm),
         form_error_max_angle: wrap_turn(form.largest.cam_angle_rad),
         form_error_rms: m_from_mm(form.rms_mm),
+        lift_error: match design.contour.follower().lift_is_length() {
+            true => m_from_mm(form.lift_error(&design.contour, design.phase_rad)),
+            false => 0.0,
+        },
         ..LobeResult::default()
     })
 }

@@ -9,7 +9,7 @@ fn findings(change: impl Fn(&str) -> String) -> Vec<String> {
 #[test]
 fn every_value_out_of_range_is_told_with_its_line() {
     let found = findings(|text| {
-        text.replace("stock_mm: 0.3", "stock_mm: -0.3").replace("spark_out_turns: 2", "spark_out_turns: 0")
+        text.replace("stock_mm: 0.3", "stock_mm: -0.3").replace("spark_out_turns: 3", "spark_out_turns: 0")
     });
     assert_eq!(found.len(), 2, "{found:?}");
     assert!(found[0].contains("stock_mm is -0.3; it must be a positive number"), "{found:?}");
