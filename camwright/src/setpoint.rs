@@ -34,6 +34,25 @@ pub enum Input {
 }
 
 impl Input {
+    /// Inputs that are no station and not the origin: what a machine may have besides.
+    pub const OTHERS: [Input; 5] = {
+        use crate::machine::description::Axis;
+        [Input::Home(Axis::X), Input::Home(Axis::Z), Input::SteadyForce, Input::WheelContact, Input::KeyWay]
+    };
+
+    /// Whether a machine has it.
+    #[must_use]
+    pub fn is_on(self, machine: &crate::machine::description::MachineDescription) -> bool {
+        match self {
+            Input::Origin | Input::SteadyForce => true,
+            Input::Station(index) => index < machine.stations.len(),
+            Input::Home(axis) => machine.axis(axis).homing.is_some(),
+            Input::Index(axis) => machine.axis(axis).homing.is_some_and(|homing| homing.use_index),
+            Input::WheelContact => machine.gap_detector.is_some(),
+            Input::KeyWay => machine.key_way_probe.is_some(),
+        }
+    }
+
     /// The axis whose position it catches.
     #[must_use]
     pub const fn axis(self) -> crate::machine::description::Axis {

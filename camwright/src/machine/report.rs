@@ -4,7 +4,7 @@ use crate::machine::alarm::{ALARM_KINDS, Alarm};
 use crate::machine::description::AXIS_COUNT;
 use crate::machine::workpiece::Removal;
 use crate::numeric::fixed_list::FixedList;
-use crate::setpoint::Latch;
+use crate::setpoint::{Input, Latch};
 
 /// Most edges told by one tick; the dog passes one switch at a time, the headstock at most one mark.
 pub const MAX_LATCHES: usize = 16;
@@ -56,6 +56,8 @@ pub struct IoState {
     pub origin: bool,
     /// Bit i: the switch of station i is closed.
     pub stations: u64,
+    /// Bit i: the input i of [`Input::OTHERS`] is closed.
+    pub others: u8,
     /// Hard limit of the wheelhead towards the part.
     pub overtravel_x_min: bool,
     /// Hard limit of the wheelhead away from the part.
@@ -75,6 +77,12 @@ pub struct IoState {
 }
 
 impl IoState {
+    /// Whether input `index` of [`Input::OTHERS`] is closed.
+    #[must_use]
+    pub fn other(&self, index: usize) -> bool {
+        index < Input::OTHERS.len() && self.others >> index & 1 == 1
+    }
+
     /// Whether the switch of station `index` is closed.
     #[must_use]
     pub fn station(&self, index: usize) -> bool {

@@ -1,6 +1,6 @@
 use super::{cam_grinder, follow, ideal, idle, machine, travel};
 use camwright::machine::alarm::AlarmKind;
-use camwright::machine::description::{Axis, DriveSettings};
+use camwright::machine::description::{Axis, DriveSettings, Homing};
 use camwright::machine::fault::Fault;
 use camwright::machine::report::{MotionState, TickReport};
 use camwright::machine::{Machine, MachineCommand, ResetRefused};
@@ -424,4 +424,32 @@ fn a_machine_that_is_none_is_refused() {
     description.axes[X].drive.kv_1_s = f64::NAN;
     let lasting = camwright::machine::state::LastingState::new(&description);
     assert!(Machine::new(description, lasting).is_err());
+}
+
+/// A home switch is among the inputs that are told, closed from where it closes to the end of the travel; a machine without one has none.
+#[test]
+fn the_inputs_say_whether_a_slide_stands_on_its_home_switch() {
+    let home = Input::OTHERS.iter().position(|input| *input == Input::Home(Axis::X)).expect("it is one of them");
+    let mut description = ideal();
+    assert!(!Input::Home(Axis::X).is_on(&description));
+    description.axes[1].homing = Some(Homing {
+        search_mm_s: 20.0,
+        latch_mm_s: -1.0,
+        final_mm_s: 50.0,
+        use_index: false,
+        offset_mm: None,
+        home_mm: 150.0,
+        ignore_limits: false,
+        sequence: 0,
+        switch_mm: 200.0,
+        index_pitch_mm: 10.0,
+    });
+    assert!(Input::Home(Axis::X).is_on(&description));
+    for (x_mm, closed) in [(150, false), (210, true)] {
+        let mut machine = machine(&description);
+        machine.place([0, x_mm * 100_000, 0]);
+        let report = machine.step(None, &[], &[]);
+        assert_eq!(report.io.other(home), closed, "{x_mm} mm");
+        assert!(!report.io.other(Input::OTHERS.len()));
+    }
 }

@@ -351,12 +351,15 @@ pub(crate) fn input_name(input: Input, description: &MachineDescription) -> &str
 
 fn io_message(io: &IoState, tick: u64, context: &Context) -> MachineIo {
     let stations = &context.description.stations;
+    let others = || Input::OTHERS.iter().enumerate().filter(|(_, input)| input.is_on(&context.description));
     MachineIo {
         stamp: context.clock.stamp(tick),
         tick,
         origin: io.origin,
         station_switches: stations.iter().map(|station| station.switch.clone()).collect(),
         station_states: (0..stations.len()).map(|index| io.station(index)).collect(),
+        other_inputs: others().map(|(_, input)| input_name(*input, &context.description).to_owned()).collect(),
+        other_states: others().map(|(index, _)| io.other(index)).collect(),
         overtravel_x_min: io.overtravel_x_min,
         overtravel_x_max: io.overtravel_x_max,
         overtravel_z_min: io.overtravel_z_min,

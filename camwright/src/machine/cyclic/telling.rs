@@ -30,6 +30,7 @@ impl Machine {
             origin: self.level(Input::Origin),
             stations: (0..self.stations.len().min(64))
                 .fold(0, |word, i| word | u64::from(self.level(Input::Station(i))) << i),
+            others: (0..).zip(Input::OTHERS).fold(0, |word, (i, input)| word | u8::from(self.level(input)) << i),
             overtravel_x_min,
             overtravel_x_max,
             overtravel_z_min,
