@@ -41,6 +41,8 @@ pub enum DressReason {
     Parts(u32),
     /// The next lobe would be further off than allowed.
     PredictedError,
+    /// Somebody asked for it.
+    Asked,
 }
 
 impl fmt::Display for DressReason {
@@ -49,6 +51,7 @@ impl fmt::Display for DressReason {
             DressReason::Lobes(count) => write!(f, "{count} lobes ground"),
             DressReason::Parts(count) => write!(f, "{count} parts finished"),
             DressReason::PredictedError => f.write_str("predicted error"),
+            DressReason::Asked => f.write_str("asked for"),
         }
     }
 }

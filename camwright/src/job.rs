@@ -330,6 +330,10 @@ pub struct JobSpec {
     pub correction: Option<CorrectionSpec>,
     /// How the form errors of parts correct those after them, and what they did so far; `None`: every part is ground as designed.
     pub compensation: Option<Compensation>,
+    /// How much farther out than it would grind the wheel is (mm): a dry run, which cuts nothing; `None`: it grinds.
+    pub dry_run_mm: Option<f64>,
+    /// Azimuth of the part's key-way as it is clamped, where it was found (rad). The phases of the lobes have it in them.
+    pub part_phase_rad: f64,
     /// How its stiffness is measured before that; `None`: that of the machine's description is taken for known.
     pub identification: Option<IdentificationSpec>,
 }
@@ -361,6 +365,44 @@ pub const MOST_PASSES: usize = 16;
 /// Fewest blocks per turn: below this a block is a tenth of a turn and no table of a lift.
 pub const LEAST_BLOCKS: u32 = 36;
 impl JobSpec {
+    /// A job that grinds nothing, for what a machine does without a part: with the wheel clear at a place of X (mm), and its rapid speed
+    /// (mm/s).
+    #[must_use]
+    pub fn without_lobes(name: &str, clear_x_mm: f64, rapid_speed_mm_s: f64) -> Self {
+        Self {
+            name: String::from(name),
+            profiles: Vec::new(),
+            lobes: Vec::new(),
+            blocks_per_turn: LEAST_BLOCKS,
+            rapid_advance_mm: 0.0,
+            rapid_speed_mm_s,
+            stock_mm: 0.0,
+            passes: Vec::new(),
+            retract_clearance_mm: 0.0,
+            hold_in_cut: HoldInCut::Retract,
+            wheel_power: None,
+            c_between_lobes: BetweenLobes::Stops,
+            rotary_indexing: false,
+            home: HomePosition { x_mm: clear_x_mm, z_mm: 0.0 },
+            dressing: None,
+            obstacles: Vec::new(),
+            clearance_mm: 1.0,
+            wheels: Vec::new(),
+            raw_part: RawPart::default(),
+            correction: None,
+            compensation: None,
+            dry_run_mm: None,
+            part_phase_rad: 0.0,
+            identification: None,
+        }
+    }
+
+    /// Infeed of all passes together (mm).
+    #[must_use]
+    pub fn passes_infeed_mm(&self) -> f64 {
+        self.passes.iter().map(|pass| pass.total_infeed_mm).sum()
+    }
+
     /// Material of the raw part above the contour where it has most (mm).
     #[must_use]
     pub fn most_stock_mm(&self) -> f64 {

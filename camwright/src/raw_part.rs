@@ -46,6 +46,8 @@ pub struct RawPart {
     pub bend: Option<Bend>,
     /// Waves of 2 crests and more.
     pub lobes: Vec<(u32, Wave)>,
+    /// Azimuth at which its key-way lies as it is clamped (rad); 0 faces the wheel where C is 0. Everything above turns with it.
+    pub clamped_at_rad: f64,
 }
 
 impl RawPart {
@@ -59,6 +61,7 @@ impl RawPart {
             lobes: (self.lobes.iter())
                 .map(|(count, wave)| (*count, wave.drawn(&mut noise, f64::from((*count).max(1)))))
                 .collect(),
+            clamped_at_rad: self.clamped_at_rad,
         }
     }
 
@@ -92,6 +95,7 @@ mod tests {
             eccentric: Wave { mm: 0.02, at_rad: 1.0 },
             bend: Some(Bend { wave: Wave { mm: 0.05, at_rad: 4.0 }, between_mm: (50.0, 150.0) }),
             lobes: vec![(3, Wave { mm: 0.004, at_rad: 0.3 }), (5, Wave { mm: 0.001, at_rad: 0.0 })],
+            clamped_at_rad: 0.0,
         }
     }
 

@@ -96,6 +96,7 @@ fn job(mode: Mode) -> JobSpec {
         clearance_mm: 1.0,
         wheels: Vec::new(),
         raw_part: RawPart {
+            clamped_at_rad: 0.0,
             eccentric: Wave { mm: 0.03, at_rad: 1.0 },
             bend: None,
             lobes: vec![(3, Wave { mm: 0.005, at_rad: 0.4 })],
@@ -103,6 +104,8 @@ fn job(mode: Mode) -> JobSpec {
         correction: Some(CorrectionSpec { mode, harmonics: 15, allowance_mm: 0.02 }),
         compensation: None,
         identification: None,
+        dry_run_mm: None,
+        part_phase_rad: 0.0,
     }
 }
 

@@ -11,6 +11,7 @@
 //! C is homed and the wheel runs from the first half, which ends with X at its home position.
 
 use super::clearance::check_clearance;
+use super::dry_run;
 use super::error::PlanError;
 use super::identify::Contact;
 use super::lobe::{begin_at, soft_limit};
@@ -194,6 +195,9 @@ pub fn plan_corrections(
     let mut plan = sequence.finish()?;
     plan.duration_with_indexing_s = plan.duration_s;
     plan.half = Half::Second;
+    if let Some(stand_off_mm) = job.dry_run_mm {
+        dry_run::stand_off(&mut plan, machine, stand_off_mm);
+    }
     check_clearance(job, machine, &first.lobes, &plan, start.counts)?;
     let report = check_plan(&plan, machine, start.counts)?;
     Ok(PlannedCorrection { plan, speeds_rad_s, report })

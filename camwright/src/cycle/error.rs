@@ -193,6 +193,21 @@ pub enum PlanError {
         /// Why.
         source: PointToPointError,
     },
+    /// The wheel of a dry run would come too near to a lobe.
+    #[error(
+        "lobe {lobe}: a dry run {stand_off_mm} mm farther out does not keep {needed_mm} mm off the contour all round (the stock and \
+         clearance_mm); {least_mm:.2} mm are enough"
+    )]
+    DryRun {
+        /// Name of the lobe.
+        lobe: String,
+        /// How far out X would be (mm).
+        stand_off_mm: f64,
+        /// What the wheel must keep off the contour (mm).
+        needed_mm: f64,
+        /// The stand-off that keeps it (mm).
+        least_mm: f64,
+    },
     /// The finished plan failed its forward check: a defect of the planner, told rather than driven.
     #[error("the plan failed its forward check: {0}")]
     Check(#[from] PlanCheckError),

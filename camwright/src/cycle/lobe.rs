@@ -25,8 +25,10 @@ pub struct LobeDesign {
     pub station: String,
     /// Contour in the lobe's own frame.
     pub contour: Contour,
-    /// Azimuth of the lobe's cam angle 0 on the part, measured from the key-way (rad).
+    /// Azimuth of the lobe's cam angle 0 where the part is taken to be clamped: from where its key-way should be (rad).
     pub phase_rad: f64,
+    /// Where its key-way is taken to be instead (rad).
+    pub part_phase_rad: f64,
     /// Width (mm).
     pub width_mm: f64,
 }
@@ -38,6 +40,12 @@ impl LobeDesign {
         const SAME_MM: f64 = 1e-9;
         let radius = |i: u32| self.contour.radius_at(f64::from(i) * TURN_RAD / 36.0);
         (1..36).all(|i| (radius(i) - radius(0)).abs() < SAME_MM)
+    }
+
+    /// Azimuth of its cam angle 0 on a part whose key-way truly lies at an azimuth (rad).
+    #[must_use]
+    pub fn phase_on_rad(&self, key_way_rad: f64) -> f64 {
+        self.phase_rad - self.part_phase_rad + key_way_rad
     }
 
     /// Radius of the finished lobe at an azimuth of the part, measured from the key-way (mm, rad).
@@ -103,17 +111,18 @@ pub fn designs(job: &JobSpec) -> Result<Vec<LobeDesign>, PlanError> {
             profile: lobe.profile,
             count,
         })?;
-        Ok(designed(lobe, contour))
+        Ok(designed(job, lobe, contour))
     };
     job.lobes.iter().map(design).collect()
 }
 
-fn designed(lobe: &LobeSpec, contour: Contour) -> LobeDesign {
+fn designed(job: &JobSpec, lobe: &LobeSpec, contour: Contour) -> LobeDesign {
     LobeDesign {
         name: lobe.name.clone(),
         station: lobe.station.clone(),
         contour,
         phase_rad: lobe.phase_rad,
+        part_phase_rad: job.part_phase_rad,
         width_mm: lobe.width_mm,
     }
 }
@@ -361,7 +370,7 @@ impl LobePlanner<'_> {
         });
         let passes = passes.collect::<Result<Vec<_>, _>>()?;
         Ok(PlannedLobe {
-            design: designed(lobe, shape.contour.clone()),
+            design: designed(job, lobe, shape.contour.clone()),
             tool_path: shape.tool_path.clone(),
             path,
             wear_mm: self.wheel.wear_mm[index],

@@ -22,6 +22,8 @@
 mod clearance;
 mod correct;
 mod dress;
+mod dress_now;
+mod dry_run;
 mod error;
 mod identify;
 mod lobe;
@@ -31,6 +33,7 @@ mod turning;
 mod wheels;
 
 pub use correct::{NotCorrected, PlannedCorrection, decide_corrections, plan_corrections, rests_rad};
+pub use dress_now::{DressNowError, plan_dress};
 pub use error::PlanError;
 pub use identify::{Contact, identify};
 pub use lobe::{LobeDesign, PlannedLobe, designs};
@@ -130,6 +133,10 @@ pub fn plan_job(
             (plan, lobes, Some(build.stopping(false)?.duration_s))
         }
     };
+    if let Some(stand_off_mm) = job.dry_run_mm {
+        dry_run::check(job, machine, &lobes, stand_off_mm)?;
+        dry_run::stand_off(&mut plan, machine, stand_off_mm);
+    }
     plan.duration_with_indexing_s = if job.rotary_indexing {
         plan.duration_s
     } else {

@@ -80,9 +80,7 @@ impl<'a> Sequence<'a> {
         self.at[Axis::C.index()] = 0;
         self.command(of, Command::SetHome(Axis::C), "origin is zero");
         self.move_axis(of, Axis::C, 0, None, "key-way to the wheel")?;
-        self.command(of, Command::WheelStart, "wheel start");
-        let spin_up = whole_ticks(self.machine.wheel.spin_up_s, self.machine.cycle_time_s());
-        self.add(of, SegmentKind::Dwell, spin_up, 0, "wheel to its speed");
+        self.start_wheel(of);
         Ok(())
     }
 
@@ -225,6 +223,26 @@ impl<'a> Sequence<'a> {
         self.move_axis(of, Axis::X, self.counts(Axis::X, self.job.home.x_mm), None, "wheel clear of the part")?;
         self.plan.half = Half::First;
         Ok(self.done())
+    }
+
+    /// Wheel clear of the part, and up to speed.
+    pub(super) fn clear_and_run(&mut self) -> Result<(), PlanError> {
+        let of = Of::part(Phase::Dress);
+        self.move_axis(of, Axis::X, self.counts(Axis::X, self.job.home.x_mm), None, "wheel clear of the part")?;
+        self.start_wheel(of);
+        Ok(())
+    }
+
+    /// The wheel comes to rest where it is; the plan.
+    pub(super) fn stop_wheel(mut self) -> Plan {
+        self.command(Of::part(Phase::Dress), Command::WheelStop, "wheel stop");
+        self.done()
+    }
+
+    fn start_wheel(&mut self, of: Of<'_>) {
+        self.command(of, Command::WheelStart, "wheel start");
+        let spin_up = whole_ticks(self.machine.wheel.spin_up_s, self.machine.cycle_time_s());
+        self.add(of, SegmentKind::Dwell, spin_up, 0, "wheel to its speed");
     }
 
     /// X, then the table, to the home position; the plan.

@@ -129,6 +129,7 @@ pub(super) fn end_probe(
     let scale = machine.axis(axis).scale;
     let si = |counts: i64| si_from_counts(scale, counts);
     let input = &goal.goal().input;
+    result.already_there = probed == Some(Probed::AlreadyThere);
     let (latch, off, correction) = match probed {
         Some(Probed::Found { latch, correction }) => (Some(latch), correction, correction),
         Some(Probed::TooFarOff { latch, off }) => (Some(latch), off, 0),

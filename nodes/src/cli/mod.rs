@@ -4,6 +4,7 @@ mod batch;
 mod check;
 mod plan;
 mod run;
+mod setup;
 
 use crate::ros::RosArgs;
 use clap::{Parser, Subcommand};
@@ -28,6 +29,8 @@ enum CommandLine {
     Plan(plan::PlanArgs),
     /// Check a job or a lift table: every finding with file, line, value and bound.
     Check(check::CheckArgs),
+    /// Set a running cell up: jog, probe, dress, touch off, find the part's phase.
+    Setup(setup::SetupArgs),
     /// Look into a bag.
     Bag(crate::bag::cli::BagArgs),
     /// Play a bag to the ROS graph.
@@ -50,6 +53,7 @@ pub fn main() -> ExitCode {
         CommandLine::Run(args) => run::main(&args, &ros_args),
         CommandLine::Plan(args) => plan::main(&args),
         CommandLine::Check(args) => check::main(&args),
+        CommandLine::Setup(args) => setup::main(&args, &ros_args),
         CommandLine::Bag(args) => crate::bag::cli::run(&args),
         CommandLine::Replay(args) => crate::replay::run(&args, &ros_args),
     }

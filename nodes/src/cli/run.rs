@@ -17,6 +17,7 @@ use crate::running::NodeError;
 use camwright::units::{deg_from_rad, um_from_mm};
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobFeedback, RunJobGoal, RunJobResult};
 use camwright_msgs::camwright_msgs::msg::{JobStatus, LobeResult, RecorderStatus};
+use camwright_msgs::camwright_msgs::srv::{FindPhase, FindPhaseRequest, LoadJob, LoadJobRequest};
 use camwright_msgs::lifecycle_msgs::msg::State;
 use camwright_msgs::lifecycle_msgs::srv::{GetState, GetStateRequest};
 use clap::{Args, ValueEnum};
@@ -31,6 +32,8 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 const MEETING: Duration = Duration::from_secs(20);
 /// How long a cancelled job may take to come to rest.
 const STOPPING: Duration = Duration::from_secs(30);
+/// How long the search for the key-way may take at pace realtime.
+const FINDING: Duration = Duration::from_secs(120);
 
 /// Arguments of `camwright run`.
 #[derive(Debug, Clone, Args, Default)]
@@ -62,6 +65,9 @@ pub(super) struct RunArgs {
     /// Begin with this lobe, by name or number, on the part as it is in the machine of the cell that is attached to.
     #[arg(long, value_name = "LOBE", requires = "attach")]
     start_at: Option<String>,
+    /// Find the angle at which the part is clamped, by its key-way, before it is ground.
+    #[arg(long, conflicts_with_all = ["start_at", "parts"])]
+    find_phase: bool,
     /// Print the result as JSON on standard output.
     #[arg(long)]
     json: bool,
@@ -97,7 +103,6 @@ pub(super) fn main(args: &RunArgs, ros_args: &RosArgs) -> ExitCode {
 fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let mut args = args.clone();
     args.set.extend(args.start_at.iter().map(|lobe| format!("start_at={lobe}")));
-    let args = &args;
     let started = Instant::now();
     let shutdown = Shutdown::on_signals()?;
     let job = args.job.clone().unwrap_or_else(|| "four_lobe_camshaft".to_owned());
@@ -105,9 +110,18 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     if args.forget_learned && job_file::load(&job, &args.set).is_ok_and(|job| job.spec.compensation.is_none()) {
         return Err(NodeError::Parameter(format!("--forget-learned: job {job} does not learn (form_compensation)")));
     }
+    let dry_run = job_file::load(&job, &args.set).is_ok_and(|job| job.spec.dry_run_mm.is_some());
+    if dry_run && args.parts > 1 {
+        return Err(NodeError::Parameter("--parts: a dry run makes no parts".into()));
+    }
     let client = Client::new(ros_args)?;
-    let cell = if args.attach { None } else { Some(Cell::start(&job, args, ros_args, &bag)?) };
+    let cell = if args.attach { None } else { Some(Cell::start(&job, &args, ros_args, &bag)?) };
     client.meet(cell.is_some(), &shutdown)?;
+    if args.find_phase {
+        let found = client.find_phase(&job, &args.set)?;
+        args.set.extend(found);
+    }
+    let args = &args;
     let batch = if args.parts > 1 { Some(Batch::of(&client.node, args.parts, &job, &args.set)?) } else { None };
     let (outcome, batch) = client.run_parts(&job, args, batch, &shutdown);
     let planned_as = client.heard_job();
@@ -117,14 +131,14 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     client.node.shutdown();
     let (status, result) = outcome?;
     let took = started.elapsed();
-    let prepared = if result.success { planned_again(&job, args, planned_as.as_ref()) } else { None };
+    let prepared = if result.success && !dry_run { planned_again(&job, args, planned_as.as_ref()) } else { None };
     let causes = prepared.as_ref().and_then(|prepared| planning::causes(prepared).ok()).unwrap_or_default();
     // The same plan, or what it predicts is not what was predicted.
     let same = prepared.as_ref().filter(|prepared| prepared.plan_hash() == result.plan_hash);
     let times = same.map(|prepared| planning::compare_times(prepared, &result.lobes, result.duration));
     let bag = (!args.attach).then_some(&bag);
     let times = times.unwrap_or_default();
-    let report = Report { job: &job, status, result: &result, times, causes, batch, bag, took };
+    let report = Report { job: &job, dry_run, status, result: &result, times, causes, batch, bag, took };
     if args.json {
         report.print_json();
     } else {
@@ -277,6 +291,24 @@ impl Client {
         }
     }
 
+    /// Puts the raw part of a job in and finds the angle at which it is clamped; what the job must then be told.
+    fn find_phase(&self, job: &str, overrides: &[String]) -> Result<[String; 2], NodeError> {
+        let load = self.node.client::<LoadJob>("job_planner/load_job")?;
+        load.wait_for_service(MEETING)?;
+        let loaded = load.call(&LoadJobRequest { job: job.to_owned(), overrides: overrides.to_vec() }, STOPPING)?;
+        if !loaded.success {
+            return Err(NodeError::Parameter(format!("the job is refused, nothing moved: {}", loaded.message)));
+        }
+        let find = self.node.client::<FindPhase>("job_planner/find_phase")?;
+        find.wait_for_service(MEETING)?;
+        let found = find.call(&FindPhaseRequest { load_part: true, ..FindPhaseRequest::default() }, FINDING)?;
+        if !found.success {
+            return Err(NodeError::Parameter(format!("the part's phase was not found: {}", found.message)));
+        }
+        // The part stays as it is.
+        Ok([format!("part_phase_deg={:?}", deg_from_rad(found.phase)), "start_at=1".to_owned()])
+    }
+
     /// So many parts as are wanted, or until one fails; the outcome is the last one's.
     fn run_parts(
         &self,
@@ -407,6 +439,8 @@ fn errors_um(lobes: &[LobeResult]) -> serde_json::Value {
 /// What is printed at the end.
 struct Report<'a> {
     job: &'a str,
+    /// Nothing was to be cut.
+    dry_run: bool,
     status: GoalStatus,
     result: &'a RunJobResult,
     /// Every lobe, the rest, the job; empty where what was predicted is not known here.
@@ -432,7 +466,8 @@ impl Report<'_> {
         self.status == GoalStatus::Succeeded
             && self.result.success
             && self.batch.as_ref().is_none_or(Batch::is_good)
-            && self.worst().is_some_and(|lobe| mm_from_m(lobe.form_error_max.abs()) <= FORM_TOLERANCE_MM)
+            && (self.dry_run
+                || self.worst().is_some_and(|lobe| mm_from_m(lobe.form_error_max.abs()) <= FORM_TOLERANCE_MM))
     }
 
     fn exit_code(&self) -> ExitCode {
@@ -546,6 +581,9 @@ impl Report<'_> {
                 worst.name,
                 um_from_mm(FORM_TOLERANCE_MM),
             ),
+            (None, GoalStatus::Succeeded) if self.dry_run => {
+                format!("DRY RUN COMPLETE: {}, nothing was cut", self.job)
+            }
             _ => format!("NOT COMPLETE: {}, {:?}", self.job, self.status),
         }
     }
@@ -582,6 +620,7 @@ impl Report<'_> {
         let report = serde_json::json!({
             "job": self.job,
             "good": self.is_good(),
+            "dry_run": self.dry_run,
             "status": format!("{:?}", self.status),
             "message": self.result.message,
             "alarm": self.result.alarm,

@@ -78,6 +78,16 @@ struct JobFile {
     form_compensation: Option<CompensationFile>,
     start_at: Option<StartFile>,
     identification: Option<IdentificationFile>,
+    dry_run: Option<DryRunFile>,
+    #[serde(default)]
+    part_phase_deg: f64,
+}
+
+/// The wheel is so much farther out than it would grind.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DryRunFile {
+    stand_off_mm: f64,
 }
 
 /// Bound on the power of the wheel's spindle.
@@ -331,6 +341,8 @@ fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks
         correction: file.runout_correction.as_ref().map(CorrectionFile::spec),
         compensation: file.form_compensation.as_ref().map(CompensationFile::compensation),
         identification: file.identification.as_ref().map(IdentificationFile::spec),
+        dry_run_mm: file.dry_run.map(|dry_run| dry_run.stand_off_mm),
+        part_phase_rad: rad_from_deg(file.part_phase_deg),
         wheels: wishes(
             (file.lobes.iter().map(|lobe| ("lobe", lobe.name.as_str(), lobe.wheel_radius_mm)))
                 .chain(file.roughing.iter().map(|rough| ("pass", rough.name(), rough.wheel_radius_mm()))),
@@ -351,7 +363,8 @@ fn ranges(document: &Document, file: &JobFile) -> Vec<ConfigError> {
         ("work_speed_rpm", file.work_speed_rpm),
         ("retract_clearance_mm", file.retract_clearance_mm),
     ];
-    let given = file.wheel_radius_mm.map(|radius| ("wheel_radius_mm", radius));
+    let given = file.wheel_radius_mm.map(|radius| ("wheel_radius_mm", radius)).into_iter();
+    let given = given.chain(file.dry_run.map(|dry_run| ("dry_run.stand_off_mm", dry_run.stand_off_mm)));
     for (key, value) in positive.into_iter().chain(given).chain(file.speed.settings()) {
         if !(value.is_finite() && value > 0.0) {
             refuse(key, format!("{key} is {value}; it must be a positive number"));
@@ -369,6 +382,10 @@ fn ranges(document: &Document, file: &JobFile) -> Vec<ConfigError> {
         if !value.is_finite() {
             refuse(key, format!("{key} is {value}; it must be a finite number"));
         }
+    }
+    if !(-360.0..=360.0).contains(&file.part_phase_deg) {
+        let value = file.part_phase_deg;
+        refuse("part_phase_deg", format!("part_phase_deg is {value}; it must be -360 to 360"));
     }
     if file.infeed.spark_out_turns == 0 {
         let message = "infeed.spark_out_turns is 0; at least 1 is needed to remove the step that the infeed leaves";
@@ -454,7 +471,7 @@ fn read_lobes(document: &Document, file: &JobFile, findings: &mut Vec<ConfigErro
         lobes.push(LobeSpec {
             name: lobe.name.clone(),
             station: lobe.station.clone(),
-            phase_rad: rad_from_deg(lobe.phase_deg),
+            phase_rad: rad_from_deg(lobe.phase_deg + file.part_phase_deg),
             profile,
             width_mm: lobe.width_mm,
         });

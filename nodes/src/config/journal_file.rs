@@ -22,6 +22,7 @@ pub(super) struct RawPartFile {
     bent_at_deg: f64,
     bent_between_mm: Option<[f64; 2]>,
     lobes: Vec<RawLobeFile>,
+    clamped_at_deg: f64,
     seed: Option<u64>,
 }
 
@@ -45,6 +46,7 @@ impl RawPartFile {
                 between_mm: (from_mm, to_mm),
             }),
             lobes: self.lobes.iter().map(|lobe| (lobe.count, wave(lobe.um, lobe.at_deg))).collect(),
+            clamped_at_rad: rad_from_deg(self.clamped_at_deg),
         };
         self.seed.map_or_else(|| part.clone(), |seed| part.drawn(seed))
     }
@@ -64,6 +66,7 @@ impl RawPartFile {
         let angles = [
             ("raw_part.eccentric_at_deg".to_owned(), self.eccentric_at_deg),
             ("raw_part.bent_at_deg".into(), self.bent_at_deg),
+            ("raw_part.clamped_at_deg".into(), self.clamped_at_deg),
         ];
         let of_lobes = self.lobes.iter().enumerate();
         for (key, value) in

@@ -39,6 +39,15 @@ pub fn core_from_si(axis: Axis, value: f64) -> f64 {
     }
 }
 
+/// A place of an axis as people give it (mm or deg) as ROS has it (m or rad).
+#[must_use]
+pub fn si_from_file(axis: Axis, value: f64) -> f64 {
+    match axis {
+        Axis::C => camwright::units::rad_from_deg(value),
+        Axis::X | Axis::Z => m_from_mm(value),
+    }
+}
+
 /// Position of a count as ROS has it (m or rad).
 #[must_use]
 pub fn si_from_counts(scale: Scale, counts: i64) -> f64 {

@@ -78,8 +78,12 @@ impl Shared {
 
     /// The overrides of a job as it is planned: the parameters', the request's, and what its parts have taught.
     fn used(&self, name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Vec<String> {
-        let used = settings::overrides(self.node.parameters(), overrides);
+        let mut used = settings::overrides(self.node.parameters(), overrides);
         let Ok(job) = job_file::load(name, &used) else { return used };
+        // A job on the part as it is; what somebody says of its phase counts more.
+        if job.starts_in_the_middle || job.spec.dry_run_mm.is_some() {
+            used.splice(0..0, self.setup.phase_override());
+        }
         if job.spec.compensation.is_none() {
             return used;
         }
@@ -103,6 +107,12 @@ impl Shared {
         }
         drop(loaded);
         planning::prepare(name, &used, machine.as_ref()).map_err(|error| error.to_string())
+    }
+
+    /// The loaded job, or that of the parameter, planned for the machine as it is.
+    pub(super) fn prepare_usual(&self, machine: MachineNow) -> Result<PreparedJob, String> {
+        let (name, overrides) = self.wanted("", &[]);
+        self.prepare(&name, &overrides, Some(machine))
     }
 
     /// Plans a job and keeps it, for `load_job`.

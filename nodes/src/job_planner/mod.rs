@@ -11,6 +11,7 @@ pub(crate) mod parts;
 mod run;
 mod services;
 mod settings;
+mod setup;
 
 use crate::config::machine_file;
 use crate::convert::mm_from_m;
@@ -32,6 +33,7 @@ use course::{Course, Loaded, RunHandler};
 use gaugings::Gaugings;
 use learned::LearnedStore;
 use parts::Parts;
+use setup::Setup;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
@@ -82,6 +84,8 @@ struct Shared {
     /// The way to the planning thread; gone when the node ends.
     work: Mutex<Option<mpsc::Sender<Work>>>,
     plan: Publisher<PlanPage>,
+    /// Set-up work, and what it found of the part.
+    setup: Setup,
     load_lobe: Client<LoadLobe>,
     inject_fault: Client<InjectFault>,
     execute: ActionClient<ExecutePlan>,
@@ -116,6 +120,7 @@ impl JobPlanner {
             run: Mutex::default(),
             work: Mutex::new(Some(work)),
             plan: node.publisher("~/plan", &Qos::latched(PLAN_DEPTH))?,
+            setup: Setup::new(&node)?,
             load_lobe: node.client("machine/load_lobe")?,
             inject_fault: node.client("machine/inject_fault")?,
             execute: node.action_client("axis_interpolator/execute_plan")?,
@@ -127,7 +132,8 @@ impl JobPlanner {
             }
         })?;
         let subscriptions = subscriptions(&shared)?;
-        let services = services::offer(&shared)?;
+        let mut services = services::offer(&shared)?;
+        services.extend(setup::offer(&shared)?);
         let action = node.action_server("~/run_job", RunHandler(Arc::clone(&shared)))?;
         let lifecycle = node.lifecycle(Activation(Arc::clone(&shared)))?;
         let this = Arc::clone(&shared);

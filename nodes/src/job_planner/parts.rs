@@ -19,6 +19,21 @@ impl Parts {
         self.changed.notify_all();
     }
 
+    /// The part is taken out: another comes.
+    pub(crate) fn clear(&self) {
+        lock(&self.lobes).clear();
+    }
+
+    /// Some lobe has been put in or reported: a part is between the centres.
+    pub(crate) fn is_there(&self) -> bool {
+        !lock(&self.lobes).is_empty()
+    }
+
+    /// A lobe as it was reported last, or put in after that.
+    pub(crate) fn lobe(&self, name: &str) -> Option<PartLobe> {
+        lock(&self.lobes).get(name).cloned()
+    }
+
     /// Waits until every named lobe is reported finished at or after a tick; the first that is missing after the timeout.
     pub(crate) fn wait_finished<'a>(
         &self,

@@ -1,6 +1,7 @@
 //! A job that runs, on a thread of its own: pages, blanks, execution, measuring.
 
 use super::course::Course;
+use super::setup::NotPutIn;
 use super::{Shared, lock};
 use crate::convert::plan::{phase_from, phase_name};
 use crate::planning::{self, PreparedCorrection, PreparedJob};
@@ -12,16 +13,12 @@ use camwright_msgs::camwright_msgs::action::{
     ExecutePlan, ExecutePlanFeedback, ExecutePlanGoal, ExecutePlanResult, RunJob, RunJobFeedback, RunJobResult,
 };
 use camwright_msgs::camwright_msgs::msg::{JobStatus, LobeResult, PartLobe, PlanPage};
-use camwright_msgs::camwright_msgs::srv::{InjectFaultRequest, LoadLobeRequest};
+use camwright_msgs::camwright_msgs::srv::InjectFaultRequest;
 use std::sync::{Arc, Mutex, mpsc};
 use std::time::{Duration, Instant};
 
 /// How long a peer may take to answer a request.
 const ANSWER: Duration = Duration::from_secs(10);
-/// How long the machine may take to come to rest before it takes a new part.
-const AT_REST: Duration = Duration::from_secs(5);
-/// Pause between two attempts to load a lobe.
-const BETWEEN_ATTEMPTS: Duration = Duration::from_millis(50);
 /// How long the finished part may take to arrive: one page of outline per lobe.
 const MEASURING: Duration = Duration::from_secs(20);
 /// How long a job may take to come to rest after it was cancelled.
@@ -30,6 +27,9 @@ const STOPPING: Duration = Duration::from_secs(60);
 const WATCH: Duration = Duration::from_secs(1);
 /// How long it may be out of sight: longer than a discovery hiccup.
 const OUT_OF_SIGHT: Duration = Duration::from_secs(5);
+
+/// How the message of a dry run begins.
+const DRY_RUN: &str = "dry run";
 
 /// What a running job is told.
 #[derive(Debug)]
@@ -146,8 +146,10 @@ impl Run {
     }
 
     fn proceed(&self, result: &mut RunJobResult) -> Result<(), Failure> {
-        // A job that begins in its middle goes on with the part as it is.
-        if !self.prepared.job.starts_in_the_middle {
+        // A job that begins in its middle goes on with the part as it is, and a dry run leaves it.
+        let keeps = self.prepared.job.starts_in_the_middle
+            || (self.prepared.dry_run_mm().is_some() && self.shared.parts.is_there());
+        if !keeps {
             self.load_blanks()?;
         }
         self.publish(&self.prepared.pages)?;
@@ -175,6 +177,10 @@ impl Run {
         result.duration = self.seconds(ticks);
         result.duration_with_indexing = result.duration + self.prepared.planned.saved_by_not_indexing_s();
         match status {
+            GoalStatus::Succeeded if self.prepared.dry_run_mm().is_some() => {
+                result.message = self.told_dry(result);
+                Ok(())
+            }
             GoalStatus::Succeeded => {
                 result.lobes = self.measure(&ended)?;
                 if let Some(correction) = &correction {
@@ -201,13 +207,18 @@ impl Run {
     /// Listens to the gauge where the job needs it.
     fn listen(&self) {
         match (&self.prepared.expected_correction, &self.prepared.machine.gauge) {
-            (Some(_), Some(gauge)) => self.shared.gaugings.listen(gauge.behind_wheel_rad),
+            (Some(_), Some(gauge)) if self.prepared.dry_run_mm().is_none() => {
+                self.shared.gaugings.listen(gauge.behind_wheel_rad);
+            }
             _ => self.shared.gaugings.stop(),
         }
     }
 
     /// Decides from what the gauge read how the second half goes.
     fn correct(&self) -> Result<PreparedCorrection, Failure> {
+        if let Some(dry) = self.prepared.dry_correction() {
+            return Ok(dry);
+        }
         let planned = &self.prepared.planned;
         let rests = rests_rad(&planned.plan, &self.prepared.machine);
         let names = planned.lobes.iter().map(|lobe| lobe.design.name.as_str());
@@ -229,6 +240,16 @@ impl Run {
             correction.plan_hash()
         ));
         Ok(correction)
+    }
+
+    fn told_dry(&self, result: &RunJobResult) -> String {
+        format!(
+            "{} in {:.2} s, predicted {:.2} s, with the wheel {} mm farther out: nothing was cut, and nothing is judged",
+            DRY_RUN,
+            result.duration,
+            self.prepared.duration_s(),
+            self.prepared.dry_run_mm().unwrap_or_default()
+        )
     }
 
     fn told(&self, result: &RunJobResult) -> String {
@@ -265,24 +286,11 @@ impl Run {
 
     /// Puts the raw part between the centres.
     fn load_blanks(&self) -> Result<(), Failure> {
-        for index in 0..self.prepared.planned.lobes.len() {
-            let request = LoadLobeRequest { clear: index == 0, lobe: planning::raw_lobe(&self.prepared, index) };
-            let end = Instant::now() + AT_REST;
-            loop {
-                self.check_cancelled()?;
-                let response =
-                    self.shared.load_lobe.call(&request, ANSWER).map_err(|error| failed_still(&error.to_string()))?;
-                if response.success {
-                    break;
-                }
-                // The job before may just have ended: its last axis is still settling.
-                if Instant::now() >= end {
-                    return Err(failed_still(&format!("the machine does not take the part: {}", response.message)));
-                }
-                std::thread::sleep(BETWEEN_ATTEMPTS);
-            }
-        }
-        Ok(())
+        let cancelled = || matches!(self.inbox.try_recv(), Ok(Event::Cancel));
+        self.shared.put_in(&self.prepared, &cancelled).map_err(|reason| match reason {
+            NotPutIn::Cancelled => Failure::Cancelled("cancelled before anything moved".into()),
+            NotPutIn::Refused(reason) => failed_still(&reason),
+        })
     }
 
     /// Hands the faults of the job to the machine, which strikes with them at their ticks.

@@ -54,6 +54,9 @@ fn key(job: &Job, error: &PlanError) -> String {
         }
         PlanError::Speed { pass, .. } => pass_key(job, pass, "work_speed_rpm"),
         PlanError::SoftLimit { place, what, axis, .. } => match (*what, axis) {
+            ("the home position of the dry run" | "a hold of the dry run on the highest point of the path", _) => {
+                "dry_run.stand_off_mm".into()
+            }
             ("the home position", Axis::X) => "home.x_mm".into(),
             ("the home position", _) => "home.z_mm".into(),
             ("the start of the rapid advance", _) => "rapid_advance_mm".into(),
@@ -63,6 +66,7 @@ fn key(job: &Job, error: &PlanError) -> String {
         PlanError::NotClear { what, .. } if *what == "home.x_mm" => "home.x_mm".into(),
         PlanError::NotClear { .. } => "rapid_advance_mm".into(),
         PlanError::Move { .. } => "rapid_speed_mm_s".into(),
+        PlanError::DryRun { .. } => "dry_run.stand_off_mm".into(),
         PlanError::Check(_) => String::new(),
     }
 }

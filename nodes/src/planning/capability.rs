@@ -35,8 +35,9 @@ pub struct LobeCapability {
 /// An outline that is none.
 pub fn measure_lobe(design: &LobeDesign, part: &PartLobe) -> Result<MeasuredLobe, FormError> {
     let radii_mm: Vec<f64> = part.radius.iter().map(|radius| mm_from_m(*radius)).collect();
-    let form = Form::measure(&radii_mm, &design.contour, design.phase_rad)?;
-    let size_mm = form.size_mm(&design.contour, design.phase_rad);
+    let phase_rad = design.phase_on_rad(part.key_way);
+    let form = Form::measure(&radii_mm, &design.contour, phase_rad)?;
+    let size_mm = form.size_mm(&design.contour, phase_rad);
     Ok(MeasuredLobe { name: design.name.clone(), size_mm, form_mm: form.largest.deviation_mm })
 }
 
@@ -77,6 +78,7 @@ mod tests {
             station: "LS1".into(),
             contour: Contour::eccentric(0.0, 20.0).unwrap(),
             phase_rad: 0.4,
+            part_phase_rad: 0.0,
             width_mm: 14.0,
         };
         let part = |um: f64| {

@@ -125,7 +125,8 @@ pub(super) fn expected(
 pub fn raw_lobe(prepared: &PreparedJob, index: usize) -> PartLobe {
     let (job, design) = (&prepared.job.spec, &prepared.planned.lobes[index].design);
     let z_mm = prepared.machine.station(&design.station).map_or(0.0, |station| station.position_mm);
-    lobes::blank(design, job.stock_mm, |azimuth_rad| job.raw_part.above_mm(azimuth_rad, z_mm))
+    let key_way_rad = job.raw_part.clamped_at_rad;
+    lobes::blank(design, job.stock_mm, key_way_rad, |azimuth_rad| job.raw_part.above_mm(azimuth_rad, z_mm))
 }
 
 #[cfg(test)]

@@ -21,17 +21,20 @@ pub struct LobeFormError {
     pub source: FormError,
 }
 
-/// The raw outline of a lobe: its contour with the stock along the normal and what the part has above that (mm), on equal azimuths of
-/// the part.
+/// The raw outline of a lobe: its contour with the stock along the normal and what the part has above that (mm, over the azimuth from its
+/// key-way), on equal azimuths, with its key-way at one of them (rad).
 #[must_use]
-pub(super) fn blank(design: &LobeDesign, stock_mm: f64, above_mm: impl Fn(f64) -> f64) -> PartLobe {
-    let even_mm = |azimuth_rad: f64| blank_radius_mm(&design.contour, azimuth_rad - design.phase_rad, stock_mm);
+pub(super) fn blank(design: &LobeDesign, stock_mm: f64, key_way_rad: f64, above_mm: impl Fn(f64) -> f64) -> PartLobe {
+    let phase_rad = design.phase_on_rad(key_way_rad);
+    let even_mm = |azimuth_rad: f64| blank_radius_mm(&design.contour, azimuth_rad - phase_rad, stock_mm);
+    let above_mm = |azimuth_rad: f64| above_mm(azimuth_rad - key_way_rad);
     let radius = (0..BLANK_POINTS).map(azimuth).map(|at| m_from_mm(even_mm(at) + above_mm(at))).collect();
     PartLobe {
         name: design.name.clone(),
         station: design.station.clone(),
         width: m_from_mm(design.width_mm),
         finished: false,
+        key_way: key_way_rad,
         radius,
         ..PartLobe::default()
     }
@@ -89,7 +92,7 @@ fn blank_radius_mm(contour: &Contour, azimuth_rad: f64, stock_mm: f64) -> f64 {
 /// An outline without radii, or with one that is none.
 pub fn lobe_result(design: &LobeDesign, measured: &PartLobe) -> Result<LobeResult, LobeFormError> {
     let radii_mm: Vec<f64> = measured.radius.iter().map(|radius| mm_from_m(*radius)).collect();
-    let form = Form::measure(&radii_mm, &design.contour, design.phase_rad)
+    let form = Form::measure(&radii_mm, &design.contour, design.phase_on_rad(measured.key_way))
         .map_err(|source| LobeFormError { lobe: design.name.clone(), source })?;
     let span = measured.radius.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), r| (low.min(*r), high.max(*r)));
     let highest = |of: &[f64]| {
@@ -130,6 +133,7 @@ mod tests {
             station: "LS1".into(),
             contour: Contour::eccentric(eccentricity_mm, radius_mm).unwrap(),
             phase_rad,
+            part_phase_rad: 0.0,
             width_mm: 14.0,
         }
     }
@@ -159,7 +163,7 @@ mod tests {
     #[test]
     fn the_blank_of_a_disc_is_a_larger_disc() {
         let (e, r, stock, phase) = (4.2, 19.0, 0.3, 1.1);
-        let blank = blank(&disc(e, r, phase), stock, |_| 0.0);
+        let blank = blank(&disc(e, r, phase), stock, 0.0, |_| 0.0);
         assert_eq!(blank.radius.len(), BLANK_POINTS);
         for (i, radius) in blank.radius.iter().enumerate() {
             let angle = azimuth(i) - phase;
@@ -172,9 +176,23 @@ mod tests {
     #[test]
     fn the_form_error_of_a_blank_is_its_stock() {
         let design = disc(4.2, 19.0, -0.7);
-        let result = lobe_result(&design, &blank(&design, 0.25, |_| 0.0)).unwrap();
+        let result = lobe_result(&design, &blank(&design, 0.25, 0.0, |_| 0.0)).unwrap();
         assert!((result.form_error_max - 0.25e-3).abs() < 1e-11);
         assert!((result.form_error_rms - 0.25e-3).abs() < 1e-11);
+    }
+
+    /// A part that is clamped askew is measured from its key-way: its blank is as good as another, and the wrong phase shows.
+    #[test]
+    fn form_is_measured_from_the_key_way_wherever_the_part_is_clamped() {
+        let design = disc(4.2, 19.0, -0.7);
+        let askew = blank(&design, 0.25, 0.1, |_| 0.0);
+        assert!((lobe_result(&design, &askew).unwrap().form_error_max - 0.25e-3).abs() < 1e-11);
+        let found = LobeDesign { phase_rad: -0.6, part_phase_rad: 0.1, ..design.clone() };
+        assert!((lobe_result(&found, &askew).unwrap().form_error_max - 0.25e-3).abs() < 1e-11);
+        // Ground where the key-way should be: the disc is turned by 0.1 rad, up to e sin 0.1 off besides its stock.
+        let ground = PartLobe { key_way: 0.1, ..blank(&design, 0.25, 0.0, |_| 0.0) };
+        let off = lobe_result(&design, &ground).unwrap().form_error_max.abs();
+        assert!((off - (0.25e-3 + 4.2e-3 * (2.0 * 0.05_f64.sin()))).abs() < 2e-5, "{off}");
     }
 
     #[test]

@@ -11,6 +11,7 @@ mod causes;
 mod compensation;
 mod cut_table;
 mod dresses;
+mod dry_run;
 mod export;
 mod findings;
 mod giving_way;

@@ -76,6 +76,7 @@ pub fn rehearse_outlines_on(
     for index in 0..prepared.planned.lobes.len() {
         let raw = raw_lobe(prepared, index);
         let radii = raw.radius.iter().map(|radius| mm_from_m(*radius)).collect();
+        machine.set_key_way(raw.key_way);
         machine
             .load_lobe(&raw.name, &raw.station, mm_from_m(raw.width), radii)
             .map_err(|error| failed(error.to_string()))?;
@@ -99,7 +100,10 @@ pub fn rehearse_outlines_on(
         tell(setpoint, report);
     })?;
     let correction = match prepared.expected_correction {
-        Some(_) => Some(correct(prepared, &logs).map_err(|error| failed(error.to_string()))?),
+        Some(_) => match prepared.dry_correction() {
+            Some(dry) => Some(dry),
+            None => Some(correct(prepared, &logs).map_err(|error| failed(error.to_string()))?),
+        },
         None => None,
     };
     if let Some(correction) = &correction {
@@ -121,10 +125,8 @@ pub fn rehearse_outlines_on(
         .iter()
         .zip(&outlines_mm)
         .map(|(lobe, ground)| {
-            let measured = PartLobe {
-                radius: ground.iter().map(|radius| m_from_mm(*radius)).collect(),
-                ..cut(lobe).unwrap_or_default()
-            };
+            let radius = ground.iter().map(|radius| m_from_mm(*radius)).collect();
+            let measured = PartLobe { radius, key_way: machine.key_way_rad(), ..cut(lobe).unwrap_or_default() };
             lobe_result(&lobe.design, &measured).map_err(|error| failed(error.to_string()))
         })
         .collect::<Result<_, _>>()?;

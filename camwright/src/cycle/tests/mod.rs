@@ -162,6 +162,8 @@ pub(crate) fn job() -> JobSpec {
         correction: None,
         compensation: None,
         identification: None,
+        dry_run_mm: None,
+        part_phase_rad: 0.0,
     }
 }
 
@@ -225,7 +227,9 @@ fn refusal(change: impl FnOnce(&mut JobSpec)) -> PlanError {
 mod bits;
 mod clearance;
 mod compensation;
+mod dress_now;
 mod dressing;
+mod dry_run;
 mod giving_way;
 mod infeeds;
 mod order;
