@@ -231,6 +231,47 @@ fn touching_off_takes_the_growth_of_the_wheelhead_out_of_the_zero() {
     assert_eq!(correction, 2_000_000 - latch.counts);
 }
 
+/// The dresser's rim stands where it stands: after a touch-off and a dress the next touch reads what is there, and the correction that
+/// was for the wheel before is not made twice.
+#[test]
+fn a_dress_after_a_touch_off_leaves_the_reading_right() {
+    let mut machine = description();
+    machine.thermal = Some(camwright::machine::description::ThermalDescription {
+        growth_mm: 0.008,
+        time_constant_s: 1e9,
+        start_share: 0.0,
+    });
+    machine.dresser = Some(camwright::machine::fixture::Dresser {
+        x_mm: 60.0,
+        z_mm: 360.0,
+        width_mm: 2.0,
+        infeed_speed_mm_s: 2.0,
+        traverse_speed_mm_s: 10.0,
+        dwell_s: 0.1,
+        max_depth_mm: 0.05,
+    });
+    let lasting = LastingState { growth_mm: 0.008, growth_at_dress_mm: 0.0, ..LastingState::new(&machine) };
+    let mut cell = cell(&machine);
+    *cell.parts_mut().1 = {
+        let mut grown = Machine::new(machine.clone(), lasting).expect("a machine");
+        grown.load_lobe("J1", "LS1", 15.0, vec![RADIUS_MM; 3600]).expect("a journal");
+        grown.place([0, 40 * PER_MM, 600_000]);
+        grown
+    };
+    near(&mut cell, 20.5);
+    let request = ProbeRequest { reads: Some((RADIUS_MM, 0.1)), ..touch(0.1) };
+    assert!(matches!(probe(&mut cell, &request), Ok(Probed::Found { correction: -801..=-799, .. })));
+    let (plan, _) = camwright::cycle::plan_dress(&machine, cell.machine().lasting().wheel(), 0.02).expect("a dress");
+    assert_eq!(run(&mut cell, Motion::Plan(plan.into())), Ok(Outcome::Completed), "{:?}", cell.machine().alarms());
+    assert_eq!(cell.machine().lasting().dress_count, 1);
+    let back = targets(&[MoveTo { axis: Axis::Z, position: 60.0, is_relative: false }], [0; 3], 1.0, &machine);
+    assert_eq!(run(&mut cell, Motion::Move(back.expect("within travel"))), Ok(Outcome::Completed));
+    near(&mut cell, 20.5);
+    let left = machine.axis(Axis::X).scale.counts(cell.machine().part().lobe("J1").expect("there").radii_mm()[0]);
+    let Ok(Probed::Found { latch, .. }) = probe(&mut cell, &touch(0.1)) else { panic!("found") };
+    assert!((latch.counts - left).abs() <= 1, "{} {left}", latch.counts);
+}
+
 #[test]
 fn a_zero_that_would_move_too_far_stays_and_so_does_the_reading() {
     let mut cell = cell(&description());

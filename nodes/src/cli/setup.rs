@@ -1,9 +1,10 @@
 //! `camwright setup`: set-up work on a cell that runs already.
 
-use crate::convert::{m_from_mm, si_from_file};
+use crate::convert::{m_from_mm, mm_from_m, si_from_file};
 use crate::ros::{ActionClient, GoalStatus, Node, NodeOptions, RosArgs, RosLayer, Shutdown};
 use crate::running::NodeError;
 use camwright::machine::description::Axis;
+use camwright::units::deg_from_rad;
 use camwright_msgs::Action;
 use camwright_msgs::camwright_msgs::action::{MoveTo, MoveToGoal, Probe, ProbeGoal};
 use camwright_msgs::camwright_msgs::srv::{
@@ -165,8 +166,7 @@ fn ask(work: &WorkArgs, node: &Node, shutdown: &Shutdown) -> Result<(bool, Strin
                 ..ProbeGoal::default()
             };
             let (good, result) = goal_of::<Probe>(node, "axis_interpolator/probe", goal, shutdown)?;
-            let found =
-                if good { format!("; {input} at {:.7} {}", result.position, unit(*axis)) } else { String::new() };
+            let found = if good { format!("; {input} at {}", place(*axis, result.position)) } else { String::new() };
             Ok((good, result.message + &found))
         }
         WorkArgs::Dress { depth_um } => {
@@ -201,10 +201,11 @@ fn ask(work: &WorkArgs, node: &Node, shutdown: &Shutdown) -> Result<(bool, Strin
     }
 }
 
-const fn unit(axis: Axis) -> &'static str {
+/// A place for people.
+fn place(axis: Axis, position: f64) -> String {
     match axis {
-        Axis::C => "rad",
-        Axis::X | Axis::Z => "m",
+        Axis::C => format!("{:.5} deg", deg_from_rad(position)),
+        Axis::X | Axis::Z => format!("{:.5} mm", mm_from_m(position)),
     }
 }
 
@@ -253,6 +254,7 @@ mod tests {
         assert_eq!(assignment("x_axis=-1.5"), Ok((Axis::X, -1.5)));
         assert!((si_from_file(Axis::C, 180.0) - std::f64::consts::PI).abs() < 1e-15);
         assert!((si_from_file(Axis::Z, 80.0) - 0.08).abs() < 1e-15);
+        assert_eq!((place(Axis::X, 0.0203).as_str(), place(Axis::C, 0.0).as_str()), ("20.30000 mm", "0.00000 deg"));
         for wrong in ["x_axis", "y_axis=1", "x_axis=one"] {
             assert!(assignment(wrong).is_err(), "{wrong}");
         }

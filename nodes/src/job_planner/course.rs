@@ -81,8 +81,9 @@ impl Shared {
         let mut used = settings::overrides(self.node.parameters(), overrides);
         let Ok(job) = job_file::load(name, &used) else { return used };
         // A job on the part as it is; what somebody says of its phase counts more.
-        if job.starts_in_the_middle || job.spec.dry_run_mm.is_some() {
-            used.splice(0..0, self.setup.phase_override());
+        let is_said = used.iter().any(|pair| pair.starts_with("part_phase_deg="));
+        if (job.starts_in_the_middle || job.spec.dry_run_mm.is_some()) && !is_said {
+            used.extend(self.setup.phase_override());
         }
         if job.spec.compensation.is_none() {
             return used;
