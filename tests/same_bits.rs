@@ -11,13 +11,15 @@ use std::process::Command;
 use std::time::Duration;
 use support::{Domain, Guarded};
 
-/// A short version of the default job: one turn of infeed, three of spark-out, on all four lobes.
+/// A short version of the default job: one turn of infeed, spark-out until the force is steady, on all four lobes.
 /// Setpoints run far ahead, so that a busy computer is no underrun.
-const SHORT: [&str; 10] = [
+const SHORT: [&str; 12] = [
     "--set",
     "infeed.total_mm=0.036",
     "--set",
-    "infeed.spark_out_turns=3",
+    "infeed.spark_out_turns=6",
+    "--set",
+    "infeed.spark_out_until_n=300",
     "--set",
     "stock_mm=0.03",
     "--set-machine",
@@ -53,6 +55,9 @@ fn run_of(output: &std::process::Output, bag: PathBuf) -> Run {
     let complaint = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{text}\n{complaint}");
     let report: serde_json::Value = serde_json::from_str(text.trim()).expect("one line of JSON");
+    let turns: Vec<f64> =
+        report["lobes"].as_array().into_iter().flatten().filter_map(|lobe| lobe["turns"].as_f64()).collect();
+    assert!(turns.len() == 4 && turns.iter().all(|turns| *turns < 7.0), "no spark-out was cut short: {turns:?}");
     let tick = |key: &str| report[key].as_u64().expect("a tick");
     Run { bag, first_tick: tick("first_tick"), last_tick: tick("last_tick") }
 }
@@ -93,7 +98,7 @@ fn in_four_processes(name: &str, pace: &str) -> Samples {
         node(env!("CARGO_BIN_EXE_job_planner"), &[]),
     ];
     let mut command = camwright(&domain);
-    command.args(["run", "--json", "--attach"]).args(&SHORT[..6]);
+    command.args(["run", "--json", "--attach"]).args(&SHORT[..8]);
     let run = run_of(&command.output().expect("camwright runs"), bag);
     for node in nodes.iter_mut().rev() {
         node.interrupt();
