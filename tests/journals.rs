@@ -1,11 +1,21 @@
-//! Journals that run out, ground by the whole cell: measured, decided, corrected in a second plan, and recorded.
+//! Journals that run out, ground by the whole cell: measured, decided, corrected in a second plan, and recorded; and the stiffness that was
+//! measured on them, kept for the machine.
 
+#[path = "support/cell.rs"]
+mod cell;
 mod support;
 
 use byteorder::LittleEndian;
-use camwright_msgs::camwright_msgs::msg::{PartLobe, PlanPage};
+use camwright_msgs::camwright_msgs::msg::{JobStatus, PartLobe, PlanPage};
+use camwright_msgs::camwright_msgs::srv::{
+    GetStiffness, GetStiffnessRequest, IdentifyStiffness, IdentifyStiffnessRequest, IdentifyStiffnessResponse,
+};
 use camwright_nodes::bag::Bag;
+use camwright_nodes::config::stiffness_file::KeptStiffness;
+use camwright_nodes::ros::{GoalStatus, ParameterValue};
+use cell::{Cell, PATIENCE};
 use std::process::Command;
+use std::sync::mpsc;
 use support::{Domain, Folder};
 
 const TWO: &str = "lobes=[{name: J1, station: LS1, profile: journal, phase_deg: 0, width_mm: 20}, \
@@ -54,10 +64,66 @@ fn journals_are_measured_and_corrected_over_dds_the_same_every_time() {
         assert!(um("spark_out_turns") > 5.0, "{lobe}");
     }
     assert_eq!(halves, [1, 2], "a first half and a second");
+    let kept = folder.join("one-state/camwright/learned/journal_grinder.stiffness.yaml");
+    let kept = KeptStiffness::parse(&kept, &std::fs::read_to_string(&kept).expect("a file")).expect("a stiffness");
+    assert_eq!((kept.parts, kept.places().len()), (1, 2), "what was measured is kept");
     assert_eq!(part.iter().map(|lobe| lobe.name.as_str()).collect::<Vec<_>>(), ["J1", "J2"]);
     let (_, again, _) = ground(&folder, "two");
     for (lobe, again) in part.iter().zip(&again) {
         let bits = |lobe: &PartLobe| lobe.radius.iter().map(|radius| radius.to_bits()).collect::<Vec<u64>>();
         assert!(bits(lobe) == bits(again), "lobe {}", lobe.name);
     }
+}
+
+const ONE: &str = "lobes=[{name: J1, station: LS1, profile: journal, phase_deg: 0, width_mm: 20}]";
+
+/// What only measures grinds a journal, answers when it is over and keeps what it found; a second one, and a job that cannot, are refused
+/// at once. The next part is corrected by what is kept, which its recorded job says.
+#[test]
+fn stiffness_is_measured_by_a_service_kept_and_used() {
+    let folder = Folder::new("stiffness");
+    let text = |text: &str| ParameterValue::String(text.into());
+    let cell = Cell::start_with(&[], |args| {
+        args.with_parameter(Some("machine_sim"), "machine", text("journal_grinder")).with_parameter(
+            Some("job_planner"),
+            "learned_dir",
+            text(&folder.path().display().to_string()),
+        )
+    });
+    let wanted = |job: &str, set: &[&str]| IdentifyStiffnessRequest {
+        job: job.into(),
+        overrides: set.iter().map(ToString::to_string).collect(),
+        forget: false,
+    };
+    let ask = |request| cell.client.call::<IdentifyStiffness>("job_planner/identify_stiffness", &request);
+    let cannot = ask(wanted("eccentric", &["machine=journal_grinder", "wheel_radius_mm=60.0"]));
+    assert!(!cannot.success && cannot.message.contains("is not round"), "{}", cannot.message);
+    assert!(!cell.client.has_moved());
+    let client = cell.client.node.client::<IdentifyStiffness>("job_planner/identify_stiffness").expect("a client");
+    client.wait_for_service(PATIENCE).expect("the service");
+    let (sender, answers) = mpsc::channel::<IdentifyStiffnessResponse>();
+    let answer = move |response| drop(sender.send(response));
+    client.call_with(&wanted("journal_runout", &[ONE]), answer).expect("a request");
+    cell.client.status("executes", |status| status.state == JobStatus::EXECUTING);
+    let busy = ask(wanted("journal_runout", &[ONE]));
+    assert!(!busy.success && busy.message.contains("is running; nothing moved"), "{}", busy.message);
+    let told = answers.recv_timeout(PATIENCE).expect("an answer");
+    assert!(told.success, "{}", told.message);
+    let [journal] = told.journals.as_slice() else { panic!("{:?}", told.journals) };
+    let (km, kg) = (journal.machine_stiffness / 6.0e6, journal.grinding_stiffness / 3.0e7);
+    assert!((km - 1.0).abs() < 0.05 && (kg - 1.0).abs() < 0.1 && (journal.z - 0.08).abs() < 1e-12, "{journal:?}");
+    let kept = cell.client.call::<GetStiffness>("job_planner/get_stiffness", &GetStiffnessRequest::default());
+    assert!(kept.success && kept.journals.len() == 1, "{}", kept.message);
+    let differ = (kept.journals[0].ratio - journal.ratio).abs();
+    assert!(differ < 1e-6, "{differ}");
+    let (goal, _) =
+        cell.client.send("journal_runout", &[ONE, "identification=null", "runout_correction.stiffness=kept"]);
+    assert!(goal.accepted());
+    let (status, result) = goal.result(PATIENCE).expect("a result");
+    assert_eq!(status, GoalStatus::Succeeded, "{}", result.message);
+    assert!(result.lobes[0].runout < 1.5e-6 && result.lobes[0].runout_before > 3e-6, "{:?}", result.lobes);
+    cell.client.status("is complete, with what is kept in its job", |status| {
+        status.state == JobStatus::COMPLETE && status.job_source.contains("machine_n_um:")
+    });
+    cell.stop();
 }

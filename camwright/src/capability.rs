@@ -11,6 +11,7 @@
 //! ISO 22514-2 for a normal distribution, estimated from a batch in its order; of a few parts they are rough: of five the true Cpk may
 //! with 95 % certainty be anything from 0.35 to 1.67 times what is found (chi-square of 4 degrees of freedom).
 
+use crate::numeric::range::least_and_most;
 use thiserror::Error;
 
 /// Why there is no capability.
@@ -76,9 +77,7 @@ impl Capability {
         let mean = values.iter().sum::<f64>() / count;
         let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
         let deviation = libm::sqrt(squares / (count - 1.0));
-        let span = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-            (f64::min(low, *value), f64::max(high, *value))
-        });
+        let span = least_and_most(values.iter().copied());
         // What rounding leaves of equal values is no spread.
         let spreads = deviation > 1e-12 * (mean.abs() + upper.abs());
         let nearest = lower.map_or(upper - mean, |lower| f64::min(upper - mean, mean - lower));

@@ -14,6 +14,7 @@
 use crate::contour::Contour;
 use crate::form::{Form, FormError};
 use crate::numeric::periodic_spline::Sample;
+use crate::numeric::range::least_and_most;
 use crate::units::TURN_RAD;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -182,8 +183,7 @@ impl FormCurve {
         #[allow(clippy::cast_possible_truncation, reason = "at most 180 harmonics")]
         let count = (10 * self.waves_mm.len() as u32).max(360);
         let values = (0..count).map(|i| self.sample(f64::from(i) * TURN_RAD / f64::from(count)).value);
-        let (low, high) =
-            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+        let (low, high) = least_and_most(values);
         high - low
     }
 

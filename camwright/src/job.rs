@@ -9,6 +9,7 @@
 //! frame of lobe j it is θ = σ·C − αj. Block k of a table of N blocks begins at θ = k·2π/N.
 
 use crate::compensation::Compensation;
+use crate::contact_law::ContactLaw;
 use crate::dressing::DressingSpec;
 use crate::follower::Follower;
 use crate::lift::LiftLaw;
@@ -48,8 +49,29 @@ impl ProfileSpec {
 /// A lift below this is none (mm): what a formula of no lift rounds to.
 const ROUND_MM: f64 = 1e-9;
 
+/// By which stiffness the runout of a journal is corrected that is not measured on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum StiffnessSource {
+    /// What is kept for the machine, where it says something of the journal; else that of the machine's description.
+    #[default]
+    Best,
+    /// What is kept for the machine, or not at all.
+    Kept,
+    /// That of the machine's description.
+    Nominal,
+}
+
+/// The contact of a journal as it was kept for the machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KnownContact {
+    /// Name of the journal.
+    pub lobe: String,
+    /// Its contact.
+    pub law: ContactLaw,
+}
+
 /// How the runout of journals is corrected.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct CorrectionSpec {
     /// By which law.
     pub mode: Mode,
@@ -57,6 +79,10 @@ pub struct CorrectionSpec {
     pub harmonics: u32,
     /// Material that the passes leave for the turn that corrects (mm): more than what the part may be smaller than where X stands.
     pub allowance_mm: f64,
+    /// By which stiffness, where it is not measured.
+    pub stiffness: StiffnessSource,
+    /// What is kept for the machine, as it was when the job was planned.
+    pub contacts: Vec<KnownContact>,
 }
 
 /// How the stiffness of machine and cut is measured on every journal, before it is corrected.
@@ -68,7 +94,24 @@ pub struct IdentificationSpec {
     pub push_speed_mm_s: f64,
     /// Force at which the machine stops (N).
     pub most_n: i64,
+    /// It is measured and no more: the journals stay as the passes leave them.
+    pub only: bool,
+    /// What is kept for the machine begins with it.
+    pub afresh: bool,
 }
+
+/// How the stock of every journal is measured before anything is cut.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StockSpec {
+    /// How far above the measured stock the infeed begins at least (mm). Two opposed contacts do not see eccentricity, nor waves of an odd
+    /// count: this is for them.
+    pub margin_mm: f64,
+    /// How fast a journal turns under the gauge (rad/s).
+    pub speed_rad_s: f64,
+}
+
+/// Most that the infeed may begin above the measured stock (mm): what is more is no measurement's to save.
+pub const MOST_MARGIN_MM: f64 = 2.0;
 
 /// Most that may be left for the turn that corrects (mm): it is cut in a single turn.
 pub const MOST_ALLOWANCE_MM: f64 = 0.1;
@@ -336,6 +379,9 @@ pub struct JobSpec {
     pub part_phase_rad: f64,
     /// How its stiffness is measured before that; `None`: that of the machine's description is taken for known.
     pub identification: Option<IdentificationSpec>,
+    /// How the stock of its journals is measured before anything is cut, to leave out turns in the air; `None`: it is as large as the job
+    /// says.
+    pub measure_stock: Option<StockSpec>,
 }
 
 /// A body of revolution on the part that is not ground.
@@ -364,6 +410,7 @@ pub const MOST_PASSES: usize = 16;
 
 /// Fewest blocks per turn: below this a block is a tenth of a turn and no table of a lift.
 pub const LEAST_BLOCKS: u32 = 36;
+
 impl JobSpec {
     /// A job that grinds nothing, for what a machine does without a part: with the wheel clear at a place of X (mm), and its rapid speed
     /// (mm/s).
@@ -394,6 +441,7 @@ impl JobSpec {
             dry_run_mm: None,
             part_phase_rad: 0.0,
             identification: None,
+            measure_stock: None,
         }
     }
 
@@ -407,5 +455,40 @@ impl JobSpec {
     #[must_use]
     pub fn most_stock_mm(&self) -> f64 {
         self.stock_mm + self.raw_part.reach_mm()
+    }
+
+    /// How its runout is corrected in a plan of its own that follows the passes.
+    #[must_use]
+    pub fn is_corrected(&self) -> Option<&CorrectionSpec> {
+        let only = self.identification.is_some_and(|identification| identification.only);
+        self.correction.as_ref().filter(|_| !only)
+    }
+
+    /// Leaves out the lobes before this one, and what was learned or kept of them.
+    pub fn begin_with(&mut self, lobe: usize) {
+        self.lobes.drain(..lobe.min(self.lobes.len()));
+        let lobes = &self.lobes;
+        let is_left = |name: &str| lobes.iter().any(|lobe| lobe.name == name);
+        if let Some(compensation) = &mut self.compensation {
+            compensation.learned.retain(|learned| is_left(&learned.lobe));
+        }
+        if let Some(correction) = &mut self.correction {
+            correction.contacts.retain(|contact| is_left(&contact.lobe));
+        }
+    }
+
+    /// Material that the passes leave (mm).
+    #[must_use]
+    pub fn allowance_mm(&self) -> f64 {
+        self.correction.as_ref().map_or(0.0, |correction| correction.allowance_mm)
+    }
+
+    /// How far a hold in the cut takes the wheel off the part (mm); 0: it stops the infeed.
+    #[must_use]
+    pub const fn hold_mm(&self) -> f64 {
+        match self.hold_in_cut {
+            HoldInCut::Retract => self.retract_clearance_mm,
+            HoldInCut::StopInfeed => 0.0,
+        }
     }
 }

@@ -242,6 +242,22 @@ pub enum Half {
     Second = 2,
     /// No part is finished by it: a dry run, or set-up work.
     NoPart = 3,
+    /// What follows such a one, and is followed itself.
+    Middle = 4,
+}
+
+impl Half {
+    /// The job begins with it.
+    #[must_use]
+    pub const fn begins(self) -> bool {
+        !matches!(self, Half::Second | Half::Middle)
+    }
+
+    /// The job ends with it.
+    #[must_use]
+    pub const fn ends(self) -> bool {
+        matches!(self, Half::Whole | Half::Second)
+    }
 }
 
 /// A plan for one part.

@@ -48,6 +48,8 @@ pub struct RawPart {
     pub lobes: Vec<(u32, Wave)>,
     /// Azimuth at which its key-way lies as it is clamped (rad); 0 faces the wheel where C is 0. Everything above turns with it.
     pub clamped_at_rad: f64,
+    /// What it has more all round than the job says, or, below 0, less (mm). Nobody who plans knows of it.
+    pub unknown_mm: f64,
 }
 
 impl RawPart {
@@ -62,7 +64,15 @@ impl RawPart {
                 .map(|(count, wave)| (*count, wave.drawn(&mut noise, f64::from((*count).max(1)))))
                 .collect(),
             clamped_at_rad: self.clamped_at_rad,
+            unknown_mm: self.unknown_mm,
         }
+    }
+
+    /// What of it a diameter does not show (mm): what leaves every diameter as it is.
+    #[must_use]
+    pub fn unseen_mm(&self) -> f64 {
+        let odd = self.lobes.iter().filter(|(count, _)| count % 2 == 1).map(|(_, wave)| wave.mm.abs());
+        self.eccentric.mm.abs() + self.bend.map_or(0.0, |bend| bend.wave.mm.abs()) + odd.sum::<f64>()
     }
 
     /// What the part has more than design and stock (mm), at an azimuth (rad) and a position along the axis (mm).
@@ -74,10 +84,10 @@ impl RawPart {
             bend.wave.value_mm(1.0, azimuth_rad) * libm::sin(0.5 * TURN_RAD * share)
         });
         let lobes_mm = self.lobes.iter().map(|(count, wave)| wave.value_mm(f64::from(*count), azimuth_rad));
-        self.eccentric.value_mm(1.0, azimuth_rad) + bent_mm + lobes_mm.sum::<f64>()
+        self.unknown_mm + self.eccentric.value_mm(1.0, azimuth_rad) + bent_mm + lobes_mm.sum::<f64>()
     }
 
-    /// What it has more nowhere (mm): all amplitudes together.
+    /// What it has more nowhere, as far as anybody knows (mm): all amplitudes together.
     #[must_use]
     pub fn reach_mm(&self) -> f64 {
         let lobes_mm: f64 = self.lobes.iter().map(|(_, wave)| wave.mm.abs()).sum();
@@ -96,6 +106,7 @@ mod tests {
             bend: Some(Bend { wave: Wave { mm: 0.05, at_rad: 4.0 }, between_mm: (50.0, 150.0) }),
             lobes: vec![(3, Wave { mm: 0.004, at_rad: 0.3 }), (5, Wave { mm: 0.001, at_rad: 0.0 })],
             clamped_at_rad: 0.0,
+            unknown_mm: 0.0,
         }
     }
 
@@ -117,6 +128,20 @@ mod tests {
         assert!(most <= part.reach_mm() && most > 0.3 * part.reach_mm(), "{most} {}", part.reach_mm());
         assert!((all.iter().sum::<f64>() / 3600.0).abs() < 1e-12);
         assert!(RawPart::default().above_mm(1.0, 2.0).abs() < 1e-300);
+    }
+
+    /// Two opposed contacts see waves of an even count alone.
+    #[test]
+    fn a_diameter_shows_all_but_what_is_told_as_unseen() {
+        let mut part = part();
+        part.lobes.push((4, Wave { mm: 0.007, at_rad: 1.0 }));
+        part.unknown_mm = 0.05;
+        assert!((part.unseen_mm() - 0.075).abs() < 1e-15, "{}", part.unseen_mm());
+        for i in 0..360 {
+            let at_rad = f64::from(i) * TURN_RAD / 360.0;
+            let mean_mm = 0.5 * (part.above_mm(at_rad, 100.0) + part.above_mm(at_rad + 0.5 * TURN_RAD, 100.0));
+            assert!((mean_mm - 0.05 - part.lobes[2].1.value_mm(4.0, at_rad)).abs() < 1e-12);
+        }
     }
 
     #[test]

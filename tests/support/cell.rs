@@ -102,6 +102,11 @@ impl Client {
 impl Cell {
     /// Starts the three nodes at pace fast, with `key=value` overrides of the machine.
     pub fn start(machine: &[&str]) -> Self {
+        Self::start_with(machine, |args| args)
+    }
+
+    /// The same with more parameters.
+    pub fn start_with(machine: &[&str], more: impl FnOnce(RosArgs) -> RosArgs) -> Self {
         let domain = Domain::take();
         let machine = machine.iter().map(ToString::to_string).collect();
         let text = |text: &str| ParameterValue::String(text.into());
@@ -110,6 +115,7 @@ impl Cell {
             .with_parameter(Some("machine_sim"), "pace", text("fast"))
             .with_parameter(Some("machine_sim"), "state_file", text("none"))
             .with_parameter(Some("machine_sim"), "machine_overrides", ParameterValue::StringArray(machine));
+        let args = more(args);
         let client = Client::new(&args);
         let machine = MachineSim::start(&args).expect("machine_sim");
         let interpolator = AxisInterpolator::start(&args).expect("axis_interpolator");

@@ -162,6 +162,35 @@ pub enum PlanError {
         /// Total infeed that would just touch (mm).
         least_mm: f64,
     },
+    /// The raw part is larger than the infeed can begin above.
+    #[error(
+        "lobe {lobe}: the gauge finds {stock_mm:.4} mm of stock where the job says {said_mm:.4} mm; the infeed begins so that {most_mm:.4} mm \
+         are the most, with a margin of {margin_mm:.4} mm"
+    )]
+    TooMuchStock {
+        /// Name of the lobe.
+        lobe: String,
+        /// What was found (mm).
+        stock_mm: f64,
+        /// What the job says (mm).
+        said_mm: f64,
+        /// Most allowed (mm).
+        most_mm: f64,
+        /// The job's margin (mm).
+        margin_mm: f64,
+    },
+    /// The raw part is too small to be ground.
+    #[error(
+        "lobe {lobe}: the gauge finds {stock_mm:.4} mm of stock, and more than {least_mm:.4} mm are needed: there is nothing to grind"
+    )]
+    NoStock {
+        /// Name of the lobe.
+        lobe: String,
+        /// What was found (mm).
+        stock_mm: f64,
+        /// What the passes leave (mm).
+        least_mm: f64,
+    },
     /// The wheel is not clear of the part while the table or the part moves.
     #[error(
         "{place}{what} leaves x_axis at {x_mm:.3} mm while {moving} moves; lobe {highest} reaches {reach_mm:.3} mm with its \

@@ -9,6 +9,7 @@ use crate::infeed::InfeedSchedule;
 use crate::job::{InfeedDirection, JobSpec, LobeSpec};
 use crate::machine::description::{Axis, MachineDescription};
 use crate::numeric::periodic_spline::PeriodicSpline;
+use crate::numeric::range::least_and_most;
 use crate::speed_plan::{SpeedPlan, SpeedRequest, Turning};
 use crate::tool_path::ToolPath;
 use crate::units::{TURN_RAD, wrap_turn};
@@ -247,7 +248,7 @@ pub(super) fn extremes(spline: &PeriodicSpline) -> (f64, f64) {
     #[allow(clippy::cast_possible_truncation, reason = "knots are far below 2^30")]
     let count = 4 * spline.coefficients().len() as u32;
     let values = (0..count).map(|i| spline.sample(f64::from(i) * TURN_RAD / f64::from(count)).value);
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+    least_and_most(values)
 }
 
 /// Where C stands when each lobe begins. After homing C is 0; each lobe turns it by whole turns; rotary indexing turns it

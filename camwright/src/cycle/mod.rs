@@ -27,16 +27,20 @@ mod dry_run;
 mod error;
 mod identify;
 mod lobe;
+mod logged;
+mod measure;
 mod order;
 mod sequence;
 mod turning;
 mod wheels;
 
-pub use correct::{NotCorrected, PlannedCorrection, decide_corrections, plan_corrections, rests_rad};
+pub use correct::{PlannedCorrection, decide_corrections, plan_corrections};
 pub use dress_now::{DressNowError, plan_dress};
 pub use error::PlanError;
-pub use identify::{Contact, identify};
+pub use identify::identify;
 pub use lobe::{LobeDesign, PlannedLobe, designs};
+pub use logged::{Contact, ContactFrom, NotCorrected, rests_rad};
+pub use measure::{MeasuredJob, PlannedMeasuring, Skipped, measured_stocks, plan_measured_job, plan_measuring};
 pub use order::{LobeOrder, fastest_order};
 
 use crate::dressing::PlannedDress;
@@ -60,6 +64,14 @@ pub struct PlanStart {
     pub c_homed: bool,
 }
 
+impl PlanStart {
+    /// X and Z at the home position of a job, C unhomed.
+    fn at_home(job: &JobSpec, machine: &MachineDescription) -> Self {
+        let counts = |axis: Axis, at: f64| machine.axis(axis).scale.counts(at);
+        Self { counts: [0, counts(Axis::X, job.home.x_mm), counts(Axis::Z, job.home.z_mm)], c_homed: false }
+    }
+}
+
 /// A job planned: what to execute, and what it was made of.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedJob {
@@ -73,6 +85,8 @@ pub struct PlannedJob {
     pub duration_with_stops_s: Option<f64>,
     /// What the forward check found.
     pub report: PlanReport,
+    /// C where the plan begins (counts).
+    pub start_c_counts: i64,
 }
 
 impl PlannedJob {
@@ -119,10 +133,7 @@ pub fn plan_job(
     };
     lobe::check_travel(job, machine, &schedules, &stopping, clear_x_mm)?;
 
-    let start = start.unwrap_or_else(|| {
-        let counts = |axis: Axis, at: f64| machine.axis(axis).scale.counts(at);
-        PlanStart { counts: [0, counts(Axis::X, job.home.x_mm), counts(Axis::Z, job.home.z_mm)], c_homed: false }
-    });
+    let start = start.unwrap_or_else(|| PlanStart::at_home(job, machine));
     // Where wheels are dressed, a plan may be older than the wheel.
     let expected_wheel_mm = machine.dresser.map(|_| wheel_now.radius_mm);
     let build = Build { planner, stopping: &stopping, start, expected_wheel_mm };
@@ -146,13 +157,14 @@ pub fn plan_job(
     clearance::check_clearance(job, machine, &lobes, &plan, start.counts)?;
     let report = check_plan(&plan, machine, start.counts)?;
     let dresses = dress::with_kept_paths(job, &contours, &shapes, wheel_now.radius_mm, &wheel);
-    Ok(PlannedJob { plan, lobes, dresses, duration_with_stops_s, report })
+    let start_c_counts = start.counts[Axis::C.index()];
+    Ok(PlannedJob { plan, lobes, dresses, duration_with_stops_s, report, start_c_counts })
 }
 
 /// The infeed of every pass; each begins where the one before ended.
 fn schedules(job: &JobSpec, machine: &MachineDescription) -> Result<Vec<InfeedSchedule>, PlanError> {
     let scale = machine.axis(Axis::X).scale;
-    let mut left_counts = job.correction.map_or(0, |correction| scale.counts(correction.allowance_mm));
+    let mut left_counts = job.correction.as_ref().map_or(0, |correction| scale.counts(correction.allowance_mm));
     let mut schedules = Vec::with_capacity(job.passes.len());
     for pass in job.passes.iter().rev() {
         let schedule = InfeedSchedule::new(pass.total_infeed_mm, pass.infeed_per_block_mm, job.blocks_per_turn, scale)
@@ -193,8 +205,17 @@ impl<'a> Build<'a> {
 
     /// The plan with C stopping between lobes.
     fn stopping(&self, rotary_indexing: bool) -> Result<Plan, PlanError> {
-        let mut sequence = self.sequence()?;
-        for (index, (lobe, begin)) in self.stopping.iter().zip(self.begins(rotary_indexing)).enumerate() {
+        self.steps(self.sequence()?, &self.begins(rotary_indexing), rotary_indexing)
+    }
+
+    /// The steps of all lobes, each from where C stands then, and of the end.
+    fn steps(
+        &self,
+        mut sequence: Sequence<'a>,
+        begins: &[lobe::Begin],
+        rotary_indexing: bool,
+    ) -> Result<Plan, PlanError> {
+        for (index, (lobe, begin)) in self.stopping.iter().zip(begins.iter().copied()).enumerate() {
             for dress in self.planner.wheel.dresses.iter().filter(|dress| dress.before_lobe == index) {
                 sequence.dress(dress, &lobe.design.name)?;
             }
@@ -208,7 +229,7 @@ impl<'a> Build<'a> {
             }
         }
         // Where runout is corrected a second half follows.
-        if self.planner.job.correction.is_some() { sequence.stand_by() } else { sequence.finish() }
+        if self.planner.job.is_corrected().is_some() { sequence.stand_by() } else { sequence.finish() }
     }
 
     /// The plan with C turning on from lobe to lobe, and its lobes.

@@ -4,7 +4,7 @@ use super::PlanStart;
 use super::error::PlanError;
 use super::lobe::{Begin, PlannedLobe, Shape, soft_limit};
 use crate::giving_way::Surface;
-use crate::job::{HoldInCut, JobSpec};
+use crate::job::JobSpec;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits, Station};
 use crate::numeric::hermite::HermiteSpline;
 use crate::numeric::periodic_spline::PeriodicSpline;
@@ -127,8 +127,10 @@ impl<'a> Sequence<'a> {
         let rapid = Some(self.job.rapid_speed_mm_s);
         let mut retracted = self.at[Axis::X.index()];
         let mut goes_turning = false;
+        // Passes that would be cut in the air are left out from the first on.
+        let specs = &self.job.passes[self.job.passes.len() - lobe.passes.len()..];
         for (number, pass) in lobe.passes.iter().enumerate() {
-            let until_steady_n = self.job.passes[number].spark_out_until_n;
+            let until_steady_n = specs[number].spark_out_until_n;
             let cut = CutSegment { until_steady_n, ..self.cut_segment(lobe.path, pass, begin) };
             if let Some(most_n) = until_steady_n.map(i64::from).filter(|most_n| *most_n != self.watched_n) {
                 let label = alloc::format!("force monitor to {most_n} N");
@@ -159,7 +161,7 @@ impl<'a> Sequence<'a> {
                 label += ", c_axis turning on";
             }
             if lobe.passes.len() > 1 {
-                label = alloc::format!("{}, {label}", self.job.passes[number].name);
+                label = alloc::format!("{}, {label}", specs[number].name);
             }
             let length_s = pass.law().end() - pass.law().start();
             let waits = if number == 0 { waits_ticks } else { 0 };
@@ -183,6 +185,15 @@ impl<'a> Sequence<'a> {
     /// Predicted ticks of the steps so far.
     pub(super) const fn ticks(&self) -> u64 {
         self.ticks
+    }
+
+    /// A turn of a journal under the gauge, with the wheel where it is clear of everything; C at its end (rad).
+    pub(super) fn gauge(&mut self, index: usize, speed_rad_s: f64) -> Result<f64, PlanError> {
+        let of = Of::lobe(Phase::Position, index, &self.job.lobes[index].name);
+        let scale = self.machine.axis(Axis::C).scale;
+        let turned = self.at[Axis::C.index()] + scale.counts(TURN_RAD);
+        self.move_axis(of, Axis::C, turned, Some(speed_rad_s), "one turn under the gauge")?;
+        Ok(scale.position(turned))
     }
 
     /// A turn that corrects a journal: `cut` but for what is shared with the plan.
@@ -324,10 +335,7 @@ impl<'a> Sequence<'a> {
             plateau_s: pass.plateau_s(),
             turn_s: pass.turn_s(),
             retract_mm: self.job.retract_clearance_mm,
-            hold_mm: match self.job.hold_in_cut {
-                HoldInCut::Retract => self.job.retract_clearance_mm,
-                HoldInCut::StopInfeed => 0.0,
-            },
+            hold_mm: self.job.hold_mm(),
             until_steady_n: None,
         }
     }

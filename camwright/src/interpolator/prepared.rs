@@ -7,7 +7,7 @@ use super::trajectory::Trajectory;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits};
 use crate::numeric::hermite::Knot;
 use crate::path_stop::path_stop_s;
-use crate::plan::{AxisTarget, Command, CutSegment, Half, HomeStep, Plan, Segment, SegmentKind};
+use crate::plan::{AxisTarget, Command, CutSegment, HomeStep, Plan, Segment, SegmentKind};
 use crate::point_to_point::{MOVE_SHARE, MoveLaw, PointToPointError, whole_ticks};
 use crate::setpoint::Input;
 use crate::units::TURN_RAD;
@@ -141,10 +141,10 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// It is not the second half of a job.
+    /// A job begins with it.
     #[must_use]
     pub fn begins_job(&self) -> bool {
-        self.plan.half != Half::Second
+        self.plan.half.begins()
     }
 
     /// Makes a motion ready. Allocates; not for the cyclic path.

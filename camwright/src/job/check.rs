@@ -1,11 +1,13 @@
 //! Everything that can be said of a job without a path.
 
 use super::{
-    BetweenLobes, JobError, JobSpec, LEAST_BLOCKS, LobeSpec, MOST_ALLOWANCE_MM, MOST_PASSES, MOST_VARIATION_N, PassSpec,
+    BetweenLobes, JobError, JobSpec, LEAST_BLOCKS, LobeSpec, MOST_ALLOWANCE_MM, MOST_MARGIN_MM, MOST_PASSES,
+    MOST_VARIATION_N, PassSpec, ProfileSpec, StiffnessSource,
 };
 use crate::compensation::{MOST_CORRECTION_MM, MOST_HARMONICS as MOST_LEARNED_HARMONICS, MOST_SLOPE_MM_RAD};
-use crate::machine::description::MachineDescription;
+use crate::machine::description::{GaugeKind, MachineDescription};
 use crate::machine::fixture::Extent;
+use crate::numeric::range::least_and_most;
 use crate::runout::state::MOST_HARMONICS;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -90,6 +92,7 @@ impl JobSpec {
             return Err(JobError::OutOfRange { place: String::new(), key, value, wanted: "made of finite numbers" });
         }
         self.check_correction(machine)?;
+        self.check_stock(machine)?;
         self.check_compensation()?;
         for wish in &self.wheels {
             positive(|| alloc::format!("{}: ", wish.of), "wheel_radius_mm", wish.radius_mm)?;
@@ -149,6 +152,48 @@ impl JobSpec {
         if !(correction.allowance_mm >= 0.0 && correction.allowance_mm <= MOST_ALLOWANCE_MM) {
             return range("runout_correction.allowance_mm", correction.allowance_mm, "0 to 0.1");
         }
+        if let Some(contact) = correction.contacts.iter().find(|contact| !self.has_lobe(&contact.lobe)) {
+            return Err(JobError::KeptElsewhere { lobe: contact.lobe.clone() });
+        }
+        let is_kept = |lobe: &&LobeSpec| correction.contacts.iter().any(|contact| contact.lobe == lobe.name);
+        match self.lobes.iter().find(|lobe| !is_kept(lobe)) {
+            Some(lobe) if correction.stiffness == StiffnessSource::Kept && self.identification.is_none() => {
+                Err(JobError::NothingKept { lobe: lobe.name.clone() })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn has_lobe(&self, name: &str) -> bool {
+        self.lobes.iter().any(|lobe| lobe.name == name)
+    }
+
+    /// What measuring the stock needs of the machine and of the job.
+    fn check_stock(&self, machine: &MachineDescription) -> Result<(), JobError> {
+        let Some(stock) = &self.measure_stock else { return Ok(()) };
+        let lacks = |why| Err(JobError::MeasuresNoStock { why });
+        let Some(gauge) = &machine.gauge else { return lacks("the machine has no in-process gauge") };
+        if self.c_between_lobes != BetweenLobes::Stops || self.rotary_indexing {
+            return lacks(
+                "every lobe begins where c_axis stands, so it neither turns on between them nor is turned to them",
+            );
+        }
+        let is_round = |lobe: &LobeSpec| self.profiles.get(lobe.profile).is_none_or(ProfileSpec::is_round);
+        if let Some(lobe) = self.lobes.iter().find(|lobe| !is_round(lobe)) {
+            return Err(JobError::StockNotRound { lobe: lobe.name.clone() });
+        }
+        positive(String::new, "measure_stock.speed_rad_s", stock.speed_rad_s)?;
+        if !(stock.margin_mm > 0.0 && stock.margin_mm <= MOST_MARGIN_MM) {
+            let (key, value) = ("measure_stock.margin_mm", stock.margin_mm);
+            return Err(JobError::OutOfRange { place: String::new(), key, value, wanted: "above 0 and at most 2" });
+        }
+        let unseen_mm = match gauge.kind {
+            GaugeKind::Diameter => self.raw_part.unseen_mm(),
+            GaugeKind::Radius => 0.0,
+        };
+        if stock.margin_mm < unseen_mm {
+            return Err(JobError::MarginTooSmall { margin_mm: stock.margin_mm, unseen_mm });
+        }
         Ok(())
     }
 
@@ -173,7 +218,7 @@ impl JobSpec {
             return range("form_compensation.most_slope_mm_rad", spec.most_slope_mm_rad, "above 0 and at most 1.146");
         }
         for learned in &compensation.learned {
-            if !self.lobes.iter().any(|lobe| lobe.name == learned.lobe) {
+            if !self.has_lobe(&learned.lobe) {
                 return Err(JobError::LearnedElsewhere { lobe: learned.lobe.clone() });
             }
             let (size_mm, slope_mm_rad) = learned.correction.largest();
@@ -196,13 +241,12 @@ impl JobSpec {
         let Some(identification) = &self.identification else { return Ok(()) };
         let feed_mm = |pass: &PassSpec| pass.infeed_per_block_mm * f64::from(self.blocks_per_turn);
         let feeds = || self.passes.iter().map(feed_mm);
-        let (least_mm, most_mm) =
-            feeds().fold((f64::INFINITY, 0.0_f64), |(low, high), feed| (low.min(feed), high.max(feed)));
+        let (least_mm, most_mm) = least_and_most(feeds());
         if most_mm.is_nan() || most_mm < 2.0 * least_mm {
             return Err(JobError::OneFeed { least_mm, most_mm });
         }
         let total_mm: f64 = self.passes.iter().map(|pass| pass.total_infeed_mm).sum();
-        let allowance_mm = self.correction.map_or(0.0, |correction| correction.allowance_mm);
+        let allowance_mm = self.allowance_mm();
         let (air_mm, needed_mm) = (total_mm + allowance_mm - self.most_stock_mm(), 1.5 * feeds().next().unwrap_or(0.0));
         if air_mm < needed_mm {
             return Err(JobError::NoAir { air_mm, needed_mm });

@@ -1,5 +1,6 @@
 //! Why a job cannot be made, before any path is known.
 
+use crate::units::um_from_mm;
 use alloc::string::String;
 use thiserror::Error;
 
@@ -182,6 +183,45 @@ pub enum JobError {
         air_mm: f64,
         /// What is needed (mm).
         needed_mm: f64,
+    },
+    /// What was kept is of another job.
+    #[error("runout_correction has a contact of lobe {lobe}, which the job has not")]
+    KeptElsewhere {
+        /// The lobe.
+        lobe: String,
+    },
+    /// The job insists on what is not there.
+    #[error(
+        "the runout of lobe {lobe} is to be corrected by the stiffness that is kept for the machine (runout_correction.stiffness: kept), and \
+         nothing is kept for where it stands: measure it (identification), or take what is known (stiffness: best)"
+    )]
+    NothingKept {
+        /// The lobe.
+        lobe: String,
+    },
+    /// The stock cannot be measured.
+    #[error("the stock cannot be measured before it is ground (measure_stock): {why}")]
+    MeasuresNoStock {
+        /// Why.
+        why: &'static str,
+    },
+    /// A gauge tells the stock of what is round.
+    #[error("lobe {lobe} is not round; the stock is measured (measure_stock) only where all lobes are journals")]
+    StockNotRound {
+        /// The lobe.
+        lobe: String,
+    },
+    /// The job itself knows of more than its margin.
+    #[error(
+        "measure_stock.margin_um is {:.1}, and the raw part may be off by {:.1} um in ways that two opposed contacts do not see \
+         (eccentricity, bend, waves of an odd count): the wheel would meet it in rapid",
+        um_from_mm(*.margin_mm), um_from_mm(*.unseen_mm)
+    )]
+    MarginTooSmall {
+        /// The margin (mm).
+        margin_mm: f64,
+        /// What is not seen (mm).
+        unseen_mm: f64,
     },
     /// What is not round has no runout.
     #[error("lobe {lobe} is not round; the runout of a job is corrected only where all of it are journals")]

@@ -8,18 +8,35 @@ use crate::machine::description::{GaugeDescription, GaugeKind};
 use crate::machine::workpiece::{Deflection, Lobe};
 use crate::numeric::noise::Noise;
 use crate::runout::gauge::{self, GaugeError};
-use crate::units::TURN_RAD;
+use crate::runout::seen::Seen;
+use crate::units::{TURN_RAD, wrap_turn};
+use core::f64::consts::PI;
 
 impl GaugeDescription {
-    /// Its first gauge as one that tells the depth of cut, on a machine whose part has this share in what gives way.
+    /// What tells the depth of cut, on a machine with this interpolation period (s) whose part has this share in what gives way. Of two
+    /// gauges that one is the first after which the cut comes before the other; as two diameters half a turn apart are one, that is
+    /// always so in one of both orders.
     ///
     /// # Errors
-    /// A contact at the wheel.
-    pub fn seen(&self, part_share: f64) -> Result<gauge::Gauge, GaugeError> {
-        match self.kind {
-            GaugeKind::Diameter => gauge::Gauge::diameter(self.behind_wheel_rad),
-            GaugeKind::Radius => gauge::Gauge::radius(self.behind_wheel_rad, part_share),
-        }
+    /// A contact at the wheel; two gauges in one place, or with one contact each.
+    pub fn seen(&self, part_share: f64, cycle_time_s: f64) -> Result<Seen, GaugeError> {
+        let behind_rad = self.behind_wheel_rad;
+        let (gauge, exchanged) = match (self.kind, self.second_behind_wheel_rad) {
+            (GaugeKind::Diameter, None) => (gauge::Gauge::diameter(behind_rad)?, false),
+            (GaugeKind::Radius, None) => (gauge::Gauge::radius(behind_rad, part_share)?, false),
+            (GaugeKind::Radius, Some(_)) => return Err(GaugeError::TwoProbes),
+            (GaugeKind::Diameter, Some(second_rad)) => {
+                let turned_rad = wrap_turn(second_rad - behind_rad);
+                let apart_rad = if turned_rad >= PI { turned_rad - PI } else { turned_rad };
+                match gauge::Gauge::two_diameters(behind_rad, apart_rad, 0.0) {
+                    Err(GaugeError::NoCutBetween { .. }) => {
+                        (gauge::Gauge::two_diameters(second_rad, PI - apart_rad, 0.0)?, true)
+                    }
+                    other => (other?, false),
+                }
+            }
+        };
+        Ok(Seen { gauge, exchanged, lag_s: self.bandwidth_rad_s.map_or(0.0, f64::recip), cycle_time_s })
     }
 
     /// Readings of a part without lag, noise and steps (mm), with the wheel line at this azimuth, and a part that gives way so far.
@@ -113,6 +130,31 @@ mod tests {
         let azimuth = |i: usize| i as f64 * TURN_RAD / DEFAULT_AZIMUTHS as f64;
         let radii: Vec<f64> = (0..DEFAULT_AZIMUTHS).map(|i| radius(azimuth(i))).collect();
         Lobe::new(String::from("J1"), 0, 20.0, radii).expect("a journal")
+    }
+
+    /// Whichever of two is named first, the cut comes between them; of the same diameter twice, and of two probes, none does.
+    #[test]
+    fn of_two_gauges_the_cut_comes_between_them_in_one_order() {
+        let deg = |deg: f64| deg.to_radians();
+        let two = |first: f64, second: f64| {
+            let second_behind_wheel_rad = Some(deg(second));
+            GaugeDescription { behind_wheel_rad: deg(first), second_behind_wheel_rad, ..PLAIN }.seen(0.5, 1e-3)
+        };
+        for (first, second, exchanged) in [
+            (330.0, 30.0, false),
+            (30.0, 330.0, true),
+            (200.0, 260.0, true),
+            (330.0, 210.0, false),
+            (150.0, 200.0, false),
+        ] {
+            let seen = two(first, second).unwrap();
+            assert_eq!(seen.exchanged, exchanged, "{first} {second}");
+            assert!(seen.gauge.is_two() && seen.gauge.known_after_rad() > 0.0);
+        }
+        assert!(matches!(two(270.0, 270.0), Err(GaugeError::Apart { .. })));
+        assert!(matches!(two(270.0, 90.0), Err(GaugeError::Apart { .. })), "the same diameter");
+        let probes = GaugeDescription { kind: GaugeKind::Radius, second_behind_wheel_rad: Some(1.0), ..PLAIN };
+        assert_eq!(probes.seen(0.5, 1e-3), Err(GaugeError::TwoProbes));
     }
 
     const RIGID: Deflection = Deflection { mm: 0.0, normal: (1.0, 0.0) };

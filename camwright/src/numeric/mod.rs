@@ -8,4 +8,5 @@ pub mod hermite;
 pub(crate) mod noise;
 pub mod periodic_cubic;
 pub mod periodic_spline;
+pub mod range;
 pub mod tube;

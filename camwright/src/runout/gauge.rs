@@ -75,6 +75,11 @@ pub enum GaugeError {
         /// Least way from the cut to the second (deg).
         least_deg: f64,
     },
+    /// Two gauges of a kind that the method does not know.
+    #[error(
+        "two gauges of one contact each: the depth of cut is told by one such gauge, or by two that read diameters"
+    )]
+    TwoProbes,
     /// The share of the part in the deflection is no share.
     #[error("share of the part in the deflection {work_share}: must lie between 0 and 1")]
     WorkShare {

@@ -4,14 +4,15 @@
 //! same in both, drops out. Of the grinding that is the first turn of infeed, which is in the air; of the push its beginning.
 
 use super::decay::{Comparison, Decay, DecayError};
-use super::gauge::Gauge;
-use super::journal::{Gauged, readings_of};
-use super::record::{GaugeRecord, RecordError};
+use super::journal::Gauged;
+use super::record::RecordError;
+use super::seen::{Seen, turning_on};
 use super::stiffness::{
     ForcePoint, ForceReading, GrindingStiffness, Measured, OneFeed, StiffnessError, grinding_stiffness_of_one_feed,
     machine_stiffness, mean_of_turn, ratio,
 };
 use crate::contact_law::ContactLaw;
+use crate::numeric::range::least_and_most;
 use crate::units::TURN_RAD;
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -50,12 +51,8 @@ impl From<Gauged> for Pushed {
 /// What a journal is identified from.
 #[derive(Debug, Clone, Copy)]
 pub struct IdentifyRequest<'a> {
-    /// The gauge.
-    pub gauge: Gauge,
-    /// Time constant of its amplifier (s), 0 for none.
-    pub lag_s: f64,
-    /// Interpolation period (s).
-    pub cycle_time_s: f64,
+    /// By what the journal is seen.
+    pub seen: Seen,
     /// What it read while the journal was ground, and the motor's force with it.
     pub gauged: &'a [Gauged],
     /// C at the beginning of a turn of infeed in the air (rad).
@@ -112,6 +109,21 @@ pub struct Identified {
     pub comparison: Comparison,
     /// The law that follows: km as measured, km/kg from both ways by their uncertainties, F0 as the grinding then has it.
     pub law: ContactLaw,
+    /// How well the law is known.
+    pub known_to: KnownTo,
+}
+
+/// Standard uncertainties of a law, and km/kg as it has it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KnownTo {
+    /// km/kg.
+    pub ratio: Measured,
+    /// Of km (N/mm).
+    pub machine_n_mm: f64,
+    /// Of kg (N/mm): that of km and that of km/kg as if neither knew of the other.
+    pub grinding_n_mm: f64,
+    /// Of F0 (N): what a creeping axis may stick by, and what kg is off at the mean depth of cut.
+    pub threshold_n: f64,
 }
 
 impl Identified {
@@ -120,14 +132,11 @@ impl Identified {
     /// # Errors
     /// Readings that are lost, forces that make no line, no push, a law that is none.
     pub fn from_log(request: &IdentifyRequest<'_>) -> Result<Self, IdentifyError> {
-        let readings = readings_of(request.gauged, request.cycle_time_s, request.lag_s, f64::INFINITY);
-        let record = GaugeRecord::of_one(request.gauge, &readings)?;
-        let mut forces: Vec<ForceReading> = Vec::with_capacity(request.gauged.len());
-        for gauged in request.gauged {
-            if forces.last().is_none_or(|last| gauged.c_rad > last.c_rad) {
-                forces.push(ForceReading { c_rad: gauged.c_rad, force_n: -gauged.motor_n });
-            }
-        }
+        let gauge = request.seen.gauge;
+        let readings = request.seen.readings(request.gauged, f64::INFINITY);
+        let record = readings.record(gauge)?;
+        let force = |gauged: &Gauged| ForceReading { c_rad: gauged.c_rad, force_n: -gauged.motor_n };
+        let forces: Vec<ForceReading> = turning_on(request.gauged).map(force).collect();
         let of = |what: &'static str| move |source| IdentifyError::Stiffness { what, source };
         let air_n =
             mean_of_turn(&record, &forces, request.air_from_rad + TURN_RAD).map_err(of("the turn in the air"))?.force_n;
@@ -144,13 +153,12 @@ impl Identified {
         let machine_n_mm = machine_stiffness(&push(request)?).map_err(of("the push"))?;
         let last = points[points.len() - 1];
         let one_feed = grinding_stiffness_of_one_feed(last, grinding.threshold_n.value).map_err(of("the last feed"))?;
-        let known_rad = request.dwell_rad.1 + request.gauge.known_after_rad();
-        let dwell: Vec<_> = readings.iter().copied().filter(|reading| reading.c_rad <= known_rad).collect();
-        let dwelled = GaugeRecord::of_one(request.gauge, &dwell)?;
-        let decay = Decay::of_dwell(&dwelled, request.dwell_rad.0, PHASES)?;
+        let dwell = readings.until(request.dwell_rad.1 + gauge.known_after_rad());
+        let decay = Decay::of_dwell(&dwell.record(gauge)?, request.dwell_rad.0, PHASES)?;
         let comparison = Comparison::of(ratio(machine_n_mm, grinding.grinding_n_mm), decay.ratio);
-        let law = best_law(machine_n_mm, &comparison, &points).map_err(of("the law"))?;
-        Ok(Self { machine_n_mm, grinding, one_feed, comparison, law })
+        let (law, known_to) =
+            best_law(machine_n_mm, &comparison, &points, request.friction_n).map_err(of("the law"))?;
+        Ok(Self { machine_n_mm, grinding, one_feed, comparison, law, known_to })
     }
 }
 
@@ -159,7 +167,8 @@ fn best_law(
     machine_n_mm: Measured,
     comparison: &Comparison,
     points: &[ForcePoint],
-) -> Result<ContactLaw, StiffnessError> {
+    friction_n: f64,
+) -> Result<(ContactLaw, KnownTo), StiffnessError> {
     let weight = |measured: Measured| 1.0 / (measured.uncertainty * measured.uncertainty).max(f64::MIN_POSITIVE);
     let (by_force, by_decay) = (weight(comparison.by_force), weight(comparison.by_decay));
     let ratio = (by_force * comparison.by_force.value + by_decay * comparison.by_decay.value) / (by_force + by_decay);
@@ -167,15 +176,30 @@ fn best_law(
     #[allow(clippy::cast_precision_loss, reason = "points are few")]
     let count = points.len() as f64;
     let threshold_n = points.iter().map(|point| point.force_n - grinding_n_mm * point.way_mm).sum::<f64>() / count;
-    Ok(ContactLaw::new(machine_n_mm.value, grinding_n_mm, threshold_n.max(0.0))?)
+    let law = ContactLaw::new(machine_n_mm.value, grinding_n_mm, threshold_n.max(0.0))?;
+    let ratio = Measured { value: ratio, uncertainty: 1.0 / libm::sqrt(by_force + by_decay) };
+    let shares = libm::hypot(ratio.uncertainty / ratio.value, machine_n_mm.uncertainty / machine_n_mm.value);
+    let mean_mm = points.iter().map(|point| point.way_mm).sum::<f64>() / count;
+    let known_to = KnownTo {
+        ratio,
+        machine_n_mm: machine_n_mm.uncertainty,
+        grinding_n_mm: grinding_n_mm * shares,
+        threshold_n: libm::hypot(creeping_n(friction_n), grinding_n_mm * shares * mean_mm),
+    };
+    Ok((law, known_to))
 }
 
-/// An axis that creeps sticks and slips, and its friction is anything up to Coulomb's, to either side: evenly distributed, that adds to
-/// the uncertainty of the line.
+/// Standard uncertainty of a force of an axis that creeps (N): it sticks and slips, and its friction is anything up to Coulomb's, to either
+/// side, evenly distributed.
+fn creeping_n(friction_n: f64) -> f64 {
+    friction_n / libm::sqrt(3.0)
+}
+
+/// What a creeping axis adds to the uncertainty of the line.
 fn with_friction(found: GrindingStiffness, friction_n: f64, points: &[ForcePoint]) -> GrindingStiffness {
-    let ways = || points.iter().map(|point| point.way_mm);
-    let range_mm = ways().fold(0.0, f64::max) - ways().fold(f64::INFINITY, f64::min);
-    let friction_n = friction_n / libm::sqrt(3.0);
+    let (least_mm, most_mm) = least_and_most(points.iter().map(|point| point.way_mm));
+    let range_mm = most_mm - least_mm;
+    let friction_n = creeping_n(friction_n);
     let more =
         |measured: Measured, by: f64| Measured { uncertainty: libm::hypot(measured.uncertainty, by), ..measured };
     GrindingStiffness {
@@ -186,7 +210,7 @@ fn with_friction(found: GrindingStiffness, friction_n: f64, points: &[ForcePoint
 
 /// Force over travel where the stopped wheel pressed on its way in.
 fn push(request: &IdentifyRequest<'_>) -> Result<Vec<ForcePoint>, IdentifyError> {
-    let way_mm = request.push_speed_mm_s * request.cycle_time_s;
+    let way_mm = request.push_speed_mm_s * request.seen.cycle_time_s;
     let belongs = |pair: &[Pushed]| {
         let inwards_mm = pair[0].x_mm - pair[1].x_mm;
         pair[1].tick == pair[0].tick + 1 && (inwards_mm - way_mm).abs() <= PUSH_SPEED_SHARE * way_mm

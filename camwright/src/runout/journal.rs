@@ -16,17 +16,19 @@
 //! its wear or by the growth of a machine that has warmed up, and the turn is moved by as much.
 
 use super::Mode;
-use super::correction::{Correction, CorrectionError, Forecast, Start, Steepness, Target};
+use super::correction::{Correction, CorrectionError, Forecast, Start, Target};
 use super::fit::Fit;
 use super::gauge::{Gauge, GaugeError};
 use super::identify::IdentifyError;
 use super::published::{PublishedError, PublishedRunout};
-use super::record::{GaugeRecord, Reading, RecordError};
+use super::record::{Reading, RecordError};
+use super::seen::{Readings, Seen, turning_on};
 use super::spark_out::{self, SparkOutError};
 use super::state::{MeasureSettings, PartState, StateError};
 use super::wheel_log::{WheelLog, WheelLogError, WheelPosition};
 use crate::contact_law::ContactLaw;
 use crate::numeric::hermite::{HermiteError, HermiteSpline, Knot, Sample};
+use crate::numeric::range::least_and_most;
 use crate::units::{TURN_RAD, deg_from_rad, um_from_mm};
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -62,8 +64,10 @@ pub struct Gauged {
     pub c_rad: f64,
     /// Position of `x_axis` (mm).
     pub x_mm: f64,
-    /// What the gauge read (mm).
+    /// What the gauge read, or the first of two (mm).
     pub value_mm: f64,
+    /// What the second of two read (mm).
+    pub second_mm: Option<f64>,
     /// Force of the motor of `x_axis`, positive outwards (N).
     pub motor_n: f64,
 }
@@ -83,12 +87,8 @@ pub fn needed_log(gauged: &[Gauged], rest_rad: f64, dwell_turns: u32) -> &[Gauge
 /// What a journal is corrected with.
 #[derive(Debug, Clone, Copy)]
 pub struct JournalRequest<'a> {
-    /// The gauge.
-    pub gauge: Gauge,
-    /// Time constant of its amplifier (s), 0 for none.
-    pub lag_s: f64,
-    /// Interpolation period (s).
-    pub cycle_time_s: f64,
+    /// By what the journal is seen.
+    pub seen: Seen,
     /// The log: from a turn before the dwell on, or later, to where the wheel had left the part.
     pub gauged: &'a [Gauged],
     /// Contact law at the journal.
@@ -121,12 +121,27 @@ pub enum JournalError {
     /// No published measurement.
     #[error(transparent)]
     Published(#[from] PublishedError),
-    /// Runouts that are none.
-    #[error(transparent)]
-    SparkOut(#[from] SparkOutError),
     /// The published method and two gauges, or one that knows no size.
     #[error("the gauge reads no diameter; by the published method the depth of cut is the difference of two diameters")]
     NoDiameter,
+    /// The log has turns of which nobody knows where they were put in.
+    #[error("a hold put {turns} turns into its cut, and what it measures is told by turns that follow each other")]
+    Held {
+        /// How many.
+        turns: f64,
+    },
+    /// The journal was not seen all round.
+    #[error("the gauge read {turned_deg:.1} deg of it, a whole turn is needed")]
+    NotATurn {
+        /// How much it read (deg).
+        turned_deg: f64,
+    },
+    /// A reading that is no number.
+    #[error("the gauge gave no number at tick {tick}")]
+    NoReading {
+        /// When.
+        tick: u64,
+    },
     /// What is needed is not known.
     #[error("{what} is not known")]
     NotKnown {
@@ -163,8 +178,6 @@ pub struct JournalCorrection {
     pub turns: u32,
     /// Angle since C began to turn at which the correction begins (rad); it takes one turn.
     pub corrects_from_rad: f64,
-    /// How steep the way is.
-    pub steepness: Steepness,
     /// How much larger the part is than `x_axis` says, as the gauge found (mm); nothing where it reads no size.
     pub size_offset_mm: Option<f64>,
     /// Runout before it (mm): of the part as the gauge knew it.
@@ -179,6 +192,12 @@ pub struct JournalCorrection {
 }
 
 impl JournalCorrection {
+    /// The contact that it was computed with.
+    #[must_use]
+    pub const fn law(&self) -> &ContactLaw {
+        &self.law
+    }
+
     /// Turns at constant wheel position, as one sparks out by habit, until the runout were as small as given (mm).
     ///
     /// # Errors
@@ -198,7 +217,6 @@ impl JournalCorrection {
             way: way.expect("two knots a turn and more apart"),
             turns: TURNS,
             corrects_from_rad: TURN_RAD,
-            steepness: Steepness { first_mm_rad: 0.0, second_mm_rad2: 0.0, third_mm_rad3: 0.0 },
             size_offset_mm: None,
             before_mm: 0.0,
             forecast: None,
@@ -216,15 +234,18 @@ impl JournalCorrection {
         if let Some(pair) = request.gauged.windows(2).find(|pair| pair[1].tick != pair[0].tick + 1) {
             return Err(JournalError::Lost { from: pair[0].tick, to: pair[1].tick });
         }
+        let gauge = request.seen.gauge;
         let (readings, positions) = records(request);
-        let record = GaugeRecord::of_one(request.gauge, &readings)?;
+        let record = readings.record(gauge)?;
+        let readings = readings.first.as_slice();
         let settings = MeasureSettings {
             fit: Fit::Readings { harmonics: request.harmonics },
             phases: Some(PHASES as usize),
             ..MeasureSettings::default()
         };
         let state = PartState::measure(&record, WheelLog::new(&positions)?, request.law, &settings)?;
-        let size_offset_mm = size_offset_mm(&request.gauge, &readings, &state);
+        let size_offset_mm = size_offset_mm(&gauge, readings, &state);
+        let clear_mm = clear_mm(&state)?;
         let earliest_rad = request.rest_rad + RUN_UP_RAD + ENTERS_RAD;
         let (decided, begins) = match request.mode {
             Mode::Exact => {
@@ -234,7 +255,7 @@ impl JournalCorrection {
                 let start_rad = first.start_rad();
                 // At the least radius the turn begins without slope; noise must not make the wheel dip below it on its way in.
                 let begins = Sample { value: first.at(0.0).value, ..Sample::default() };
-                let logged = with_entry(&positions, start_rad, clear_mm(&state)?, begins)?;
+                let logged = with_entry(&positions, start_rad, clear_mm, begins)?;
                 let entered = PartState::measure(&record, WheelLog::new(&logged)?, request.law, &settings)?;
                 let decided = match Correction::exact(&entered, Start::At(start_rad), target) {
                     // On entering the wheel has already been at the target, but for rounding and the noise between two phases.
@@ -248,10 +269,10 @@ impl JournalCorrection {
                 (decided, begins)
             }
             Mode::Published => {
-                if request.gauge.feels_deflection() != 0.0 || request.gauge.is_two() {
+                if gauge.feels_deflection() != 0.0 || gauge.is_two() {
                     return Err(JournalError::NoDiameter);
                 }
-                let window_rad = record.end_rad() - (TURN_RAD + request.gauge.span_rad()) - ROUNDING_RAD;
+                let window_rad = record.end_rad() - (TURN_RAD + gauge.span_rad()) - ROUNDING_RAD;
                 let runout = PublishedRunout::measure(&record, &request.law, window_rad, PUBLISHED_PHASES)?.runout;
                 // Where the wheel stood while it was measured.
                 let wheel_mm = positions.iter().map(|position| position.x_mm).fold(f64::INFINITY, f64::min);
@@ -261,14 +282,13 @@ impl JournalCorrection {
             }
         };
         let before = state.radii_at(request.rest_rad)?;
-        let (low, high) = range(before.radii_mm().iter().copied());
-        let (way, turns) = whole_way(&decided, begins, request.rest_rad, clear_mm(&state)?)?;
+        let (low, high) = least_and_most(before.radii_mm().iter().copied());
+        let (way, turns) = whole_way(&decided, begins, request.rest_rad, clear_mm)?;
         Ok(Self {
             mode: request.mode,
             way,
             turns,
             corrects_from_rad: decided.start_rad() - request.rest_rad,
-            steepness: decided.steepness(),
             size_offset_mm,
             before_mm: high - low,
             forecast: decided.forecast().copied(),
@@ -279,38 +299,19 @@ impl JournalCorrection {
     }
 }
 
-/// Readings at the angles that they belong to, up to an angle (rad): an amplifier of first order shows what there was a time constant ago.
-/// Where C stands or an encoder lets it seem to, the later one is left out.
-pub(super) fn readings_of(gauged: &[Gauged], cycle_time_s: f64, lag_s: f64, until_rad: f64) -> Vec<Reading> {
-    let mut readings = Vec::<Reading>::with_capacity(gauged.len());
-    for pair in gauged.windows(2) {
-        let (before, now) = (pair[0], pair[1]);
-        let c_rad = now.c_rad - (now.c_rad - before.c_rad) / cycle_time_s * lag_s;
-        if c_rad <= until_rad && readings.last().is_none_or(|last| c_rad > last.c_rad) {
-            readings.push(Reading { c_rad, value_mm: now.value_mm, tick: now.tick });
-        }
-    }
-    readings
-}
-
 /// Readings that tell what was cut, and the wheel's positions.
-fn records(request: &JournalRequest<'_>) -> (Vec<Reading>, Vec<WheelPosition>) {
+fn records(request: &JournalRequest<'_>) -> (Readings, Vec<WheelPosition>) {
     // Of a wheel that is leaving, cuts end somewhere: they are followed by the law, not measured.
-    let until_rad = request.rest_rad - DWELL_LEAVES_RAD.0 + request.gauge.known_after_rad();
-    let readings = readings_of(request.gauged, request.cycle_time_s, request.lag_s, until_rad);
-    let mut positions = Vec::<WheelPosition>::with_capacity(request.gauged.len());
-    for gauged in request.gauged {
-        if positions.last().is_none_or(|last| gauged.c_rad > last.c_rad) {
-            positions.push(WheelPosition { c_rad: gauged.c_rad, x_mm: gauged.x_mm });
-        }
-    }
-    (readings, positions)
+    let until_rad = request.rest_rad - DWELL_LEAVES_RAD.0 + request.seen.gauge.known_after_rad();
+    let readings = request.seen.readings(request.gauged, until_rad);
+    let position = |gauged: &Gauged| WheelPosition { c_rad: gauged.c_rad, x_mm: gauged.x_mm };
+    (readings, turning_on(request.gauged).map(position).collect())
 }
 
-/// How much larger the part is than positions of the wheel and the contact law say, in the mean of the last turn of readings; nothing of
-/// a gauge that feels the part give way.
+/// How much larger the part is than positions of the wheel and the contact law say, in the mean of the last turn of readings, of the first
+/// gauge where there are two; nothing of a gauge that feels the part give way.
 fn size_offset_mm(gauge: &Gauge, readings: &[Reading], state: &PartState<'_>) -> Option<f64> {
-    if gauge.feels_deflection() != 0.0 || gauge.is_two() {
+    if gauge.feels_deflection() != 0.0 {
         return None;
     }
     let end_rad = readings[readings.len() - 1].c_rad;
@@ -331,7 +332,7 @@ fn size_offset_mm(gauge: &Gauge, readings: &[Reading], state: &PartState<'_>) ->
 /// Where the wheel is clear of the part (mm).
 fn clear_mm(state: &PartState<'_>) -> Result<f64, StateError> {
     let end_rad = state.logged_until_rad().unwrap_or(0.0);
-    let (_, high_mm) = range(state.radii_at(end_rad)?.radii_mm().iter().copied());
+    let (_, high_mm) = least_and_most(state.radii_at(end_rad)?.radii_mm().iter().copied());
     Ok(high_mm + CLEAR_MM)
 }
 
@@ -386,10 +387,6 @@ fn whole_way(
         .chain((0..=PHASES).map(knot))
         .chain([still(ends_rad), still(f64::from(turns) * TURN_RAD)]);
     Ok((HermiteSpline::new(knots.collect())?, turns))
-}
-
-fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
 }
 
 impl core::fmt::Display for JournalCorrection {

@@ -6,7 +6,7 @@
 //!        wheel_log ─┤   PartState        └─► spark_out: turns that it saves
 //!      contact law ─┘─► published (U, ΔU, IR) ─► correction (published)
 //!                 ▲
-//! stiffness, decay: km, kg, F0 and λ measured on the machine
+//! stiffness, decay: km, kg, F0 and λ measured on the machine ─► stiffness_map: kept along the table
 //! ```
 //! The method is JTEKT's (method of measuring the actual depth of cut, machining method and machine tool): the depth of cut U at a
 //! phase is the difference of two diameters, and as the wheel's force bends the part by (kg/km) U + F0/km, U tells the radius itself.
@@ -58,10 +58,12 @@ mod known;
 pub mod phases;
 pub mod published;
 pub mod record;
+pub mod seen;
 pub mod sensitivity;
 pub mod spark_out;
 pub mod state;
 pub mod stiffness;
+pub mod stiffness_map;
 pub mod wheel_log;
 
 /// How a runout is measured and corrected.

@@ -14,7 +14,6 @@ use camwright::interpolator::{
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::buffer::TailPoint;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
-use camwright::plan::Half;
 use camwright::setpoint::{Latch, Setpoint, StopPoint};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -52,9 +51,7 @@ impl JobEnds {
     /// Only a plan belongs to a job.
     pub(super) fn of(motion: &Motion) -> Self {
         match motion {
-            Motion::Plan(plan) => {
-                Self { begins: plan.half != Half::Second, ends: !matches!(plan.half, Half::First | Half::NoPart) }
-            }
+            Motion::Plan(plan) => Self { begins: plan.half.begins(), ends: plan.half.ends() },
             Motion::Trajectory(_) | Motion::Home(_) | Motion::Move(_) | Motion::Probe(_) => Self::default(),
         }
     }

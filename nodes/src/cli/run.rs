@@ -4,7 +4,7 @@ use super::batch::Batch;
 use crate::axis_interpolator::AxisInterpolator;
 use crate::config::job_file;
 use crate::config::locate::Located;
-use crate::convert::{j_mm3_from_j_m3, mm_from_m};
+use crate::convert::{j_mm3_from_j_m3, m_from_mm, mm_from_m};
 use crate::job_planner::JobPlanner;
 use crate::machine_sim::MachineSim;
 use crate::planning::{self, Causes, FORM_TOLERANCE_MM, PreparedJob, TimeCompared};
@@ -14,7 +14,7 @@ use crate::ros::{
 };
 use crate::run_logger::RunLogger;
 use crate::running::NodeError;
-use camwright::units::{deg_from_rad, um_from_mm};
+use camwright::units::{deg_from_rad, mm_from_um, um_from_mm};
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobFeedback, RunJobGoal, RunJobResult};
 use camwright_msgs::camwright_msgs::msg::{JobStatus, LobeResult, RecorderStatus};
 use camwright_msgs::camwright_msgs::srv::{FindPhase, FindPhaseRequest, LoadJob, LoadJobRequest};
@@ -62,6 +62,12 @@ pub(super) struct RunArgs {
     /// The first part is ground as designed, and form compensation begins with it.
     #[arg(long)]
     forget_learned: bool,
+    /// Grind the journals as far as the passes go, measure the stiffness of machine and cut on them, and no more
+    #[arg(long)]
+    identify_only: bool,
+    /// What was measured of the machine's stiffness before is forgotten; for a job that measures it (identification)
+    #[arg(long)]
+    forget_stiffness: bool,
     /// Begin with this lobe, by name or number, on the part as it is in the machine of the cell that is attached to.
     #[arg(long, value_name = "LOBE", requires = "attach")]
     start_at: Option<String>,
@@ -103,6 +109,7 @@ pub(super) fn main(args: &RunArgs, ros_args: &RosArgs) -> ExitCode {
 fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let mut args = args.clone();
     args.set.extend(args.start_at.iter().map(|lobe| format!("start_at={lobe}")));
+    args.set.extend(args.identify_only.then(|| "identification.only=true".to_owned()));
     let started = Instant::now();
     let shutdown = Shutdown::on_signals()?;
     let job = args.job.clone().unwrap_or_else(|| "four_lobe_camshaft".to_owned());
@@ -113,6 +120,11 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let dry_run = job_file::load(&job, &args.set).is_ok_and(|job| job.spec.dry_run_mm.is_some());
     if dry_run && args.parts > 1 {
         return Err(NodeError::Parameter("--parts: a dry run makes no parts".into()));
+    }
+    if args.forget_stiffness && job_file::load(&job, &args.set).is_ok_and(|job| job.spec.identification.is_none()) {
+        return Err(NodeError::Parameter(format!(
+            "--forget-stiffness: job {job} does not measure it (identification)"
+        )));
     }
     let client = Client::new(ros_args)?;
     let cell = if args.attach { None } else { Some(Cell::start(&job, &args, ros_args, &bag)?) };
@@ -132,13 +144,16 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let (status, result) = outcome?;
     let took = started.elapsed();
     let prepared = if result.success && !dry_run { planned_again(&job, args, planned_as.as_ref()) } else { None };
-    let causes = prepared.as_ref().and_then(|prepared| planning::causes(prepared).ok()).unwrap_or_default();
+    // What only measures leaves no finished part whose errors had causes.
+    let causes = prepared.as_ref().filter(|_| !args.identify_only);
+    let causes = causes.and_then(|prepared| planning::causes(prepared).ok()).unwrap_or_default();
     // The same plan, or what it predicts is not what was predicted.
     let same = prepared.as_ref().filter(|prepared| prepared.plan_hash() == result.plan_hash);
     let times = same.map(|prepared| planning::compare_times(prepared, &result.lobes, result.duration));
     let bag = (!args.attach).then_some(&bag);
     let times = times.unwrap_or_default();
-    let report = Report { job: &job, dry_run, status, result: &result, times, causes, batch, bag, took };
+    let identifies = args.identify_only;
+    let report = Report { job: &job, dry_run, status, result: &result, times, causes, batch, bag, took, identifies };
     if args.json {
         report.print_json();
     } else {
@@ -319,6 +334,7 @@ impl Client {
     ) -> (Result<(GoalStatus, RunJobResult), NodeError>, Option<Batch>) {
         let mut overrides = args.set.clone();
         overrides.extend(args.forget_learned.then(|| "form_compensation.afresh=true".to_owned()));
+        overrides.extend(args.forget_stiffness.then(|| "identification.afresh=true".to_owned()));
         loop {
             let outcome = self.run_job(job, &overrides, shutdown);
             overrides.clone_from(&args.set);
@@ -413,10 +429,19 @@ fn um(m: f64) -> f64 {
     um_from_mm(mm_from_m(m))
 }
 
-/// The same job without ROS, for the machine with its overrides. What it had learned stands in what the planner recorded of it.
+/// A stiffness for people (N/µm) from a message (N/m): they differ as µm and m do, the other way round.
+fn n_um(n_m: f64) -> f64 {
+    mm_from_um(m_from_mm(n_m))
+}
+
+/// The same job without ROS, for the machine with its overrides. What it had learned and what was kept for it
+/// stands in what the planner recorded of it.
 fn planned_again(job: &str, args: &RunArgs, planned_as: Option<&JobStatus>) -> Option<PreparedJob> {
     let mut job = match (planned_as, job_file::load(job, &args.set).ok()?) {
-        (Some(status), loaded) if loaded.spec.compensation.is_some() && !status.job_source.is_empty() => {
+        (Some(status), loaded)
+            if (loaded.spec.compensation.is_some() || loaded.spec.correction.is_some())
+                && !status.job_source.is_empty() =>
+        {
             let located = Located { path: loaded.document.path.clone(), text: status.job_source.clone() };
             job_file::parse(&located, &[]).ok()?
         }
@@ -451,6 +476,8 @@ struct Report<'a> {
     batch: Option<Batch>,
     bag: Option<&'a PathBuf>,
     took: Duration,
+    /// Stiffness was measured and no more.
+    identifies: bool,
 }
 
 impl Report<'_> {
@@ -463,6 +490,10 @@ impl Report<'_> {
     }
 
     fn is_good(&self) -> bool {
+        if self.identifies {
+            let measured = self.result.lobes.iter().all(|lobe| lobe.machine_stiffness > 0.0);
+            return self.status == GoalStatus::Succeeded && self.result.success && measured;
+        }
         self.status == GoalStatus::Succeeded
             && self.result.success
             && self.batch.as_ref().is_none_or(Batch::is_good)
@@ -510,6 +541,21 @@ impl Report<'_> {
                 deg_from_rad(lobe.power_max_angle),
                 deg_from_rad(lobe.burn_index_max_angle),
                 lobe.burn_index_max,
+            );
+        }
+        for lobe in result.lobes.iter().filter(|lobe| lobe.machine_stiffness > 0.0) {
+            println!(
+                "{:<5} machine {:.3} +- {:.3} N/um, grinding {:.1} +- {:.1} N/um and {:.0} +- {:.0} N to begin, their ratio {:.4} +- {:.4} by the \
+                 decay of the dwell",
+                lobe.name,
+                n_um(lobe.machine_stiffness),
+                n_um(lobe.machine_stiffness_uncertainty),
+                n_um(lobe.grinding_stiffness),
+                n_um(lobe.grinding_stiffness_uncertainty),
+                lobe.threshold_force,
+                lobe.threshold_force_uncertainty,
+                lobe.stiffness_ratio,
+                lobe.stiffness_ratio_uncertainty,
             );
         }
         for lobe in result.lobes.iter().filter(|lobe| lobe.runout_before > 0.0) {
@@ -573,6 +619,13 @@ impl Report<'_> {
 
     fn verdict(&self) -> String {
         match (self.worst(), self.status) {
+            (Some(_), GoalStatus::Succeeded) if self.identifies => format!(
+                "{}: {}, stiffness at {} of {} journals",
+                if self.is_good() { "MEASURED" } else { "NOT MEASURED" },
+                self.job,
+                self.result.lobes.iter().filter(|lobe| lobe.machine_stiffness > 0.0).count(),
+                self.result.lobes.len(),
+            ),
             (Some(worst), GoalStatus::Succeeded) => format!(
                 "{}: {}, worst form error {:.3} um on lobe {} (tolerance {} um)",
                 if self.is_good() { "GOOD" } else { "NOT GOOD" },
@@ -614,6 +667,12 @@ impl Report<'_> {
                     "specific_energy_j_mm3": j_mm3_from_j_m3(lobe.specific_energy),
                     "burn_index_max": lobe.burn_index_max,
                     "burn_index_max_deg": deg_from_rad(lobe.burn_index_max_angle),
+                    "machine_stiffness_n_um": n_um(lobe.machine_stiffness),
+                    "machine_stiffness_uncertainty_n_um": n_um(lobe.machine_stiffness_uncertainty),
+                    "grinding_stiffness_n_um": n_um(lobe.grinding_stiffness),
+                    "grinding_stiffness_uncertainty_n_um": n_um(lobe.grinding_stiffness_uncertainty),
+                    "threshold_force_n": lobe.threshold_force,
+                    "threshold_force_uncertainty_n": lobe.threshold_force_uncertainty,
                 })
             })
             .collect();

@@ -7,7 +7,7 @@ use camwright::machine::description::{ContactDescription, StiffnessAt};
 use serde::Deserialize;
 
 /// N/µm to N/mm.
-const PER_MM: f64 = 1e3;
+pub(super) const PER_MM: f64 = 1e3;
 
 /// Contact of wheel and part.
 #[derive(Debug, Deserialize)]

@@ -4,7 +4,7 @@ use super::ConfigError;
 use super::compensation_file::CompensationFile;
 use super::fault_file::{FaultFile, JobFault};
 use super::follower_file::FollowerFile;
-use super::journal_file::{CorrectionFile, IdentificationFile, RawPartFile};
+use super::journal_file::{CorrectionFile, IdentificationFile, RawPartFile, StockFile};
 use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
 use super::locate::{Located, locate};
 use super::machine_file::{self, Machine};
@@ -81,6 +81,7 @@ struct JobFile {
     dry_run: Option<DryRunFile>,
     #[serde(default)]
     part_phase_deg: f64,
+    measure_stock: Option<StockFile>,
 }
 
 /// The wheel is so much farther out than it would grind.
@@ -224,6 +225,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     findings.extend(file.raw_part.findings(&document));
     findings.extend(file.form_compensation.iter().flat_map(|compensation| compensation.findings(&document)));
     findings.extend(file.identification.iter().flat_map(|identification| identification.findings(&document)));
+    findings.extend(file.measure_stock.iter().flat_map(|stock| stock.findings(&document)));
     findings.extend(file.runout_correction.iter().flat_map(|correction| correction.findings(&document)));
     let machine = read_machine(&document, &file, located).map_err(|error| findings.push(error)).ok();
     let mut hasher = Sha256::new();
@@ -272,9 +274,8 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     }
     let start = file.start_at.as_ref().map(|start| start.index(&document, &spec.lobes)).transpose();
     let start = start.map_err(one)?.flatten();
-    spec.lobes.drain(..start.unwrap_or(0));
-    if let Some(compensation) = spec.compensation.as_mut().filter(|_| start.is_some()) {
-        compensation.learned.retain(|learned| spec.lobes.iter().any(|lobe| lobe.name == learned.lobe));
+    if let Some(start) = start {
+        spec.begin_with(start);
     }
     Ok(Job {
         spec,
@@ -343,6 +344,7 @@ fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks
         identification: file.identification.as_ref().map(IdentificationFile::spec),
         dry_run_mm: file.dry_run.map(|dry_run| dry_run.stand_off_mm),
         part_phase_rad: rad_from_deg(file.part_phase_deg),
+        measure_stock: file.measure_stock.as_ref().map(StockFile::spec),
         wheels: wishes(
             (file.lobes.iter().map(|lobe| ("lobe", lobe.name.as_str(), lobe.wheel_radius_mm)))
                 .chain(file.roughing.iter().map(|rough| ("pass", rough.name(), rough.wheel_radius_mm()))),

@@ -9,7 +9,7 @@ mod follower_file;
 mod gauge_file;
 mod homing_file;
 pub mod job_file;
-mod journal_file;
+pub(crate) mod journal_file;
 pub mod lift_file;
 mod lift_formula;
 pub mod lift_text;
@@ -19,6 +19,7 @@ mod pass_file;
 mod probe_file;
 mod process_file;
 mod start_file;
+pub mod stiffness_file;
 mod wheel_file;
 pub mod yaml;
 

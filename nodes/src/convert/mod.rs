@@ -3,6 +3,7 @@
 //! What is compared exactly travels as counts, or as a position computed from counts; rounding that position to counts
 //! gives the same counts again.
 
+pub mod gauge;
 pub mod plan;
 pub mod setpoints;
 pub mod time;

@@ -246,6 +246,7 @@ pub fn plan_from_pages(pages: &[PlanPage], machine: &MachineDescription) -> Resu
             PlanHeader::FIRST => Half::First,
             PlanHeader::SECOND => Half::Second,
             PlanHeader::NO_PART => Half::NoPart,
+            PlanHeader::MIDDLE => Half::Middle,
             other => return Err(invalid(format!("there is no half {other}"))),
         },
         lobes: header.lobes.clone(),

@@ -1,10 +1,11 @@
 //! The one job there can be: from a goal's request to its thread.
 
-use super::run::{Event, Run};
+use super::run::{Asker, Event, Run};
 use super::{Shared, lock, settings};
-use crate::config::job_file;
+use crate::config::job_file::{self, Job};
 use crate::planning::{self, MachineNow, PreparedJob};
 use crate::ros::{ActionHandler, GoalDecider, GoalDecision, GoalHandle, GoalId, RosError};
+use camwright::machine::description::MachineDescription;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal, RunJobResult};
 use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus};
 use std::fmt;
@@ -63,7 +64,7 @@ impl Shared {
     }
 
     /// Name and overrides of a goal: an empty name is the loaded job, else the parameter's.
-    fn wanted(&self, job: &str, overrides: &[String]) -> (String, Vec<String>) {
+    pub(super) fn wanted(&self, job: &str, overrides: &[String]) -> (String, Vec<String>) {
         if !job.is_empty() {
             return (job.to_owned(), overrides.to_vec());
         }
@@ -77,7 +78,7 @@ impl Shared {
     }
 
     /// The overrides of a job as it is planned: the parameters', the request's, and what its parts have taught.
-    fn used(&self, name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Vec<String> {
+    pub(super) fn used(&self, name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Vec<String> {
         let mut used = settings::overrides(self.node.parameters(), overrides);
         let Ok(job) = job_file::load(name, &used) else { return used };
         // A job on the part as it is; what somebody says of its phase counts more.
@@ -85,15 +86,35 @@ impl Shared {
         if (job.starts_in_the_middle || job.spec.dry_run_mm.is_some()) && !is_said {
             used.extend(self.setup.phase_override());
         }
-        if job.spec.compensation.is_none() {
-            return used;
-        }
-        let machine = machine.map_or(&job.machine.description.name, |now| &now.description.name);
-        match self.learned.of(machine, &job.spec.name) {
-            Ok(learned) => used.into_iter().chain(learned.override_for(&job)).collect(),
+        let description = machine.map_or(&job.machine.description, |now| &now.description);
+        let (learned, kept) = (self.learned_by(&job, description), self.kept_for(&job, description));
+        used.into_iter().chain(learned).chain(kept).collect()
+    }
+
+    /// What the parts of a job have taught.
+    fn learned_by(&self, job: &Job, machine: &MachineDescription) -> Option<String> {
+        job.spec.compensation.as_ref()?;
+        match self.learned.of(&machine.name, &job.spec.name) {
+            Ok(learned) => learned.override_for(job),
             Err(error) => {
                 self.node.logger().error(&format!("{error}; the part is ground as designed"));
-                used
+                None
+            }
+        }
+    }
+
+    /// The stiffness that is kept for the machine, where a job takes it.
+    fn kept_for(&self, job: &Job, machine: &MachineDescription) -> Option<String> {
+        job.spec.correction.as_ref()?;
+        match self.stiffness.of(&machine.name) {
+            Ok(kept) => {
+                let contacts = planning::kept_contacts(&kept, job, machine);
+                contacts.told.iter().for_each(|told| self.node.logger().warn(told));
+                contacts.over
+            }
+            Err(error) => {
+                self.node.logger().error(&format!("{error}; no stiffness is taken from it"));
+                None
             }
         }
     }
@@ -135,7 +156,7 @@ impl Shared {
     }
 
     /// Everything that stands between a goal and its first motion.
-    fn decide(&self, name: &str, overrides: &[String]) -> Result<PreparedJob, String> {
+    pub(super) fn decide(&self, name: &str, overrides: &[String]) -> Result<PreparedJob, String> {
         let there = |outcome: Result<(), RosError>| outcome.map_err(|error| error.to_string());
         there(self.load_lobe.wait_for_service(MEETING))?;
         there(self.execute.wait_for_server(MEETING))?;
@@ -145,6 +166,24 @@ impl Shared {
             return Err(format!("alarm {} needs a reset: {}; {}", alarm.number, alarm.text, alarm.remedy));
         }
         self.prepare(name, overrides, Some(machine))
+    }
+
+    /// Starts the thread of a job; without one the course stays as it is.
+    pub(super) fn start(
+        self: &Arc<Self>,
+        course: &mut Course,
+        prepared: PreparedJob,
+        asker: Asker,
+    ) -> Result<(), String> {
+        let (events, inbox) = mpsc::channel();
+        let name = prepared.job.spec.name.clone();
+        let run = Run::new(Arc::clone(self), prepared, asker, events.clone(), inbox);
+        let thread = std::thread::Builder::new().name("job".into()).spawn(move || run.run());
+        let thread = thread.map_err(|error| format!("no thread for the job: {error}"))?;
+        *course = Course::Running(name, events);
+        // The one before has ended: it set the course to idle as its last act.
+        *lock(&self.run) = Some(thread);
+        Ok(())
     }
 }
 
@@ -213,16 +252,8 @@ impl ActionHandler<RunJob> for RunHandler {
         if !self.0.active.load(Ordering::Acquire) {
             return abort("the node is not active any more");
         }
-        let (events, inbox) = mpsc::channel();
-        let name = prepared.job.spec.name.clone();
-        let run = Run::new(Arc::clone(&self.0), *prepared, goal.clone(), events.clone(), inbox);
-        match std::thread::Builder::new().name("job".into()).spawn(move || run.run()) {
-            Ok(thread) => {
-                *course = Course::Running(name, events);
-                // The one before has ended: it set the course to idle as its last act.
-                *lock(&self.0.run) = Some(thread);
-            }
-            Err(error) => abort(&format!("no thread for the job: {error}")),
+        if let Err(reason) = self.0.start(&mut course, *prepared, Asker::Goal(goal.clone())) {
+            abort(&reason);
         }
     }
 

@@ -19,21 +19,21 @@ pub(super) struct LearnedStore {
 impl LearnedStore {
     /// In a directory; empty: the user's state directory, `none`: nowhere.
     pub(super) fn new(directory: &str) -> Self {
-        let directory = match directory {
+        Self { directory: Self::directory(directory), kept: Mutex::default() }
+    }
+
+    /// The directory that is meant.
+    pub(super) fn directory(directory: &str) -> Option<PathBuf> {
+        match directory {
             "none" => None,
             "" => lasting::default_path("learned").map(|path| path.with_extension("")),
             directory => Some(PathBuf::from(directory)),
-        };
-        Self { directory, kept: Mutex::default() }
+        }
     }
 
     fn path(&self, machine: &str, job: &str) -> Option<PathBuf> {
         // Names come from files and may hold anything; two jobs whose names differ only there share a file, which knows its job.
-        let name = |name: &str| -> String {
-            let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
-            name.chars().map(plain).collect()
-        };
-        Some(self.directory.as_ref()?.join(name(machine)).join(format!("{}.yaml", name(job))))
+        Some(self.directory.as_ref()?.join(plain(machine)).join(format!("{}.yaml", plain(job))))
     }
 
     /// What is known of a job on a machine.
@@ -71,8 +71,14 @@ impl LearnedStore {
     }
 }
 
+/// A name as a file may have it.
+pub(super) fn plain(name: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
+    name.chars().map(plain).collect()
+}
+
 /// Whole or not at all.
-fn write(path: &Path, text: &str) -> std::io::Result<()> {
+pub(super) fn write(path: &Path, text: &str) -> std::io::Result<()> {
     if let Some(directory) = path.parent() {
         std::fs::create_dir_all(directory)?;
     }

@@ -5,13 +5,17 @@
 
 mod board;
 mod course;
+mod gauged_run;
 mod gaugings;
+mod identify;
 mod learned;
+mod lobe_ticks;
 pub(crate) mod parts;
 mod run;
 mod services;
 mod settings;
 mod setup;
+mod stiffness;
 
 use crate::config::machine_file;
 use crate::convert::mm_from_m;
@@ -36,8 +40,10 @@ use parts::Parts;
 use setup::Setup;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use stiffness::StiffnessStore;
 
 /// Pages of plans that a late joiner still gets: some ten plans.
 const PLAN_DEPTH: u32 = 256;
@@ -74,6 +80,8 @@ struct Shared {
     gaugings: Gaugings,
     /// What was learned from the parts of each job.
     learned: LearnedStore,
+    /// What is kept of the stiffness of each machine.
+    stiffness: StiffnessStore,
     board: Board,
     /// The job that `load_job` planned last.
     loaded: Mutex<Option<Loaded>>,
@@ -96,6 +104,25 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Waits until what a mutex guards gives what is wanted; what is in the way when time is over.
+fn wait_for<T, R, E>(
+    mutex: &Mutex<T>,
+    changed: &Condvar,
+    timeout: Duration,
+    mut wanted: impl FnMut(&mut T) -> Result<R, E>,
+) -> Result<R, E> {
+    let end = Instant::now() + timeout;
+    let mut guarded = lock(mutex);
+    loop {
+        let outcome = wanted(&mut guarded);
+        let left = end.saturating_duration_since(Instant::now());
+        if outcome.is_ok() || left.is_zero() {
+            return outcome;
+        }
+        guarded = changed.wait_timeout(guarded, left).unwrap_or_else(PoisonError::into_inner).0;
+    }
+}
+
 impl JobPlanner {
     /// Starts the node.
     ///
@@ -114,6 +141,7 @@ impl JobPlanner {
             parts: Parts::default(),
             gaugings: Gaugings::default(),
             learned: LearnedStore::new(&node.parameters().string(settings::LEARNED_DIR)),
+            stiffness: StiffnessStore::new(&node.parameters().string(settings::LEARNED_DIR)),
             board: Board::new(&node)?,
             loaded: Mutex::default(),
             course: Mutex::default(),

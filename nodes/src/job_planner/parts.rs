@@ -1,10 +1,10 @@
 //! The lobes on the machine, as it last reported them.
 
-use super::lock;
+use super::{lock, wait_for};
 use camwright_msgs::camwright_msgs::msg::PartLobe;
 use std::collections::BTreeMap;
-use std::sync::{Condvar, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::sync::{Condvar, Mutex};
+use std::time::Duration;
 
 /// Lobes by name.
 #[derive(Debug, Default)]
@@ -41,20 +41,13 @@ impl Parts {
         since_tick: u64,
         timeout: Duration,
     ) -> Result<Vec<PartLobe>, &'a str> {
-        let end = Instant::now() + timeout;
-        let mut lobes = lock(&self.lobes);
-        loop {
+        wait_for(&self.lobes, &self.changed, timeout, |lobes| {
             let is_done = |lobe: &&PartLobe| lobe.finished && lobe.tick >= since_tick;
-            let missing = names.iter().find(|name| lobes.get(**name).as_ref().is_none_or(|lobe| !is_done(lobe)));
-            let Some(missing) = missing else {
-                return Ok(names.iter().filter_map(|name| lobes.get(*name).cloned()).collect());
-            };
-            let left = end.saturating_duration_since(Instant::now());
-            if left.is_zero() {
-                return Err(missing);
+            match names.iter().find(|name| lobes.get(**name).as_ref().is_none_or(|lobe| !is_done(lobe))) {
+                Some(missing) => Err(*missing),
+                None => Ok(names.iter().filter_map(|name| lobes.get(*name).cloned()).collect()),
             }
-            lobes = self.changed.wait_timeout(lobes, left).unwrap_or_else(PoisonError::into_inner).0;
-        }
+        })
     }
 }
 

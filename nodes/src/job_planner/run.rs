@@ -1,19 +1,20 @@
 //! A job that runs, on a thread of its own: pages, blanks, execution, measuring.
 
 use super::course::Course;
+use super::identify::{self, Waiting};
+use super::lobe_ticks::LobeTicks;
 use super::setup::NotPutIn;
 use super::{Shared, lock};
+use crate::config::stiffness_file::KeptPlace;
 use crate::convert::plan::{phase_from, phase_name};
-use crate::planning::{self, PreparedCorrection, PreparedJob};
+use crate::planning::{self, MeasuredContacts, PreparedJob, hash_of};
 use crate::ros::{ClientGoal, GoalHandle, GoalStatus};
-use camwright::cycle::rests_rad;
-use camwright::runout::journal::LOG_ENDS_RAD;
 use camwright::speed_plan::SpeedPlan;
 use camwright_msgs::camwright_msgs::action::{
     ExecutePlan, ExecutePlanFeedback, ExecutePlanGoal, ExecutePlanResult, RunJob, RunJobFeedback, RunJobResult,
 };
 use camwright_msgs::camwright_msgs::msg::{JobStatus, LobeResult, PartLobe, PlanPage};
-use camwright_msgs::camwright_msgs::srv::InjectFaultRequest;
+use camwright_msgs::camwright_msgs::srv::{IdentifyStiffnessResponse, InjectFaultRequest};
 use std::sync::{Arc, Mutex, mpsc};
 use std::time::{Duration, Instant};
 
@@ -41,75 +42,61 @@ pub(super) enum Event {
 }
 
 /// How a job ended that did not reach its end.
-enum Failure {
+pub(super) enum Failure {
     /// Somebody wished so.
     Cancelled(String),
     /// It could not go on.
     Failed(String),
 }
 
+/// Who asked for the job, and is told how it ends.
+#[derive(Debug, Clone)]
+pub(super) enum Asker {
+    /// A client of `~/run_job`.
+    Goal(GoalHandle<RunJob>),
+    /// One of `~/identify_stiffness`.
+    Stiffness(Waiting),
+}
+
 /// One run of a job.
 pub(super) struct Run {
-    shared: Arc<Shared>,
-    prepared: PreparedJob,
-    goal: GoalHandle<RunJob>,
+    pub(super) shared: Arc<Shared>,
+    pub(super) prepared: PreparedJob,
+    asker: Asker,
+    /// Stiffness that was measured and is kept, in the order of machining.
+    pub(super) stiffness: Vec<KeptPlace>,
+    /// What the turns save that were left out for the stock that was measured.
+    pub(super) saved: Option<String>,
+    /// First tick of the first of its plans, once that has ended.
+    first_tick: Option<u64>,
     events: mpsc::Sender<Event>,
     inbox: mpsc::Receiver<Event>,
-    times: Arc<Mutex<LobeTicks>>,
-}
-
-/// Ticks at which each lobe began and ended, as the interpolator told.
-#[derive(Debug, Default)]
-struct LobeTicks {
-    current: Option<usize>,
-    spans: Vec<(u64, Option<u64>)>,
-    /// What the lobes took in the half before (ticks).
-    before: Vec<u64>,
-}
-
-impl LobeTicks {
-    /// The lobes come once more: the half before is over.
-    fn next_half(&mut self) {
-        let last = self.spans.iter().filter_map(|(_, end)| *end).max().unwrap_or_default();
-        self.before = (0..self.spans.len()).filter_map(|lobe| self.of(lobe, last)).collect();
-        (self.current, self.spans) = (None, Vec::new());
-    }
-
-    fn note(&mut self, lobe: Option<usize>, tick: u64) {
-        if lobe == self.current {
-            return;
-        }
-        if let Some(span) = self.current.and_then(|index| self.spans.get_mut(index)) {
-            span.1 = Some(tick);
-        }
-        // Lobes come in the order of the plan; one that is missed leaves those after it without a time.
-        if lobe == Some(self.spans.len()) {
-            self.spans.push((tick, None));
-        }
-        self.current = lobe;
-    }
-
-    /// Ticks of a lobe; the last one may end with the job.
-    fn of(&self, lobe: usize, last_tick: u64) -> Option<u64> {
-        let (begin, end) = self.spans.get(lobe)?;
-        let before = self.before.get(lobe).copied().unwrap_or_default();
-        Some(before + end.unwrap_or(last_tick).saturating_sub(*begin))
-    }
+    pub(super) times: Arc<Mutex<LobeTicks>>,
 }
 
 impl Run {
     pub(super) fn new(
         shared: Arc<Shared>,
         prepared: PreparedJob,
-        goal: GoalHandle<RunJob>,
+        asker: Asker,
         events: mpsc::Sender<Event>,
         inbox: mpsc::Receiver<Event>,
     ) -> Self {
-        Self { shared, prepared, goal, events, inbox, times: Arc::default() }
+        Self {
+            shared,
+            prepared,
+            asker,
+            stiffness: Vec::new(),
+            saved: None,
+            first_tick: None,
+            events,
+            inbox,
+            times: Arc::default(),
+        }
     }
 
     /// The whole run; the course is idle again when it returns.
-    pub(super) fn run(self) {
+    pub(super) fn run(mut self) {
         let logger = self.shared.node.logger().clone();
         let _current = logger.enter();
         let name = self.prepared.job.spec.name.clone();
@@ -123,123 +110,109 @@ impl Run {
         let outcome = self.proceed(&mut result);
         // Idle before the client hears of the end: it may send the next goal at once.
         *lock(&self.shared.course) = Course::Idle;
-        match outcome {
+        let state = match outcome {
             Ok(()) => {
                 result.success = true;
                 logger.info(&format!("job {name} complete: {}", result.message));
-                self.shared.board.change(JobStatus::COMPLETE, &result.message, &result.lobes);
-                self.goal.succeed(result);
+                JobStatus::COMPLETE
             }
             Err(Failure::Cancelled(message)) => {
                 result.message = message;
                 logger.warn(&format!("job {name} stopped: {}", result.message));
-                self.shared.board.change(JobStatus::STOPPED, &result.message, &result.lobes);
-                self.goal.canceled(result);
+                JobStatus::STOPPED
             }
             Err(Failure::Failed(message)) => {
                 result.message = message;
                 logger.error(&format!("job {name} aborted: {}", result.message));
-                self.shared.board.change(JobStatus::ABORTED, &result.message, &result.lobes);
-                self.goal.abort(result);
+                JobStatus::ABORTED
+            }
+        };
+        self.shared.board.change(state, &result.message, &result.lobes);
+        match (self.asker, state) {
+            (Asker::Goal(goal), JobStatus::COMPLETE) => drop(goal.succeed(result)),
+            (Asker::Goal(goal), JobStatus::STOPPED) => drop(goal.canceled(result)),
+            (Asker::Goal(goal), _) => drop(goal.abort(result)),
+            (Asker::Stiffness(waiting), _) => {
+                let journals: Vec<_> = self.stiffness.iter().map(identify::message).collect();
+                let success = result.success && journals.len() == result.lobes.len();
+                let message = result.message;
+                identify::answer(&waiting, &IdentifyStiffnessResponse { success, message, journals });
             }
         }
     }
 
-    fn proceed(&self, result: &mut RunJobResult) -> Result<(), Failure> {
+    fn proceed(&mut self, result: &mut RunJobResult) -> Result<(), Failure> {
         // A job that begins in its middle goes on with the part as it is, and a dry run leaves it.
         let keeps = self.prepared.job.starts_in_the_middle
             || (self.prepared.dry_run_mm().is_some() && self.shared.parts.is_there());
         if !keeps {
             self.load_blanks()?;
         }
+        let measures = self.prepared.measuring.is_some();
+        if measures {
+            self.measure_stock(result)?;
+        }
         self.publish(&self.prepared.pages)?;
-        self.arm_faults()?;
+        if !measures {
+            self.arm_faults()?;
+        }
         self.listen();
-        let (status, mut ended) = self.execute(self.prepared.plan_hash(), 0.0)?;
-        (result.alarm, result.first_tick, result.last_tick) = (ended.alarm, ended.first_tick, ended.last_tick);
+        let done_s = self.prepared.measuring_s();
+        let own_s = self.prepared.planned.plan.duration_s;
+        let ended = self.execute(hash_of(&self.prepared.pages), done_s, own_s)?;
+        let turns_left_out = ended.1.turns_left_out.clone();
+        self.note(result, ended)?;
         let mut correction = None;
-        let status = match status {
-            GoalStatus::Succeeded if self.prepared.expected_correction.is_some() => {
-                let second = self.correct()?;
-                self.publish(&second.pages)?;
-                lock(&self.times).next_half();
-                let done_s = self.prepared.planned.plan.duration_s;
-                let (status, last) = self.execute(second.plan_hash(), done_s)?;
-                (result.alarm, result.last_tick) = (last.alarm, last.last_tick);
-                let (first_tick, turns_left_out) = (ended.first_tick, ended.turns_left_out);
-                ended = ExecutePlanResult { first_tick, turns_left_out, ..last };
-                correction = Some(second);
-                status
-            }
-            status => status,
-        };
-        let ticks = ended.last_tick.saturating_sub(ended.first_tick);
-        result.duration = self.seconds(ticks);
+        let mut measured = MeasuredContacts::default();
+        let is_dry = self.prepared.dry_run_mm().is_some();
+        if self.prepared.expected_correction.is_some() {
+            let second = self.correct()?;
+            self.publish(&second.pages)?;
+            lock(&self.times).next_half();
+            let ended = self.execute(second.plan_hash(), done_s + own_s, second.planned.plan.duration_s)?;
+            self.note(result, ended)?;
+            correction = Some(second);
+        } else if self.prepared.job.spec.identification.is_some() && !is_dry {
+            measured = self.identify()?;
+        }
+        if is_dry {
+            result.message = self.told_dry(result);
+            return Ok(());
+        }
+        result.lobes = self.measure(result, &turns_left_out)?;
+        measured.add_to(&mut result.lobes);
+        if let Some(correction) = &correction {
+            correction.add_to(&mut result.lobes);
+        }
+        let times = planning::compare_times(&self.prepared, &result.lobes, result.duration);
+        let told: Vec<String> = times.iter().map(ToString::to_string).collect();
+        self.shared.node.logger().info(&told.join("; "));
+        result.message = self.told(result);
+        Ok(())
+    }
+
+    /// Writes into the result of the job how one of its plans ended; nothing follows one that did not come to its end.
+    pub(super) fn note(
+        &mut self,
+        result: &mut RunJobResult,
+        (status, ended): (GoalStatus, ExecutePlanResult),
+    ) -> Result<(), Failure> {
+        result.first_tick = *self.first_tick.get_or_insert(ended.first_tick);
+        (result.alarm, result.last_tick) = (ended.alarm, ended.last_tick);
+        result.duration = self.seconds(result.last_tick.saturating_sub(result.first_tick));
         result.duration_with_indexing = result.duration + self.prepared.planned.saved_by_not_indexing_s();
         match status {
-            GoalStatus::Succeeded if self.prepared.dry_run_mm().is_some() => {
-                result.message = self.told_dry(result);
-                Ok(())
-            }
-            GoalStatus::Succeeded => {
-                result.lobes = self.measure(&ended)?;
-                if let Some(correction) = &correction {
-                    correction.add_to(&mut result.lobes);
-                }
-                let times = planning::compare_times(&self.prepared, &result.lobes, result.duration);
-                let told: Vec<String> = times.iter().map(ToString::to_string).collect();
-                self.shared.node.logger().info(&told.join("; "));
-                result.message = self.told(result);
-                Ok(())
-            }
+            GoalStatus::Succeeded => Ok(()),
             GoalStatus::Canceled => Err(Failure::Cancelled(ended.message)),
             _ => Err(Failure::Failed(ended.message)),
         }
     }
 
-    fn publish(&self, pages: &[PlanPage]) -> Result<(), Failure> {
+    pub(super) fn publish(&self, pages: &[PlanPage]) -> Result<(), Failure> {
         pages
             .iter()
             .try_for_each(|page| self.shared.plan.publish(page))
             .map_err(|error| failed_still(&error.to_string()))
-    }
-
-    /// Listens to the gauge where the job needs it.
-    fn listen(&self) {
-        match (&self.prepared.expected_correction, &self.prepared.machine.gauge) {
-            (Some(_), Some(gauge)) if self.prepared.dry_run_mm().is_none() => {
-                self.shared.gaugings.listen(gauge.behind_wheel_rad);
-            }
-            _ => self.shared.gaugings.stop(),
-        }
-    }
-
-    /// Decides from what the gauge read how the second half goes.
-    fn correct(&self) -> Result<PreparedCorrection, Failure> {
-        if let Some(dry) = self.prepared.dry_correction() {
-            return Ok(dry);
-        }
-        let planned = &self.prepared.planned;
-        let rests = rests_rad(&planned.plan, &self.prepared.machine);
-        let names = planned.lobes.iter().map(|lobe| lobe.design.name.as_str());
-        let wanted: Vec<(&str, f64)> = names.zip(rests.iter().map(|rest_rad| rest_rad - LOG_ENDS_RAD)).collect();
-        let logs = self.shared.gaugings.wait(&wanted, MEASURING).map_err(|missing| {
-            Failure::Failed(format!(
-                "the gauge did not read lobe {missing} to the end of its dwell; the wheel is clear of the part"
-            ))
-        })?;
-        self.shared.gaugings.stop();
-        let correction = planning::correct(&self.prepared, &logs)
-            .map_err(|error| Failure::Failed(format!("{error}; the wheel is clear of the part")))?;
-        for told in correction.told(&self.prepared) {
-            self.shared.node.logger().info(&told);
-        }
-        self.shared.node.logger().info(&format!(
-            "second half: {:.2} s, plan {:.12}",
-            correction.planned.plan.duration_s,
-            correction.plan_hash()
-        ));
-        Ok(correction)
     }
 
     fn told_dry(&self, result: &RunJobResult) -> String {
@@ -260,6 +233,9 @@ impl Run {
         if let Some(saved_s) = self.prepared.planned.saved_by_turning_on_s() {
             let stops_s = result.duration + saved_s;
             took += &format!("; with C stopping between lobes {stops_s:.2} s: {saved_s:.2} s saved");
+        }
+        if let Some(saved) = &self.saved {
+            took += &format!("; {saved}");
         }
         if self.prepared.job.spec.rotary_indexing {
             return format!("{took}, with rotary indexing before each");
@@ -294,7 +270,7 @@ impl Run {
     }
 
     /// Hands the faults of the job to the machine, which strikes with them at their ticks.
-    fn arm_faults(&self) -> Result<(), Failure> {
+    pub(super) fn arm_faults(&self) -> Result<(), Failure> {
         for fault in &self.prepared.job.faults {
             let request = InjectFaultRequest {
                 fault: fault.kind.clone(),
@@ -312,14 +288,20 @@ impl Run {
         Ok(())
     }
 
-    /// Hands a plan to the interpolator, before which so much of the job was done (s, as predicted), and waits for its end.
-    fn execute(&self, plan_hash: &str, done_s: f64) -> Result<(GoalStatus, ExecutePlanResult), Failure> {
+    /// Hands a plan to the interpolator, before which so much of the job was done and which takes so long itself (s, as predicted), and
+    /// waits for its end.
+    pub(super) fn execute(
+        &self,
+        plan_hash: &str,
+        done_s: f64,
+        own_s: f64,
+    ) -> Result<(GoalStatus, ExecutePlanResult), Failure> {
         self.check_cancelled()?;
         let wanted = ExecutePlanGoal {
             plan_hash: plan_hash.to_owned(),
             client: format!("{}, job {}", self.shared.node.fully_qualified_name(), self.prepared.job.spec.name),
         };
-        let sent = self.shared.execute.send_goal(wanted, self.feedback(done_s), ANSWER);
+        let sent = self.shared.execute.send_goal(wanted, self.feedback(done_s, own_s), ANSWER);
         let plan = sent.map_err(|error| failed_still(&error.to_string()))?;
         if !plan.accepted() {
             return Err(failed_still("the axis interpolator refused the plan; its log says why"));
@@ -372,18 +354,23 @@ impl Run {
         }
     }
 
-    /// Passes the interpolator's feedback on in the words of the job, of which so much was done before (s, as predicted).
-    fn feedback(&self, done_s: f64) -> impl FnMut(ExecutePlanFeedback) + Send + 'static {
-        let (goal, times) = (self.goal.clone(), Arc::clone(&self.times));
+    /// Passes the interpolator's feedback on in the words of the job, of which so much was done before and so much is this plan (s, as
+    /// predicted).
+    fn feedback(&self, done_s: f64, own_s: f64) -> impl FnMut(ExecutePlanFeedback) + Send + 'static {
+        let goal = match &self.asker {
+            Asker::Goal(goal) => Some(goal.clone()),
+            Asker::Stiffness(_) => None,
+        };
+        let times = Arc::clone(&self.times);
         let names: Vec<String> = self.prepared.planned.plan.lobes.clone();
         let mut last_index = 0;
-        let whole_s = self.prepared.duration_s();
-        let first_s = self.prepared.planned.plan.duration_s;
-        let (half_s, after_s) = if done_s > 0.0 { (whole_s - done_s, 0.0) } else { (first_s, whole_s - first_s) };
+        let after_s = (self.prepared.duration_s() - done_s - own_s).max(0.0);
+        let whole_s = done_s + own_s + after_s;
         move |feedback| {
             let lobe = usize::try_from(feedback.lobe).ok().filter(|index| *index < names.len());
             lock(&times).note(lobe, feedback.tick);
             last_index = lobe.unwrap_or(last_index);
+            let Some(goal) = &goal else { return };
             goal.feedback(&RunJobFeedback {
                 phase: feedback.phase,
                 phase_name: phase_from(feedback.phase).map_or("", phase_name).to_owned(),
@@ -393,14 +380,14 @@ impl Run {
                 turn: feedback.turn,
                 turns: feedback.turns,
                 stock: feedback.stock,
-                percent: (100.0 * done_s + feedback.percent * half_s) / whole_s,
+                percent: (100.0 * done_s + feedback.percent * own_s) / whole_s,
                 time_left: feedback.time_left + after_s,
             });
         }
     }
 
     /// The form of every lobe of the finished part.
-    fn measure(&self, ended: &ExecutePlanResult) -> Result<Vec<LobeResult>, Failure> {
+    fn measure(&self, ended: &RunJobResult, turns_left_out: &[u32]) -> Result<Vec<LobeResult>, Failure> {
         let lobes = &self.prepared.planned.lobes;
         let names: Vec<&str> = lobes.iter().map(|lobe| lobe.design.name.as_str()).collect();
         let parts = self.shared.parts.wait_finished(&names, ended.first_tick, MEASURING).map_err(|missing| {
@@ -413,7 +400,7 @@ impl Run {
             let lobe = &lobes[index];
             let mut result = planning::lobe_result(&lobe.design, part).map_err(|e| Failure::Failed(e.to_string()))?;
             result.start_angle = lobe.start_rad;
-            let left_out = ended.turns_left_out.get(index).copied().unwrap_or_default();
+            let left_out = turns_left_out.get(index).copied().unwrap_or_default();
             let planned = lobe.passes.iter().map(SpeedPlan::turns).sum::<u32>();
             result.turns = f64::from(planned.saturating_sub(left_out));
             result.duration = match times.of(index, ended.last_tick) {
@@ -444,38 +431,4 @@ impl Run {
 
 fn failed_still(reason: &str) -> Failure {
     Failure::Failed(format!("{reason}; nothing moved"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_lobe_lasts_from_its_first_tick_to_the_next_one_that_is_not_its() {
-        let mut ticks = LobeTicks::default();
-        for (lobe, tick) in [(None, 0), (Some(0), 100), (Some(0), 150), (Some(1), 300), (None, 450), (None, 500)] {
-            ticks.note(lobe, tick);
-        }
-        assert_eq!((ticks.of(0, 600), ticks.of(1, 600), ticks.of(2, 600)), (Some(200), Some(150), None));
-    }
-
-    #[test]
-    fn a_lobe_that_comes_twice_lasts_as_long_as_both_times() {
-        let mut ticks = LobeTicks::default();
-        for (lobe, tick) in [(None, 0), (Some(0), 100), (Some(1), 300), (None, 450)] {
-            ticks.note(lobe, tick);
-        }
-        ticks.next_half();
-        for (lobe, tick) in [(Some(0), 1000), (Some(1), 1040), (None, 1090)] {
-            ticks.note(lobe, tick);
-        }
-        assert_eq!((ticks.of(0, 1100), ticks.of(1, 1100)), (Some(240), Some(200)));
-    }
-
-    #[test]
-    fn the_last_lobe_may_end_with_the_job() {
-        let mut ticks = LobeTicks::default();
-        ticks.note(Some(0), 10);
-        assert_eq!(ticks.of(0, 60), Some(50));
-    }
 }

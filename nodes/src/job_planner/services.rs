@@ -1,6 +1,6 @@
 //! The planner's services. Files are read and jobs planned on the planning thread; answers come from there.
 
-use super::{Shared, lock, settings};
+use super::{Shared, lock};
 use crate::config::job_file;
 use crate::convert::time::duration_from_ns;
 use crate::convert::{m_from_mm, si_from_core};
@@ -33,11 +33,12 @@ pub(super) fn offer(shared: &Arc<Shared>) -> Result<Vec<ServiceHandle>, RosError
         let message = if success { "coming to rest" } else { "no job is running" };
         TriggerResponse { success, message: message.to_owned() }
     })?;
-    Ok(vec![list, load, validate, preview, stop])
+    let [identify, get_stiffness] = super::identify::offer(shared)?;
+    Ok(vec![list, load, validate, preview, stop, identify, get_stiffness])
 }
 
 /// A service that answers from the planning thread.
-fn deferred<S: Service>(
+pub(super) fn deferred<S: Service>(
     shared: &Arc<Shared>,
     name: &str,
     answer: fn(&Shared, &S::Request) -> S::Response,
@@ -73,8 +74,8 @@ fn load_job(shared: &Shared, request: &LoadJobRequest) -> LoadJobResponse {
 }
 
 fn validate_job(shared: &Shared, request: &ValidateJobRequest) -> ValidateJobResponse {
-    let overrides = settings::overrides(shared.node.parameters(), &request.overrides);
     let machine = lock(&shared.machine).clone();
+    let overrides = shared.used(&request.job, &request.overrides, machine.as_ref());
     match planning::check(&request.job, &overrides, machine.as_ref()) {
         Ok(report) => ValidateJobResponse {
             success: report.worst() != Some(Severity::Error),
@@ -104,8 +105,8 @@ fn preview(shared: &Shared, request: &PreviewJobRequest) -> Result<PreviewJobRes
         points if points <= MOST_PREVIEW_POINTS => points,
         points => return Err(format!("{points} points, at most {MOST_PREVIEW_POINTS} are allowed")),
     };
-    let overrides = settings::overrides(shared.node.parameters(), &request.overrides);
     let machine = lock(&shared.machine).clone();
+    let overrides = shared.used(&request.job, &request.overrides, machine.as_ref());
     let prepared = planning::prepare(&request.job, &overrides, machine.as_ref()).map_err(|error| error.to_string())?;
     let names = &prepared.planned.plan.lobes;
     let lobe = match request.lobe.as_str() {

@@ -137,8 +137,8 @@ pub(super) fn parameters() -> Vec<Parameter> {
     );
     parameters.push(
         Parameter::string(LEARNED_DIR, "")
-            .describe("directory of what jobs with form_compensation learned; empty: the user's state directory; 'none': nowhere, \
-                 it lasts as long as the node")
+            .describe("directory of what jobs with form_compensation learned and of the stiffness that was measured; empty: the user's state \
+                 directory; 'none': nowhere, it lasts as long as the node")
             .read_only(),
     );
     parameters.push(

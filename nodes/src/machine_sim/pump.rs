@@ -3,12 +3,13 @@
 use super::clock_outlet::ClockOutlet;
 use super::part::{LobeRefused, RawLobe, Snapshot};
 use super::ticker::Outbound;
+use crate::convert::gauge::readings;
 use crate::convert::time::TickClock;
 use crate::convert::{j_m3_from_j_mm3, m_from_mm, si_from_core, si_from_counts};
 use crate::cyclic::{Receiver, Waker};
 use crate::ros::{Node, Publisher, Qos, RosError};
 use camwright::machine::alarm::{Alarm as CoreAlarm, Severity};
-use camwright::machine::description::{Axis, GaugeKind, MachineDescription};
+use camwright::machine::description::{Axis, MachineDescription};
 use camwright::machine::report::{IoState, MotionState, TickReport};
 use camwright::machine::workpiece::CutAt;
 use camwright::setpoint::{Input, Latch as CoreLatch};
@@ -203,25 +204,12 @@ impl Pump {
     }
 
     fn gauge(&mut self, report: &TickReport) -> Result<(), RosError> {
-        let description = &self.context.description;
-        let (Some(outlet), Some(gauge)) = (&self.outlets.gauge, &description.gauge) else { return Ok(()) };
-        let position = |axis: Axis| si_from_counts(description.axis(axis).scale, report.axes[axis.index()].counts);
-        let angles = [Some(gauge.behind_wheel_rad), gauge.second_behind_wheel_rad];
-        for (mm, angle) in report.gauge_mm.iter().zip(angles).filter_map(|(mm, angle)| mm.zip(angle)) {
+        let Some(outlet) = &self.outlets.gauge else { return Ok(()) };
+        for reading in readings(&self.context.description, report) {
             outlet.publish(&GaugeReading {
                 stamp: self.context.clock.stamp(report.tick),
-                tick: report.tick,
                 lobe: report.lobe.and_then(|lobe| self.lobes.get(lobe)).cloned().unwrap_or_default(),
-                kind: match gauge.kind {
-                    GaugeKind::Diameter => GaugeReading::DIAMETER,
-                    GaugeKind::Radius => GaugeReading::RADIUS,
-                },
-                spindle_angle: position(Axis::C),
-                wheel_position: position(Axis::X),
-                gauge_angle: angle,
-                reading: m_from_mm(mm),
-                wheel_force: report.axes[Axis::X.index()].effort,
-                pushing: report.wheel_rad_s == 0.0,
+                ..reading
             })?;
         }
         Ok(())

@@ -45,6 +45,7 @@ fn key(job: &Job, error: &PlanError) -> String {
         PlanError::Collision { .. } => "home.x_mm".into(),
         PlanError::WheelTooFast { lobe, .. } => lobe_key(lobe),
         PlanError::Infeed { pass, .. } => pass_key(job, pass, "infeed.total_mm"),
+        PlanError::TooMuchStock { .. } | PlanError::NoStock { .. } => "measure_stock".into(),
         PlanError::TouchesBlank { .. } => "infeed.total_mm".into(),
         PlanError::NoArrival { .. } | PlanError::Speed { source: SpeedPlanError::NoLead { .. }, .. } => {
             "c_between_lobes".into()
@@ -86,9 +87,13 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::TurnsAndIndexes => "c_between_lobes".into(),
         JobError::BentNowhere { .. } => "raw_part.bent_between_mm".into(),
         JobError::CannotCorrect { .. } => "runout_correction".into(),
+        JobError::KeptElsewhere { .. } => "runout_correction.contacts".into(),
+        JobError::NothingKept { .. } => "runout_correction.stiffness".into(),
+        JobError::MeasuresNoStock { .. } => "measure_stock".into(),
+        JobError::MarginTooSmall { .. } => "measure_stock.margin_um".into(),
         JobError::OneFeed { .. } | JobError::IdentifiesForNothing => "identification".into(),
         JobError::NoAir { .. } => "infeed.total_mm".into(),
-        JobError::NotRound { lobe } => format!("{}.profile", lobe_key(lobe)),
+        JobError::NotRound { lobe } | JobError::StockNotRound { lobe } => format!("{}.profile", lobe_key(lobe)),
         JobError::CorrectsAndTurnsOn => "c_between_lobes".into(),
         JobError::UnknownProfile { lobe, .. } => format!("{}.profile", lobe_key(lobe)),
         JobError::WiderThanWheel { lobe, .. } => format!("{}.width_mm", lobe_key(lobe)),
@@ -111,6 +116,8 @@ fn job_key(job: &Job, error: &JobError) -> String {
                 "form_compensation.most_mm" => "form_compensation.most_um",
                 "form_compensation.most_slope_mm_rad" => "form_compensation.most_um_per_deg",
                 "c_between_lobes.margin_s" => "arrival_margin_ms",
+                "measure_stock.margin_mm" => "measure_stock.margin_um",
+                "measure_stock.speed_rad_s" => "measure_stock.work_speed_rpm",
                 other => other,
             };
             named_lobe(place).map_or_else(|| key.into(), |lobe| format!("{}.{key}", lobe_key(lobe)))

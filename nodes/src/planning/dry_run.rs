@@ -1,6 +1,6 @@
 //! Dry runs: a job's whole way with the wheel farther out, of which nothing is measured.
 
-use super::{PreparedCorrection, PreparedJob};
+use super::{MeasuredContacts, PreparedCorrection, PreparedJob};
 use crate::convert::plan::pages_from_plan;
 
 impl PreparedJob {
@@ -15,7 +15,7 @@ impl PreparedJob {
     pub fn dry_correction(&self) -> Option<PreparedCorrection> {
         let planned = self.expected_correction.clone().filter(|_| self.dry_run_mm().is_some())?;
         let pages = pages_from_plan(&planned.plan, &self.provenance);
-        Some(PreparedCorrection { measured: Vec::new(), decided: Vec::new(), planned, pages })
+        Some(PreparedCorrection { measured: MeasuredContacts::default(), decided: Vec::new(), planned, pages })
     }
 }
 

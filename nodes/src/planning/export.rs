@@ -166,7 +166,8 @@ pub fn lobe_times_s(prepared: &PreparedJob) -> Vec<f64> {
     let cycle_s = prepared.machine.cycle_time_s();
     let ticks = |index: usize| -> u64 {
         let second = prepared.expected_correction.iter().flat_map(|second| &second.plan.segments);
-        let segments = prepared.planned.plan.segments.iter().chain(second);
+        let before = prepared.measuring.iter().flat_map(|measuring| &measuring.planned.plan.segments);
+        let segments = before.chain(&prepared.planned.plan.segments).chain(second);
         segments.filter(|segment| segment.lobe == Some(index)).map(|segment| segment.ticks).sum()
     };
     #[allow(clippy::cast_precision_loss, reason = "a job of 2^53 ticks would last 285 000 years")]

@@ -17,6 +17,7 @@ mod findings;
 mod giving_way;
 mod inspect;
 mod journals;
+mod kept_stiffness;
 mod lifts;
 mod lobes;
 mod plots;
@@ -34,7 +35,11 @@ pub use export::{LimitSummary, LobeSummary, PassSummary, Summary, lobe_times_s, 
 pub use findings::{Finding, Report, Severity, check};
 pub use giving_way::{FORM_TOLERANCE_MM, GivingWay};
 pub use inspect::{inspections, write_inspection};
-pub use journals::{CorrectionFailed, PreparedCorrection, correct, gauged, pushed, raw_lobe};
+pub use journals::{
+    CorrectionFailed, MeasuredContacts, PreparedCorrection, PreparedForStock, PreparedMeasuring, correct, for_stock,
+    hash_of, measured_contacts, raw_lobe,
+};
+pub use kept_stiffness::{KeptContacts, kept_contacts};
 pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
 pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result};
 pub use rehearse::{Outlines, RehearsalFailed, rehearse_job, rehearse_job_on, rehearse_outlines_on};
@@ -69,6 +74,9 @@ pub struct PreparedJob {
     pub job: Job,
     /// The plan and what it was made of; designs per lobe are in `planned.lobes`.
     pub planned: PlannedJob,
+    /// How its stock is measured before anything is cut, where the job says so: the first of its plans. `planned` follows it, and is what
+    /// is expected until then.
+    pub measuring: Option<PreparedMeasuring>,
     /// The second half of a job whose runout is corrected, as it is expected.
     pub expected_correction: Option<PlannedCorrection>,
     /// Each lobe under the gauge it is inspected with, where the job says so.
@@ -86,17 +94,23 @@ pub struct PreparedJob {
 }
 
 impl PreparedJob {
-    /// Hash of the plan, 64 hexadecimal digits.
+    /// Hash of the first plan, 64 hexadecimal digits.
     #[must_use]
     pub fn plan_hash(&self) -> &str {
-        self.pages.first().map_or("", |page| &page.plan_hash)
+        self.measuring.as_ref().map_or_else(|| hash_of(&self.pages), PreparedMeasuring::plan_hash)
     }
 
     /// Predicted duration of all of it (s).
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         let second_s = self.expected_correction.as_ref().map_or(0.0, |second| second.plan.duration_s);
-        self.planned.plan.duration_s + second_s
+        self.measuring_s() + self.planned.plan.duration_s + second_s
+    }
+
+    /// Predicted duration of the plan that measures its stock, if there is one (s).
+    #[must_use]
+    pub fn measuring_s(&self) -> f64 {
+        self.measuring.as_ref().map_or(0.0, |measuring| measuring.planned.plan.duration_s)
     }
 
     /// One sentence about it.
@@ -148,15 +162,17 @@ pub fn plan(job: Job, machine: Option<&MachineNow>) -> Result<PreparedJob, Confi
             (description, WheelNow::dressed(radius))
         }
     };
+    let provenance = Provenance { job_hash: job.hash.clone(), machine_hash: description.hash.clone() };
     let planned = plan_job(&job.spec, &description, wheel, None).map_err(|error| blame(&job, &error))?;
+    let (planned, measuring) = journals::measuring(&job, &description, wheel, planned, &provenance)?;
     let expected_correction = journals::expected(&job, &description, &planned)?;
     let inspections = inspections(&job, &planned)?;
-    let provenance = Provenance { job_hash: job.hash.clone(), machine_hash: description.hash.clone() };
     let pages = pages_from_plan(&planned.plan, &provenance);
     let wheel_radius_mm = wheel.radius_mm;
     Ok(PreparedJob {
         job,
         planned,
+        measuring,
         expected_correction,
         inspections,
         machine: description,

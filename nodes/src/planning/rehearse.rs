@@ -2,18 +2,17 @@
 //! an effect which leaves an error.
 
 use super::{PreparedJob, correct, lobe_result, raw_lobe};
-use crate::convert::{m_from_mm, mm_from_m, plan::plan_from_pages, si_from_counts};
+use crate::convert::gauge::{log, readings};
+use crate::convert::{m_from_mm, mm_from_m, plan::plan_from_pages};
 use crate::machine_sim::cut_of;
 use camwright::cycle::Contact;
 use camwright::cycle::PlannedLobe;
 use camwright::interpolator::{Interpolator, Motion, Prepared};
 use camwright::machine::Machine;
-use camwright::machine::description::{Axis, Effect, MachineDescription};
+use camwright::machine::description::{Effect, MachineDescription};
 use camwright::machine::report::TickReport;
 use camwright::machine::state::LastingState;
 use camwright::rehearsal::{Rehearsed, rehearse};
-use camwright::runout::identify::Pushed;
-use camwright::runout::journal::Gauged;
 use camwright::setpoint::Setpoint;
 use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe, PlanPage};
 use std::sync::Arc;
@@ -67,7 +66,26 @@ pub fn rehearse_job_on(
 pub fn rehearse_outlines_on(
     prepared: &PreparedJob,
     description: &MachineDescription,
+    tell: impl FnMut(&Setpoint, &TickReport),
+) -> Result<(Rehearsed, Vec<LobeResult>, Outlines), RehearsalFailed> {
+    rehearse_whole(prepared, description, tell, |_| {})
+}
+
+/// Runs a job on its machine and measures what was ground; `told` hears what was decided between its plans.
+#[cfg(test)]
+pub(super) fn rehearse_told(
+    prepared: &PreparedJob,
+    told: impl FnMut(String),
+) -> Result<(Rehearsed, Vec<LobeResult>), RehearsalFailed> {
+    let (rehearsed, results, _) = rehearse_whole(prepared, &prepared.machine, |_, _| {}, told)?;
+    Ok((rehearsed, results))
+}
+
+fn rehearse_whole(
+    prepared: &PreparedJob,
+    description: &MachineDescription,
     mut tell: impl FnMut(&Setpoint, &TickReport),
+    mut told: impl FnMut(String),
 ) -> Result<(Rehearsed, Vec<LobeResult>, Outlines), RehearsalFailed> {
     let job = &prepared.planned.plan.job;
     let failed = |reason: String| RehearsalFailed { job: job.clone(), reason };
@@ -82,7 +100,6 @@ pub fn rehearse_outlines_on(
             .map_err(|error| failed(error.to_string()))?;
     }
     let mut interpolator = Interpolator::new(description);
-    let mut logs = vec![Contact::default(); prepared.planned.lobes.len()];
     let mut run = |pages: &[PlanPage], tell: &mut dyn FnMut(&Setpoint, &TickReport)| {
         // The plan as a receiver of its pages has it: the way through metres is part of it.
         let (plan, _) = plan_from_pages(pages, description).map_err(|error| failed(error.to_string()))?;
@@ -90,15 +107,29 @@ pub fn rehearse_outlines_on(
             Prepared::new(Motion::Plan(Arc::new(plan)), description).map_err(|error| failed(error.to_string()))?;
         rehearse(Box::new(motion), &mut interpolator, &mut machine, tell).map_err(|error| failed(error.to_string()))
     };
-    let mut rehearsed = run(&prepared.pages, &mut |setpoint, report| {
-        if let Some(log) = report.lobe.and_then(|lobe| logs.get_mut(lobe)) {
-            match report.wheel_rad_s == 0.0 {
-                true => log.pushed.extend(gauged_at(description, report).map(Pushed::from)),
-                false => log.gauged.extend(gauged_at(description, report)),
+    let mut logged = |pages: &[PlanPage], tell: &mut dyn FnMut(&Setpoint, &TickReport)| {
+        let mut logs = vec![Contact::default(); prepared.planned.lobes.len()];
+        let rehearsed = run(pages, &mut |setpoint, report| {
+            if let Some(lobe) = report.lobe.and_then(|lobe| logs.get_mut(lobe)) {
+                for (number, reading) in readings(description, report).enumerate() {
+                    log(lobe, &reading, number > 0);
+                }
             }
-        }
-        tell(setpoint, report);
-    })?;
+            tell(setpoint, report);
+        })?;
+        Ok::<_, RehearsalFailed>((rehearsed, logs))
+    };
+    let (mut first_tick, mut for_stock) = (None, None);
+    if let Some(measuring) = &prepared.measuring {
+        let (rehearsed, logs) = logged(&measuring.pages, &mut tell)?;
+        first_tick = Some(rehearsed.first_tick);
+        let stock = super::for_stock(prepared, &logs).map_err(|error| failed(error.to_string()))?;
+        stock.told.into_iter().chain([stock.saved]).for_each(&mut told);
+        for_stock = Some(stock.prepared);
+    }
+    let prepared = for_stock.as_ref().unwrap_or(prepared);
+    let (mut rehearsed, logs) = logged(&prepared.pages, &mut tell)?;
+    rehearsed.first_tick = first_tick.unwrap_or(rehearsed.first_tick);
     let correction = match prepared.expected_correction {
         Some(_) => match prepared.dry_correction() {
             Some(dry) => Some(dry),
@@ -107,6 +138,7 @@ pub fn rehearse_outlines_on(
         None => None,
     };
     if let Some(correction) = &correction {
+        correction.told(prepared).into_iter().for_each(&mut told);
         let second = run(&correction.pages, &mut tell)?;
         rehearsed = Rehearsed { outcome: second.outcome, last_tick: second.last_tick, ..rehearsed };
     }
@@ -134,19 +166,6 @@ pub fn rehearse_outlines_on(
         correction.add_to(&mut results);
     }
     Ok((rehearsed, results, outlines_mm))
-}
-
-/// What the gauge says at a tick, with the way through metres that a message takes.
-fn gauged_at(machine: &MachineDescription, report: &TickReport) -> Option<Gauged> {
-    let position = |axis: Axis| si_from_counts(machine.axis(axis).scale, report.axes[axis.index()].counts);
-    let value_mm = report.gauge_mm[0]?;
-    Some(Gauged {
-        tick: report.tick,
-        c_rad: position(Axis::C),
-        x_mm: mm_from_m(position(Axis::X)),
-        value_mm: mm_from_m(m_from_mm(value_mm)),
-        motor_n: report.axes[Axis::X.index()].effort,
-    })
 }
 
 #[cfg(test)]

@@ -164,6 +164,7 @@ pub(crate) fn job() -> JobSpec {
         identification: None,
         dry_run_mm: None,
         part_phase_rad: 0.0,
+        measure_stock: None,
     }
 }
 
