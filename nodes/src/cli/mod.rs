@@ -4,6 +4,7 @@ mod batch;
 mod check;
 mod plan;
 mod run;
+mod run_report;
 mod setup;
 
 use crate::ros::RosArgs;

@@ -9,12 +9,12 @@ use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
 use super::locate::{Located, locate};
 use super::machine_file::{self, Machine};
 use super::pass_file::{InfeedFile, RoughingFile, SpeedFile, passes, roughing_findings};
-use super::start_file::StartFile;
-use super::wheel_file::{DressingFile, ObstacleFile, wishes};
+use super::start_file::{DryRunFile, StartFile};
+use super::wheel_file::{DressingFile, ObstacleFile, WheelPowerFile, wishes};
 use super::yaml::Document;
 use camwright::cycle::{LobeOrder, fastest_order};
 use camwright::follower::Follower;
-use camwright::job::{BetweenLobes, HoldInCut, HomePosition, JobSpec, LEAST_BLOCKS, LobeSpec, ProfileSpec, WheelPower};
+use camwright::job::{BetweenLobes, HoldInCut, HomePosition, JobSpec, LEAST_BLOCKS, LobeSpec, ProfileSpec};
 use camwright::units::rad_from_deg;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
@@ -82,22 +82,6 @@ struct JobFile {
     #[serde(default)]
     part_phase_deg: f64,
     measure_stock: Option<StockFile>,
-}
-
-/// The wheel is so much farther out than it would grind.
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct DryRunFile {
-    stand_off_mm: f64,
-}
-
-/// Bound on the power of the wheel's spindle.
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct WheelPowerFile {
-    most_w: f64,
-    specific_energy_j_mm3: f64,
-    rubbing_n_mm2: f64,
 }
 
 /// In which order the lobes are machined.
@@ -324,11 +308,7 @@ fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks
             HoldFile::Retract => HoldInCut::Retract,
             HoldFile::StopInfeed => HoldInCut::StopInfeed,
         },
-        wheel_power: file.wheel_power.map(|power| WheelPower {
-            most_w: power.most_w,
-            specific_energy_j_mm3: power.specific_energy_j_mm3,
-            rubbing_n_mm2: power.rubbing_n_mm2,
-        }),
+        wheel_power: file.wheel_power.as_ref().map(WheelPowerFile::spec),
         c_between_lobes: match file.c_between_lobes {
             BetweenLobesFile::Stops => BetweenLobes::Stops,
             BetweenLobesFile::TurnsOn => BetweenLobes::TurnsOn { margin_s: file.arrival_margin_ms / 1e3 },

@@ -1,4 +1,4 @@
-//! What a job file, or who runs a job, says about the lobe that it begins with.
+//! What a job file, or who runs a job, says about the lobe that it begins with, and whether it is a dry run.
 
 use super::ConfigError;
 use super::yaml::Document;
@@ -11,6 +11,13 @@ use serde::Deserialize;
 pub(super) enum StartFile {
     Number(usize),
     Name(String),
+}
+
+/// The wheel is so much farther out than it would grind.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DryRunFile {
+    pub(super) stand_off_mm: f64,
 }
 
 impl StartFile {

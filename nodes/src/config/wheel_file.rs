@@ -3,11 +3,30 @@
 use super::ConfigError;
 use super::yaml::Document;
 use camwright::dressing::DressingSpec;
-use camwright::job::{ObstacleSpec, WheelWish};
+use camwright::job::{ObstacleSpec, WheelPower, WheelWish};
 use camwright::machine::description::ThermalDescription;
 use camwright::machine::fixture::{Dresser, Extent};
 use camwright::units::mm_from_um;
 use serde::Deserialize;
+
+/// Bound on the power of the wheel's spindle.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct WheelPowerFile {
+    most_w: f64,
+    specific_energy_j_mm3: f64,
+    rubbing_n_mm2: f64,
+}
+
+impl WheelPowerFile {
+    pub(super) fn spec(&self) -> WheelPower {
+        WheelPower {
+            most_w: self.most_w,
+            specific_energy_j_mm3: self.specific_energy_j_mm3,
+            rubbing_n_mm2: self.rubbing_n_mm2,
+        }
+    }
+}
 
 /// The dresser of a machine.
 #[derive(Debug, Deserialize)]
