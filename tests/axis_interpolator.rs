@@ -50,19 +50,23 @@ impl<M: camwright_msgs::Message + Clone> Watched<M> {
 }
 
 /// What the cell logs.
-struct LogLines(mpsc::Receiver<String>, #[allow(dead_code, reason = "kept alive")] Subscription);
+struct LogLines {
+    lines: mpsc::Receiver<String>,
+    _subscription: Subscription,
+}
 
 impl LogLines {
     fn of(cell: &Cell) -> Self {
         let (sender, lines) = mpsc::channel();
         let heard = move |log: Log, _: &_| drop(sender.send(log.msg));
-        Self(lines, cell.client.node.subscribe("/rosout", &Qos::latched(1000), heard).expect("a subscription"))
+        let subscription = cell.client.node.subscribe("/rosout", &Qos::latched(1000), heard);
+        Self { lines, _subscription: subscription.expect("a subscription") }
     }
 
     /// The next line with these words.
     fn line(&self, words: &[&str]) -> String {
         loop {
-            let line = self.0.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("no line with {words:?}"));
+            let line = self.lines.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("no line with {words:?}"));
             if words.iter().all(|word| line.contains(word)) {
                 return line;
             }

@@ -10,7 +10,7 @@ use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
 use camwright_nodes::bag::Bag;
 use camwright_nodes::bag::check::check;
-use camwright_nodes::ros::{GoalStatus, Node, NodeOptions, Qos, RosArgs};
+use camwright_nodes::ros::{GoalStatus, Node, NodeOptions, Qos, RosArgs, Subscription};
 use std::path::Path;
 use std::process::Command;
 use std::sync::{Arc, Mutex, mpsc};
@@ -25,6 +25,16 @@ fn until(what: &str, mut condition: impl FnMut() -> bool) {
     }
 }
 
+/// The phases that the interpolator goes through, as they are heard of.
+fn phases_of(node: &Node) -> (mpsc::Receiver<u8>, Subscription) {
+    let (sender, phases) = mpsc::channel();
+    let heard = move |state: InterpolatorState, _: &_| {
+        let _test_is_over = sender.send(state.phase);
+    };
+    let states = node.subscribe("axis_interpolator/state", &Qos::latched(1), heard).expect("a subscription");
+    (phases, states)
+}
+
 /// At pace realtime, so that the cut is still going on when the signal comes.
 #[test]
 fn ctrl_c_in_the_cut_retracts_the_wheel_and_closes_the_bag() {
@@ -33,12 +43,7 @@ fn ctrl_c_in_the_cut_retracts_the_wheel_and_closes_the_bag() {
     let _not_there = std::fs::remove_dir_all(&bag);
     let node = Node::new(NodeOptions::new("watcher", &RosArgs::default().with_domain_id(domain.id()))).expect("a node");
     let _spinning = node.spin_in_thread().expect("a thread");
-    let (sender, phases) = mpsc::channel();
-    let _states = node
-        .subscribe::<InterpolatorState>("axis_interpolator/state", &Qos::latched(1), move |state, _| {
-            let _test_is_over = sender.send(state.phase);
-        })
-        .expect("a subscription");
+    let (phases, _states) = phases_of(&node);
     let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
     command.env("ROS_DOMAIN_ID", domain.id().to_string()).env("XDG_STATE_HOME", env!("CARGO_TARGET_TMPDIR"));
     command.args(["run", "eccentric", "--pace", "realtime", "--bag"]).arg(&bag);
@@ -97,12 +102,7 @@ fn an_interpolator_that_dies_in_the_cut_is_a_stop_and_a_new_one_goes_on() {
 
     let node = Node::new(NodeOptions::new("watcher", &RosArgs::default().with_domain_id(domain.id()))).expect("a node");
     let _spinning = node.spin_in_thread().expect("a thread");
-    let (sender, phases) = mpsc::channel();
-    let _states = node
-        .subscribe::<InterpolatorState>("axis_interpolator/state", &Qos::latched(1), move |state, _| {
-            let _test_is_over = sender.send(state.phase);
-        })
-        .expect("a subscription");
+    let (phases, _states) = phases_of(&node);
     let alarms: Arc<Mutex<Vec<u16>>> = Arc::default();
     let place = Arc::clone(&alarms);
     let _alarms = node

@@ -6,15 +6,14 @@
 //! An order to the machine takes effect at a tick ahead; no setpoint from that tick on leaves before the machine has
 //! acknowledged it. So what is executed depends on ticks alone, never on when messages arrive.
 
+use super::engine_messages::{Command, Ended, FromEngine, JobEnds, News, ToEngine};
 use crate::convert::setpoints::ChunkBuffer;
 use crate::cyclic::{Receiver, Sender, Waker};
-use camwright::interpolator::{
-    AppliedInput, Event, Interpolator, Motion, Order, Outcome, Prepared, Request, StartError, State, Status, TickInputs,
-};
+use camwright::interpolator::{Event, Interpolator, Outcome, Prepared, Request, StartError, State, Status, TickInputs};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::buffer::TailPoint;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
-use camwright::setpoint::{Latch, Setpoint, StopPoint};
+use camwright::setpoint::{Setpoint, StopPoint};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -27,101 +26,6 @@ const STOP_POINTS: usize = 24;
 const REQUESTS: usize = 16;
 /// Empty chunks that go round between engine and pump.
 pub(super) const CHUNK_POOL: usize = 32;
-
-/// What the machine told.
-#[derive(Debug, Default)]
-pub(super) struct News {
-    pub(super) tick: u64,
-    pub(super) credit_tick: u64,
-    pub(super) is_standstill: bool,
-    pub(super) commands_received: u32,
-    pub(super) alarms: Vec<u16>,
-    pub(super) setpoint_counts: [i64; AXIS_COUNT],
-    pub(super) latches: Vec<Latch>,
-}
-
-/// Whether a job begins and ends with a motion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct JobEnds {
-    pub(super) begins: bool,
-    pub(super) ends: bool,
-}
-
-impl JobEnds {
-    /// Only a plan belongs to a job.
-    pub(super) fn of(motion: &Motion) -> Self {
-        match motion {
-            Motion::Plan(plan) => Self { begins: plan.half.begins(), ends: plan.half.ends() },
-            Motion::Trajectory(_) | Motion::Home(_) | Motion::Move(_) | Motion::Probe(_) => Self::default(),
-        }
-    }
-}
-
-/// To the engine.
-#[derive(Debug)]
-pub(super) enum ToEngine {
-    News(Box<News>),
-    Start { motion: Box<Prepared>, job: JobEnds },
-    Request(Request),
-    Chunk(Box<ChunkBuffer>),
-}
-
-/// An order as the machine takes it: with its number in the sequence.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Command {
-    Interpolator(Order),
-    JobBegin {
-        tick: u64,
-    },
-    JobEnd {
-        tick: u64,
-    },
-    /// An alarm that the interpolator found; the machine keeps it until it is reset.
-    Alarm {
-        tick: u64,
-        number: u16,
-    },
-}
-
-/// How a motion went.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Ended {
-    pub(super) outcome: Outcome,
-    pub(super) first_tick: u64,
-    pub(super) last_tick: u64,
-    /// Where the axes rest.
-    pub(super) counts: [i64; AXIS_COUNT],
-}
-
-/// From the engine.
-#[derive(Debug)]
-pub(super) enum FromEngine {
-    Started {
-        tick: u64,
-    },
-    NotStarted(StartError, Box<Prepared>),
-    Chunk(Box<ChunkBuffer>),
-    Command {
-        sequence: u32,
-        command: Command,
-    },
-    Applied {
-        tick: u64,
-        input: AppliedInput,
-    },
-    Status {
-        tick: u64,
-        status: Status,
-    },
-    Event {
-        tick: u64,
-        event: Event,
-    },
-    Ended(Ended),
-    /// To drop where dropping is allowed.
-    Used(Box<News>),
-    Done(Box<Prepared>),
-}
 
 /// A motion between its first and its last tick.
 #[derive(Debug, Clone, Copy)]

@@ -1,6 +1,6 @@
 //! The goal that has command of the axes: a plan, a homing, a trajectory.
 
-use super::engine::Ended;
+use super::engine_messages::Ended;
 use super::setup_goals;
 use crate::convert::{m_from_mm, si_from_counts};
 use crate::ros::GoalHandle;

@@ -1,6 +1,7 @@
 //! The node `axis_interpolator`: the motion in execution, homing, feed hold, override, and who has command.
 
 mod engine;
+mod engine_messages;
 mod goals;
 mod plans;
 mod pump;
@@ -26,7 +27,8 @@ use camwright_msgs::camwright_msgs::msg::{
 use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldResponse, SetOverride, SetOverrideResponse};
 use camwright_msgs::control_msgs::action::FollowJointTrajectory;
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
-use engine::{Engine, JobEnds, News, ToEngine};
+use engine::Engine;
+use engine_messages::{JobEnds, News, ToEngine};
 use goals::{Goal, Served};
 use plans::Plans;
 use pump::{Outlets, Pump};

@@ -1,6 +1,6 @@
 //! From what the engine reports to messages, and to the goal that is being served.
 
-use super::engine::{Command, Ended, FromEngine, ToEngine};
+use super::engine_messages::{Command, Ended, FromEngine, ToEngine};
 use super::goals::Served;
 use crate::convert::m_from_mm;
 use crate::convert::setpoints::trajectory_from_chunk;
