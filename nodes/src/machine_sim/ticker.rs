@@ -21,6 +21,8 @@ const PENDING_COMMANDS: usize = 32;
 /// Wall time of an idle tick at pace fast: ticks then only show that the machine lives.
 const FAST_IDLE_TICK: Duration = Duration::from_millis(10);
 
+/// How long the chunk after a lost one may take at pace fast: it is on its way already, if there is one.
+const AFTER_A_LOSS: Duration = Duration::from_millis(500);
 /// Ticks within which every axis has come to rest, whatever it did before.
 const LONGEST_STOP_TICKS: u64 = 20_000;
 
@@ -115,9 +117,9 @@ pub(super) struct Ticker {
     commands: [Option<TimedCommand>; PENDING_COMMANDS],
     now: [MachineCommand; 4],
     faults: Faults,
-    /// Chunks that still get lost, and whether one has been.
+    /// Chunks that still get lost, and when the last one was.
     losing: u32,
-    lost: bool,
+    lost: Option<Instant>,
     state: StreamState,
     /// What outlives the run, as it was told last.
     told: LastingState,
@@ -152,7 +154,7 @@ impl Ticker {
             now: [MachineCommand::WheelStop; 4],
             faults: Faults::default(),
             losing: 0,
-            lost: false,
+            lost: None,
             state: StreamState::default(),
             last_report: None,
             active: false,
@@ -245,8 +247,12 @@ impl Ticker {
         if self.is_stopped_by_alarm() {
             return !self.machine.is_at_rest();
         }
-        // Setpoints that got lost are not waited for.
-        self.has_work(next) && (self.lost || !self.buffer.is_underrun(next)) && !self.awaits_stream(next)
+        self.has_work(next) && (self.is_given_up() || !self.buffer.is_underrun(next)) && !self.awaits_stream(next)
+    }
+
+    /// Setpoints that got lost are not waited for, but what comes after them is for a while: it tells that they are lost.
+    fn is_given_up(&self) -> bool {
+        self.lost.is_some_and(|since| self.losing > 0 || since.elapsed() > AFTER_A_LOSS)
     }
 
     /// A job begins with this tick, or an order lies ahead of a stream that has not begun: its first setpoints are still on their
@@ -362,7 +368,7 @@ impl Ticker {
         }
         if self.losing > 0 {
             self.losing -= 1;
-            self.lost = true;
+            self.lost = Some(Instant::now());
             self.send(Outbound::Used(chunk));
             return;
         }
@@ -440,7 +446,7 @@ impl Ticker {
             self.buffer.open(self.machine.setpoint());
             self.commands = [None; PENDING_COMMANDS];
             self.job_running = false;
-            self.lost = false;
+            self.lost = None;
             self.faults.end_job();
             self.state = StreamState { news: true, alarms_reset: true, ..StreamState::default() };
         }
