@@ -1,6 +1,7 @@
 //! Form: how far a measured part lies from the contour it should have.
 
 use crate::contour::Contour;
+use crate::numeric::range::least_and_most;
 use crate::units::{TURN_RAD, deg_from_rad, wrap_turn};
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -86,8 +87,7 @@ impl Form {
         let errors = self.deviations_mm.iter().enumerate().map(|(i, deviation_mm)| {
             deviation_mm * contour.lift_per_depth(contour.cam_angle_at(azimuth(i) - phase_rad))
         });
-        let (low, high) =
-            errors.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), error| (low.min(error), high.max(error)));
+        let (low, high) = least_and_most(errors);
         if low <= high { high - low } else { 0.0 }
     }
 

@@ -2,6 +2,7 @@
 
 use crate::contact_law::ContactLaw;
 use crate::numeric::hermite::HermiteSpline;
+use crate::numeric::range::least_and_most;
 use crate::plan::{CutSegment, Plan};
 use crate::units::TURN_RAD;
 
@@ -85,6 +86,6 @@ impl<'a> Surface<'a> {
 fn is_steady(cut: &CutSegment, law: &ContactLaw, deflection_mm: &[f64]) -> bool {
     let Some(most_n) = cut.until_steady_n else { return false };
     let force_n = deflection_mm.iter().map(|mm| law.force_n(*mm));
-    let (low_n, high_n) = force_n.fold((f64::INFINITY, 0.0_f64), |(low, high), n| (low.min(n), high.max(n)));
+    let (low_n, high_n) = least_and_most(force_n);
     high_n - low_n <= f64::from(most_n)
 }

@@ -167,8 +167,7 @@ impl PlannedLobe {
         let name = &self.design.name;
         let kept = job.correction.iter().filter(|spec| spec.stiffness != StiffnessSource::Nominal);
         let kept = kept.flat_map(|spec| &spec.contacts).find(|contact| contact.lobe == *name);
-        let z_mm = machine.station(&self.design.station).map_or(0.0, |station| station.position_mm);
-        let nominal = || machine.contact.as_ref().and_then(|contact| contact.law(z_mm, self.design.width_mm));
+        let nominal = || machine.contact_law(&self.design.station, self.design.width_mm);
         measured
             .map(|law| (law, ContactFrom::Measured))
             .or_else(|| kept.map(|kept| (kept.law, ContactFrom::Kept)))

@@ -267,11 +267,8 @@ impl<'a> Sequence<'a> {
 
     /// How long the cuts take whose spark-out ends when the force is steady.
     fn foresee(&mut self) {
-        let Some(contact) = &self.machine.contact else { return };
         for (index, lobe) in self.job.lobes.iter().enumerate() {
-            let width_mm = lobe.width_mm.min(self.machine.wheel.width_mm);
-            let station = self.machine.station(&lobe.station);
-            let Some(law) = station.and_then(|station| contact.law(station.position_mm, width_mm)) else { continue };
+            let Some(law) = self.machine.contact_law(&lobe.station, lobe.width_mm) else { continue };
             let mut surface = Surface::new(self.job.stock_mm, &law);
             for segment in self.plan.segments.iter_mut().filter(|segment| segment.lobe == Some(index)) {
                 let SegmentKind::Cut(cut) = &segment.kind else { continue };

@@ -1,5 +1,6 @@
 //! What a machine is: axes with their counts and limits, stations, switches, wheel, drives.
 
+use crate::contact_law::ContactLaw;
 use crate::machine::fixture::{Dresser, Extent};
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -127,6 +128,13 @@ impl MachineDescription {
     #[must_use]
     pub fn station(&self, switch: &str) -> Option<&Station> {
         self.stations.iter().find(|station| station.switch == switch)
+    }
+
+    /// How wheel and part give way to each other at a station, over a lobe of this width (mm); none where nothing does.
+    #[must_use]
+    pub fn contact_law(&self, switch: &str, width_mm: f64) -> Option<ContactLaw> {
+        let station = self.station(switch)?;
+        self.contact.as_ref()?.law(station.position_mm, width_mm.min(self.wheel.width_mm))
     }
 
     /// Whether these figures make a machine.

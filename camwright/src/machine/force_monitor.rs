@@ -5,6 +5,7 @@
 //! stiffness km, is what wheel and part still give way differently. Since a turn of spark-out leaves kg/(kg + km) of what the force is
 //! above its threshold F0, a change of ΔF over a turn means that at most (ΔF (1 + kg/km) + F0)/km is left on the part.
 
+use crate::numeric::range::least_and_most;
 use crate::units::TURN_RAD;
 
 /// Sectors of a turn; the force of a sector is the mean over it, so that what the wheel's own turning does to it averages out.
@@ -87,8 +88,7 @@ impl ForceMonitor {
     /// By how much the sectors of the last turn differ (N).
     #[must_use]
     pub fn variation_n(&self) -> f64 {
-        let (low, high) =
-            self.mean_n.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), n| (low.min(*n), high.max(*n)));
+        let (low, high) = least_and_most(self.mean_n);
         high - low
     }
 

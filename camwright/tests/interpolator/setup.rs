@@ -7,6 +7,7 @@ use camwright::machine::Machine;
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{
     Axis, ContactDescription, DriveSettings, GapDetector, KeyWayProbe, MachineDescription, StiffnessAt,
+    ThermalDescription,
 };
 use camwright::machine::reference::cam_grinder;
 use camwright::machine::state::LastingState;
@@ -199,25 +200,26 @@ fn a_stopped_wheel_touches_a_part_that_gives_way_and_leaves_it_whole() {
     assert_eq!(run(&mut cell, Motion::Probe(probe)), Ok(Outcome::Failed(number)), "5 N are not enough");
 }
 
+/// A head that grows so slowly that it keeps what it has during a test.
+const SLOW_GROWTH: ThermalDescription = ThermalDescription { growth_mm: 0.008, time_constant_s: 1e9, start_share: 0.0 };
+
+/// A cell whose head has grown by 8 um since its wheel was dressed.
+fn grown_cell(machine: &MachineDescription) -> Cell {
+    let lasting = LastingState { growth_mm: 0.008, growth_at_dress_mm: 0.0, ..LastingState::new(machine) };
+    let mut grown = Machine::new(machine.clone(), lasting).expect("a machine");
+    grown.load_lobe("J1", "LS1", 15.0, vec![RADIUS_MM; 3600]).expect("a journal");
+    grown.place([0, 40 * PER_MM, 600_000]);
+    let mut cell = cell(machine);
+    *cell.parts_mut().1 = grown;
+    cell
+}
+
 /// A head that has grown by 8 um touches 8 um earlier; the zero of X is corrected by that, and the next touch reads the radius.
 #[test]
 fn touching_off_takes_the_growth_of_the_wheelhead_out_of_the_zero() {
     let mut machine = description();
-    machine.thermal = Some(camwright::machine::description::ThermalDescription {
-        growth_mm: 0.008,
-        time_constant_s: 1e9,
-        start_share: 0.0,
-    });
-    let mut lasting = LastingState::new(&machine);
-    lasting.growth_mm = 0.008;
-    lasting.growth_at_dress_mm = 0.0;
-    let mut cell = cell(&machine);
-    *cell.parts_mut().1 = {
-        let mut grown = Machine::new(machine.clone(), lasting).expect("a machine");
-        grown.load_lobe("J1", "LS1", 15.0, vec![RADIUS_MM; 3600]).expect("a journal");
-        grown.place([0, 40 * PER_MM, 600_000]);
-        grown
-    };
+    machine.thermal = Some(SLOW_GROWTH);
+    let mut cell = grown_cell(&machine);
     near(&mut cell, 20.5);
     let request = ProbeRequest { reads: Some((RADIUS_MM, 0.1)), ..touch(0.1) };
     let Ok(Probed::Found { latch, correction }) = probe(&mut cell, &request) else { panic!("found") };
@@ -236,11 +238,7 @@ fn touching_off_takes_the_growth_of_the_wheelhead_out_of_the_zero() {
 #[test]
 fn a_dress_after_a_touch_off_leaves_the_reading_right() {
     let mut machine = description();
-    machine.thermal = Some(camwright::machine::description::ThermalDescription {
-        growth_mm: 0.008,
-        time_constant_s: 1e9,
-        start_share: 0.0,
-    });
+    machine.thermal = Some(SLOW_GROWTH);
     machine.dresser = Some(camwright::machine::fixture::Dresser {
         x_mm: 60.0,
         z_mm: 360.0,
@@ -250,14 +248,7 @@ fn a_dress_after_a_touch_off_leaves_the_reading_right() {
         dwell_s: 0.1,
         max_depth_mm: 0.05,
     });
-    let lasting = LastingState { growth_mm: 0.008, growth_at_dress_mm: 0.0, ..LastingState::new(&machine) };
-    let mut cell = cell(&machine);
-    *cell.parts_mut().1 = {
-        let mut grown = Machine::new(machine.clone(), lasting).expect("a machine");
-        grown.load_lobe("J1", "LS1", 15.0, vec![RADIUS_MM; 3600]).expect("a journal");
-        grown.place([0, 40 * PER_MM, 600_000]);
-        grown
-    };
+    let mut cell = grown_cell(&machine);
     near(&mut cell, 20.5);
     let request = ProbeRequest { reads: Some((RADIUS_MM, 0.1)), ..touch(0.1) };
     assert!(matches!(probe(&mut cell, &request), Ok(Probed::Found { correction: -801..=-799, .. })));

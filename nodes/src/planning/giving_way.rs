@@ -46,8 +46,7 @@ impl std::fmt::Display for GivingWay {
 
 fn law_of(prepared: &PreparedJob, lobe: usize) -> Option<ContactLaw> {
     let (machine, design) = (&prepared.machine, &prepared.planned.lobes.get(lobe)?.design);
-    let station = machine.station(&design.station)?;
-    machine.contact.as_ref()?.law(station.position_mm, design.width_mm.min(machine.wheel.width_mm))
+    machine.contact_law(&design.station, design.width_mm)
 }
 
 /// Of one lobe; none on a machine that does not give way.

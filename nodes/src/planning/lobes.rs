@@ -4,6 +4,7 @@ use crate::convert::{m_from_mm, mm_from_m};
 use camwright::contour::Contour;
 use camwright::cycle::LobeDesign;
 use camwright::form::{Form, FormError};
+use camwright::numeric::range::least_and_most;
 use camwright::units::{TURN_RAD, wrap_turn};
 use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe};
 use thiserror::Error;
@@ -94,7 +95,7 @@ pub fn lobe_result(design: &LobeDesign, measured: &PartLobe) -> Result<LobeResul
     let radii_mm: Vec<f64> = measured.radius.iter().map(|radius| mm_from_m(*radius)).collect();
     let form = Form::measure(&radii_mm, &design.contour, design.phase_on_rad(measured.key_way))
         .map_err(|source| LobeFormError { lobe: design.name.clone(), source })?;
-    let span = measured.radius.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), r| (low.min(*r), high.max(*r)));
+    let span = least_and_most(measured.radius.iter().copied());
     let highest = |of: &[f64]| {
         let degrees = of.iter().enumerate().filter(|(_, value)| **value > 0.0);
         let (degree, value) = degrees.max_by(|a, b| a.1.total_cmp(b.1))?;

@@ -152,10 +152,8 @@ impl Machine {
     /// The zero of an axis is forgotten; whether it stands on its home switch is told like an edge.
     pub(super) fn lose_home(&mut self, axis: Axis) {
         self.axes[axis.index()].lose_home();
-        if self.references[axis.index()].is_some() && self.level(Input::Home(axis)) {
-            let state = &self.axes[axis.index()];
-            let counts = state.reading_at(state.true_position());
-            self.asked.push(Latch { tick: self.tick, input: Input::Home(axis), rising: true, axis, counts });
+        if self.references[axis.index()].is_some() {
+            self.tell_level(Input::Home(axis));
         }
     }
 

@@ -1,0 +1,212 @@
+//! What goes into a tick of the interpolator, and what comes out of it.
+
+use super::{InterpolatorAlarm, Status};
+use crate::machine::description::Axis;
+use crate::numeric::fixed_list::FixedList;
+use crate::setpoint::{Input, Latch, Setpoint};
+use thiserror::Error;
+
+/// What an operator or a client asks for while a motion is executed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Request {
+    /// Hold on the path; in a cut, take the wheel off the part and keep C turning, as between cuts where it turns on.
+    Hold,
+    /// Go on.
+    Unhold,
+    /// Come to rest, retract, and drop the motion.
+    Cancel,
+    /// Factor on path time, 0..=1; what lies outside is taken to the nearer bound, what is not a number is ignored.
+    SetOverride(f64),
+    /// What a wait waits for.
+    Decision,
+}
+
+/// Requests of one tick.
+#[derive(Debug, Clone, Copy)]
+pub struct TickInputs<'a> {
+    /// The tick to compute. Consecutive while a motion is executed.
+    pub tick: u64,
+    /// In the order in which they were made.
+    pub requests: &'a [Request],
+}
+
+/// An input that took effect: what must be recorded, besides the motion, to compute the same setpoints again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum AppliedInput {
+    /// A request.
+    Request(Request),
+    /// An edge caught by the machine came into sight.
+    Feedback(Latch),
+    /// An alarm of the machine came into sight, by its number.
+    Alarm(u16),
+}
+
+impl Default for AppliedInput {
+    fn default() -> Self {
+        AppliedInput::Alarm(0)
+    }
+}
+
+/// An order to the machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum OrderKind {
+    /// The position `counts` of the axis is zero from the order's tick on: setpoints from that tick on, and latches of
+    /// ticks from that tick on, are counted from there.
+    SetHome {
+        /// Which axis.
+        axis: Axis,
+        /// The position that becomes zero (counts).
+        counts: i64,
+    },
+    /// The machine tells in the order's tick, like an edge, if an input is closed.
+    Ask {
+        /// Which.
+        input: Input,
+    },
+    /// The zero of the axis is not known from the order's tick on; the machine tells whether its home switch is closed.
+    LoseHome {
+        /// Which axis.
+        axis: Axis,
+    },
+    /// Bring the wheel to its surface speed.
+    #[default]
+    WheelStart,
+    /// Let the wheel come to rest.
+    WheelStop,
+    /// The wheel mounted must have this radius (nm).
+    ExpectWheel {
+        /// The radius.
+        radius_nm: i64,
+    },
+    /// Dress the wheel to this radius (nm).
+    Dress {
+        /// The radius.
+        radius_nm: i64,
+    },
+    /// The stopped wheel may press on the part.
+    Push {
+        /// The most (N); 0: not any more.
+        most_n: i64,
+    },
+    /// The force monitor watches.
+    WatchForce {
+        /// Most that the force may differ by over a turn (N); 0: not any more.
+        most_n: i64,
+    },
+}
+
+/// An order to the machine, and the tick at which it takes effect. No setpoint of that tick or later may be sent before
+/// the machine has acknowledged it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Order {
+    /// First tick at which it is in force.
+    pub tick: u64,
+    /// What.
+    pub kind: OrderKind,
+}
+
+/// How a motion ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// At its end.
+    Completed,
+    /// By a cancel; the axes rest, the wheel is retracted.
+    Cancelled,
+    /// By an alarm, with its number.
+    Failed(u16),
+}
+
+/// What a probe found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Probed {
+    /// The edge, as it read; and by how much the reading of the axis was corrected (counts), 0 where it was not to be.
+    Found {
+        /// The edge.
+        latch: Latch,
+        /// What the edge reads from now on, less what it read.
+        correction: i64,
+    },
+    /// The edge; it read so much else than it should (counts) that the zero was left as it is.
+    TooFarOff {
+        /// The edge.
+        latch: Latch,
+        /// What the edge should read, less what it read.
+        off: i64,
+    },
+    /// No edge up to the target, where the axis stands.
+    Missed,
+    /// The input was closed before anything moved, or open where it was to open: nothing moved.
+    AlreadyThere,
+}
+
+/// Something that happened in a tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Event {
+    /// A segment begins, by its index.
+    Segment(usize),
+    /// Spark-out is over before its last turn: the force was steady.
+    LeftOut {
+        /// Index of the lobe.
+        lobe: usize,
+        /// Turns left out.
+        turns: u32,
+    },
+    /// The interpolator raises an alarm.
+    Alarm(InterpolatorAlarm),
+    /// A probe came to its end.
+    Probed(Probed),
+    /// The motion ended with this tick, and the axes rest.
+    Finished(Outcome),
+}
+
+impl Default for Event {
+    fn default() -> Self {
+        Event::Segment(0)
+    }
+}
+
+/// Most inputs that one tick applies; the rest waits for the next.
+pub const MAX_APPLIED: usize = 32;
+
+/// What one tick gives.
+#[derive(Debug, Clone, Copy)]
+pub struct StepOutput {
+    /// The tick.
+    pub tick: u64,
+    /// Its setpoint.
+    pub setpoint: Setpoint,
+    /// Number of requests applied; the caller offers the others again with the next tick.
+    pub requests_taken: usize,
+    /// Inputs that took effect with this tick, in order.
+    pub applied: FixedList<AppliedInput, MAX_APPLIED>,
+    /// Orders to send to the machine.
+    pub orders: FixedList<Order, 4>,
+    /// What happened.
+    pub events: FixedList<Event, 16>,
+    /// What the interpolator is doing.
+    pub status: Status,
+}
+
+/// Why a motion does not start.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum StartError {
+    /// Another motion is executed.
+    #[error("another motion is being executed")]
+    Busy,
+    /// Stopped by an alarm.
+    #[error("stopped by an alarm; reset it first")]
+    Fault,
+    /// An axis of a move or a probe whose zero is not known.
+    #[error("{} is not homed, its zero is not known", .0.joint())]
+    NotHomed(Axis),
+    /// A trajectory begins elsewhere.
+    #[error("the trajectory begins at {wanted} counts of {}, the axis rests at {actual}", axis.joint())]
+    StartsElsewhere {
+        /// Which axis.
+        axis: Axis,
+        /// Where the trajectory begins (counts).
+        wanted: i64,
+        /// Where the axis rests (counts).
+        actual: i64,
+    },
+}
