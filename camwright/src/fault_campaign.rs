@@ -11,14 +11,16 @@
 //! The wheel at x and C lies P(C) − x inside the path P of the finished contour, and a wheel that lies d nearer to the axis
 //! than where it touches cuts no deeper than d along any normal. Where C and X both work the setpoints stay on or outside
 //! the path, so only the following error counts. Where one fails, C brakes at its limit from its true speed, and X moves by
-//! the law of its retreat, or brakes and is drawn back: the largest P(C(t)) − x(t) beyond that at the alarm is the lag.
+//! the law of its retreat, or brakes and is drawn back, each with its structure swinging on: the largest P(C(t)) − x(t) beyond
+//! that at the alarm is the lag. A drive that took a jump of its encoder for an error has pushed as hard as it can for some of a
+//! tick before the alarm, so what its slide and its structure do at the alarm is part of that.
 //! Wheel and part giving way to each other only make the cut less deep; that the wheel wears, too.
 
 use crate::cell::Cell;
 use crate::cycle::LobeDesign;
 use crate::interpolator::Prepared;
 use crate::machine::alarm::{Alarm, Severity};
-use crate::machine::description::{Axis, MachineDescription};
+use crate::machine::description::{Axis, MachineDescription, Structure};
 use crate::machine::fault::{Fault, GaugeFault};
 use crate::machine::plausibility::DRIVE_HEADROOM;
 use crate::machine::report::{MotionState, TickReport};
@@ -38,8 +40,9 @@ const X: usize = Axis::X as usize;
 const REST_TICKS: u64 = 10_000;
 /// Ticks after rest in which nothing may move.
 const QUIET_TICKS: u64 = 100;
-/// How much nearer than its clearance a wheelhead that is drawn back may stop (mm).
-const CLEARANCE_SLACK_MM: f64 = 0.1;
+/// How much nearer than its clearance a wheel may stop (mm): where X is held, two counts of rounding; where a weight or spring draws it
+/// back, what a brake leaves.
+const CLEARANCE_SLACK_MM: [f64; 2] = [1.0e-4, 0.1];
 
 /// A fault of a campaign.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,10 +55,9 @@ pub struct FaultCase {
     pub cure: Fault,
 }
 
-/// Every fault that the machine can have. Stations are struck in turn, by `round`.
+/// Every fault that the machine can have. `station` is whose switch is struck.
 #[must_use]
-pub fn every_fault(machine: &MachineDescription, round: usize) -> Vec<FaultCase> {
-    let station = round % machine.stations.len().max(1);
+pub fn every_fault(machine: &MachineDescription, station: usize) -> Vec<FaultCase> {
     let (here, next) = (Input::Station(station), Input::Station((station + 1) % machine.stations.len().max(1)));
     let case = |name: &str, fault: Fault, cure: Fault| FaultCase { name: name.into(), fault, cure };
     let stuck = |input: Input, level: bool| {
@@ -125,6 +127,8 @@ pub fn seeded_moments(seed: u64, count: usize, within: u64) -> Vec<u64> {
 pub struct Keyframe {
     /// The cell before this tick.
     pub tick: u64,
+    /// Station of the lobe that is cut next: a switch that nobody presses any more can fail unseen.
+    pub station: usize,
     cell: Cell,
 }
 
@@ -230,13 +234,18 @@ impl<'a> Campaign<'a> {
         cell.start(Box::new(campaign.motion.clone())).map_err(|_| None)?;
         let first = cell.machine().tick() + 1;
         campaign.ticks = (first, first);
-        let (mut frames, mut lobe) = (Vec::new(), None);
+        let (mut frames, mut lobe) = (Vec::<Keyframe>::new(), None);
+        let mut of_next_station = 0;
         while cell.is_running() || !cell.machine().is_at_rest() {
             let tick = cell.machine().tick() + 1;
             if moments.get(frames.len()).is_some_and(|moment| first + moment <= tick) {
-                frames.push(Keyframe { tick, cell: cell.clone() });
+                frames.push(Keyframe { tick, station: 0, cell: cell.clone() });
             }
             let report = cell.step(&[]);
+            if let Some(station) = campaign.station_of(&cell, &report).filter(|_| report.removal.area_mm2 > 0.0) {
+                frames[of_next_station..].iter_mut().for_each(|frame| frame.station = station);
+                of_next_station = frames.len();
+            }
             if let Some(alarm) = stopping(&report) {
                 return Err(Some(alarm));
             }
@@ -251,6 +260,14 @@ impl<'a> Campaign<'a> {
         }
         campaign.healthy_mm = campaign.healthy_mm.max(campaign.deepest_mm(&cell));
         Ok((campaign, frames))
+    }
+
+    /// Station of the lobe in front of the wheel.
+    fn station_of(&self, cell: &Cell, report: &TickReport) -> Option<usize> {
+        let name = cell.machine().part().lobes().get(report.lobe?)?.name();
+        let target = self.lobes.iter().find(|target| target.design.name == name)?;
+        let stations = &cell.machine().description().stations;
+        stations.iter().position(|station| station.switch == target.design.station)
     }
 
     /// Ticks since the job's first in which it can be struck so that every fault shows: until one and a half turns before the
@@ -323,7 +340,8 @@ impl<'a> Campaign<'a> {
             bound_mm: self.healthy_mm + error_mm + lag_mm + between_ticks_mm(cell.machine().description()),
             gap_mm: cell.machine().wheel_gap_mm(),
         };
-        let clearance_mm = cell.machine().description().retract.clearance_mm - CLEARANCE_SLACK_MM;
+        let slack_mm = CLEARANCE_SLACK_MM[usize::from(!report.axes[X].is_powered)];
+        let clearance_mm = cell.machine().description().retract.clearance_mm - slack_mm;
         if let Some(gap_mm) = finding.gap_mm.filter(|gap| *gap < clearance_mm) {
             return Err(Failure::AtThePart { alarm, gap_mm });
         }
@@ -371,7 +389,7 @@ impl<'a> Campaign<'a> {
         let machine = cell.machine();
         let name = machine.part().lobes().get(report.lobe?)?.name();
         let target = self.lobes.iter().position(|target| target.design.name == name)?;
-        let truth = machine.truth();
+        let (truth, swings) = (machine.truth(), machine.swings());
         // A drive without power has no setpoint, and before C is homed only the truth tells where it is.
         let set = |axis: Axis| {
             let own = &report.axes[axis.index()];
@@ -386,6 +404,8 @@ impl<'a> Campaign<'a> {
             x_set_mm: set(Axis::X),
             c_rad_s: truth[C].1,
             x_mm_s: truth[X].1,
+            c_swing: swings[C],
+            x_swing: swings[X],
         })
     }
 
@@ -411,6 +431,8 @@ impl<'a> Campaign<'a> {
         let tick_s = machine.cycle_time_s();
         let inside = |c_rad: f64, x_mm: f64| self.path_mm(state.target, c_rad) - x_mm;
         let mut worst_mm = inside(state.c_rad, state.x_mm).max(0.0);
+        let mut swings = [(c, state.c_swing, c_dead), (x, state.x_swing, x_dead)]
+            .map(|(axis, swing, is_dead)| Swing::new(axis.drive.structure.filter(|_| is_dead), swing));
         let brake = c.limits.acceleration;
         // X goes by the law of its retreat, over what is surely enough to leave; or it brakes and is drawn back.
         let (v0, far_mm) = (state.x_mm_s, 100.0_f64);
@@ -420,12 +442,17 @@ impl<'a> Campaign<'a> {
         let steps = machine.servo_steps_per_tick.max(1);
         let step_s = tick_s / f64::from(steps);
         let c_stop_s = state.c_rad_s.abs() / brake;
+        // Until the path stands still and X is on its way out, and a turn of the slowest swing beyond.
+        let swing_s = swings.iter().map(Swing::period_s).fold(0.0, f64::max);
+        let end_s = c_stop_s.max(v0.abs() / x.limits.acceleration) + swing_s + 4.0 * tick_s;
         let mut at_s = 0.0;
-        while at_s <= c_stop_s + 4.0 * tick_s {
+        while at_s <= end_s {
+            let c_change = if at_s < c_stop_s { -libm::copysign(brake, state.c_rad_s) } else { 0.0 };
             at_s += step_s;
             let braked_s = at_s.min(c_stop_s);
             let way = (state.c_rad_s.abs() * braked_s - 0.5 * brake * braked_s * braked_s).max(0.0);
-            let c_rad = state.c_rad + libm::copysign(way, state.c_rad_s);
+            let c_rad = state.c_rad + libm::copysign(way, state.c_rad_s) + swings[0].after(c_change, step_s);
+            let x_before_mm_s = drawn_mm_s;
             let x_mm = if x_dead {
                 let pull = if drawn_mm_s < 0.0 { x.limits.acceleration } else { machine.retract.drawback_mm_s2 };
                 let after = drawn_mm_s + pull * step_s;
@@ -438,7 +465,8 @@ impl<'a> Campaign<'a> {
                 let since_s = (at_s - tick_s).max(0.0);
                 law.sample(since_s).value + v0 * (at_s - since_s)
             };
-            worst_mm = worst_mm.max(inside(c_rad, state.x_mm + x_mm));
+            let x_swung_mm = swings[1].after((drawn_mm_s - x_before_mm_s) / step_s, step_s);
+            worst_mm = worst_mm.max(inside(c_rad, state.x_mm + x_mm + x_swung_mm));
         }
         worst_mm
     }
@@ -453,6 +481,45 @@ struct State {
     x_set_mm: f64,
     c_rad_s: f64,
     x_mm_s: f64,
+    /// How far the structures are ahead (mm or rad), and how fast that grows (1/s).
+    c_swing: (f64, f64),
+    x_swing: (f64, f64),
+}
+
+/// The structure of an axis without power, by small steps of q̈ = −ω² q − 2 ζ ω q̇ − v̇ (see `mechanics.rs`).
+#[derive(Debug, Clone, Copy)]
+struct Swing {
+    structure: Option<Structure>,
+    start: f64,
+    ahead: f64,
+    growth: f64,
+}
+
+impl Swing {
+    /// Parts of a servo step: with 32 of them one of 250 Hz loses 1e-5 of its height in a period.
+    const PARTS: u32 = 32;
+
+    fn new(structure: Option<Structure>, (ahead, growth): (f64, f64)) -> Self {
+        Self { structure, start: ahead, ahead, growth }
+    }
+
+    fn period_s(&self) -> f64 {
+        self.structure.map_or(0.0, |structure| TURN_RAD / structure.frequency_rad_s)
+    }
+
+    /// How far it is ahead of where it was at the beginning, a servo step later in which the slide changes its speed by `change` per
+    /// second. Of a rigid axis, nothing.
+    fn after(&mut self, change: f64, step_s: f64) -> f64 {
+        let Some(Structure { frequency_rad_s: w, damping, .. }) = self.structure else { return 0.0 };
+        let part_s = step_s / f64::from(Self::PARTS);
+        for _ in 0..Self::PARTS {
+            // Half a part of way to either side of the change of speed.
+            self.ahead += 0.5 * part_s * self.growth;
+            self.growth -= part_s * (w * w * self.ahead + 2.0 * damping * w * self.growth + change);
+            self.ahead += 0.5 * part_s * self.growth;
+        }
+        self.ahead - self.start
+    }
 }
 
 /// What an axis that is looked at in every tick may do between two: the sagitta of its largest acceleration (mm).

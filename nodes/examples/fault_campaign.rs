@@ -73,10 +73,10 @@ fn main() -> Result<ExitCode, Box<dyn std::error::Error>> {
         let moments = seeded_moments(seed, count, healthy.struck_within());
         let (campaign, frames) = Campaign::new(&plan, &designs, motion, cell, &moments).map_err(failed)?;
         told = format!("deepest cut of the job without a fault {:.2} um", um_from_mm(campaign.healthy_mm));
-        for (round, frame) in frames.iter().enumerate() {
+        for frame in &frames {
             let is_meant =
                 |case: &FaultCase| only.is_none_or(|name| case.fault == Fault::PowerLoss(true) && case.name == name);
-            for case in every_fault(description, round).into_iter().filter(is_meant) {
+            for case in every_fault(description, frame.station).into_iter().filter(is_meant) {
                 let name = if only.is_some() { format!("{}, buffer of 20 J", case.name) } else { case.name.clone() };
                 let row = rows.entry(name).or_default();
                 match campaign.strike(frame, &case) {

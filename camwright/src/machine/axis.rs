@@ -178,6 +178,12 @@ impl AxisState {
         slide + self.servo.tool_ahead()
     }
 
+    /// How far its structure is ahead of the slide (mm or rad), and how fast that grows (1/s).
+    pub(crate) fn swing(&self) -> (f64, f64) {
+        let (ahead, growth) = self.servo.swing();
+        (ahead / self.counts_per_unit, growth / self.counts_per_unit)
+    }
+
     /// Setpoint minus actual (mm or rad).
     pub(crate) fn following_error(&self) -> f64 {
         self.servo.error() / self.counts_per_unit

@@ -77,6 +77,11 @@ impl Mechanics {
         self.play.0 + self.swing.0
     }
 
+    /// How far the structure is ahead of the slide (counts), and how fast that grows (counts/s).
+    pub(super) fn swing(&self) -> (f64, f64) {
+        self.swing
+    }
+
     /// Speed of the tool (counts/s).
     pub(super) fn tool_velocity(&self) -> f64 {
         self.velocity + self.play.1 + self.swing.1

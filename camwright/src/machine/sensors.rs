@@ -164,6 +164,15 @@ impl StationSwitch {
         }
     }
 
+    /// Whether a switch that closed with the table at `closed_at` must still be closed with it at `table` (counts): further on its dog, in
+    /// the half where it closed, or not yet back by its hysteresis.
+    #[must_use]
+    pub fn must_hold(&self, closed_at: f64, table: f64) -> bool {
+        let middle = 0.5 * (self.start + self.end);
+        let further = if closed_at < middle { table - closed_at } else { closed_at - table };
+        further > -0.5 * self.hysteresis && further < 0.5 * (self.end - self.start)
+    }
+
     /// The table moves; the edges on the way, in order. A stuck switch moves but shows none.
     pub fn pass(&mut self, from: f64, to: f64) -> [Option<Edge>; 2] {
         let (closes, opens, passed_closing, passed_opening) = if to > from {
@@ -286,6 +295,23 @@ mod tests {
             [(90.0, Some(false)), (98.0, None), (110.0, Some(true)), (125.0, None), (130.0, Some(false))]
         {
             assert_eq!(switch.expected(table, 5.0), expected, "{table}");
+        }
+    }
+
+    #[test]
+    fn a_switch_that_has_closed_must_hold_until_the_table_is_back_by_its_hysteresis_or_over_the_dog() {
+        let switch = StationSwitch::new(1000.0, 800.0, 5.0, 0.0);
+        for (closed_at, table, holds) in [
+            (1000.0, 1000.0, true),
+            (1000.0, 1010.5, true),
+            (1000.0, 998.0, true),
+            (1000.0, 995.0, false),
+            (1000.0, 1805.0, false),
+            (1800.0, 1799.0, true),
+            (1800.0, 1805.0, false),
+            (1800.0, 995.0, false),
+        ] {
+            assert_eq!(switch.must_hold(closed_at, table), holds, "closed at {closed_at}, table at {table}");
         }
     }
 

@@ -138,6 +138,12 @@ impl Servo {
         self.mechanics.tool_ahead()
     }
 
+    /// How far the structure is ahead of the slide (counts), and how fast that grows (counts/s).
+    #[must_use]
+    pub fn swing(&self) -> (f64, f64) {
+        self.mechanics.swing()
+    }
+
     /// Velocity of the tool (counts/s).
     #[must_use]
     pub fn tool_velocity(&self) -> f64 {

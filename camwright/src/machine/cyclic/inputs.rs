@@ -55,6 +55,8 @@ impl References {
 pub(super) struct SwitchWatch {
     wrong_ticks: u32,
     level: Option<bool>,
+    /// Reading of the table where it closed last (counts).
+    closed_at: f64,
     edges: u32,
     first_edge_tick: u64,
 }
@@ -194,17 +196,20 @@ impl Machine {
                     self.raise(AlarmKind::OriginDetector, off_rad, ORIGIN_TOLERANCE_RAD);
                 }
             }
-            Input::Station(index) => self.note_edge(index),
+            Input::Station(index) => self.note_edge(index, rising, state.reading_at(position)),
             Input::Home(_) | Input::Index(_) | Input::SteadyForce | Input::WheelContact | Input::KeyWay => {}
         }
     }
 
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "20 ms are few ticks")]
-    fn note_edge(&mut self, station: usize) {
+    fn note_edge(&mut self, station: usize, rising: bool, reading: i64) {
         let window = libm::ceil(BOUNCE_S / self.description.cycle_time_s()) as u64;
         let Some(watch) = self.switch_watch.get_mut(station) else { return };
         if watch.edges == 0 || self.tick > watch.first_edge_tick + window {
             *watch = SwitchWatch { edges: 0, first_edge_tick: self.tick, ..*watch };
+        }
+        if rising {
+            watch.closed_at = reading as f64;
         }
         watch.edges += 1;
         if watch.edges >= BOUNCES {
@@ -213,7 +218,8 @@ impl Machine {
         }
     }
 
-    /// A switch must show what the table's position says, away from where its dog begins and ends.
+    /// A switch must show what the table's position says, away from where its dog begins and ends; and where it has closed it must stay
+    /// so until the table has gone back by its hysteresis, or over the dog.
     pub(super) fn watch_switches(&mut self) {
         let table = &self.axes[Axis::Z.index()];
         if !table.homed {
@@ -228,8 +234,9 @@ impl Machine {
             let Some(watch) = self.switch_watch.get_mut(index) else { continue };
             // Nothing presses a switch while the table rests.
             let changed = watch.level.replace(level).is_some_and(|before| before != level);
+            let dropped = changed && !level && self.stations[index].must_hold(watch.closed_at, reading);
             watch.wrong_ticks = if wrong { watch.wrong_ticks.saturating_add(1) } else { 0 };
-            if watch.wrong_ticks > WRONG_TICKS || (changed && rests) {
+            if watch.wrong_ticks > WRONG_TICKS || (changed && rests) || dropped {
                 self.raise(AlarmKind::LimitSwitch, (index + 1) as f64, 0.0);
             }
         }

@@ -257,6 +257,12 @@ impl Machine {
         })
     }
 
+    /// How far the structure of each axis swings ahead of its slide (mm or rad), and how fast that grows (1/s).
+    #[must_use]
+    pub fn swings(&self) -> [(f64, f64); AXIS_COUNT] {
+        core::array::from_fn(|i| self.axes[i].swing())
+    }
+
     /// Distance of the wheel's cutting point from the farthest point of the lobe in front of it (mm, below 0 where it may
     /// touch); `None` where nothing is in front of it.
     #[must_use]

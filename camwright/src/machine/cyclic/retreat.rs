@@ -111,16 +111,20 @@ impl Machine {
         }
     }
 
-    /// The stream has come to rest: the axes halt once the wheel is off.
+    /// The stream has come to rest: the axes halt once the wheel is off. The path may have gone deeper than the lobe was at the
+    /// alarm, by what was still to be fed and by what wheel and part give way: then X goes the rest of the way by itself.
     pub(super) fn end_draining(&mut self) {
         if self.stream_moves() || !self.retreating().1 {
             return;
         }
-        if self.retreat.take().is_some() {
+        let retreats = self.retreat.take().is_some();
+        if retreats {
             let end = libm::round(self.axes[X].target().position);
             self.axes[X].go(Target::resting(end));
         }
-        self.mode = Mode::Halted;
+        let is_near =
+            retreats && self.too_near(self.axes[X].target().position / self.axes[X].counts_per_unit).is_some();
+        self.mode = if is_near { Mode::OwnStop } else { Mode::Halted };
     }
 
     /// Every axis decelerates at its limit, X goes off the part first.
