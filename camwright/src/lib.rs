@@ -33,6 +33,7 @@ pub mod rehearsal;
 pub mod runout;
 pub mod setpoint;
 pub mod speed_plan;
+pub mod surface;
 pub mod tool_path;
 pub mod units;
 pub mod wheel;

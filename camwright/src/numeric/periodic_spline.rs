@@ -200,6 +200,17 @@ impl Weights {
         (0..parts).map(|part| Self::at(f64::from(part) / f64::from(parts))).collect()
     }
 
+    /// What the six coefficients themselves count in value, first and second derivative (over knots) at `u` in 0..1 from the left knot:
+    /// for splines over a turn whose coefficients depend on something else.
+    #[inline]
+    pub(crate) fn of_coefficients(u: f64) -> [[f64; 6]; 3] {
+        let (q, p) = (quartic_basis(u), cubic_basis(u));
+        let first = [-q[0], q[0] - q[1], q[1] - q[2], q[2] - q[3], q[3] - q[4], q[4]];
+        let second =
+            [p[0], p[1] - 2.0 * p[0], p[2] - 2.0 * p[1] + p[0], p[3] - 2.0 * p[2] + p[1], p[2] - 2.0 * p[3], p[3]];
+        [basis(u), first, second]
+    }
+
     /// At `u` in 0..1 from the left knot.
     #[inline]
     fn at(u: f64) -> Self {
