@@ -35,6 +35,7 @@ pub mod servo;
 pub mod simulate;
 pub mod state;
 mod thermal_description;
+pub mod turned_part;
 pub mod wheel;
 mod wheel_description;
 pub mod workpiece;
