@@ -36,6 +36,7 @@ const ORDER: &[&[&str]] = &[
     &["infeed"],
     &["plan"],
     &["cut_motion"],
+    &["spiral_motion"],
     &["giving_way"],
     &["path_stop"],
     &["point_to_point"],

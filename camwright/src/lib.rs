@@ -34,6 +34,7 @@ pub mod runout;
 pub mod setpoint;
 pub mod speed_plan;
 pub mod surface;
+pub mod spiral_motion;
 pub mod tool_path;
 pub mod units;
 pub mod wheel;

@@ -90,6 +90,24 @@ pub struct CutSegment {
     pub until_steady_n: Option<u32>,
 }
 
+/// C by a time law, X and Z by laws over its angle: an insert along a spiral around a part that is not round.
+///
+/// With `c` the angle since the start: `C = start + c`, `X = path(c)`, `Z = advance(c)`. It begins and ends at rest; a hold stops it on
+/// its path, and a cancel too, before X leaves the part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpiralSegment {
+    /// Index into [`Plan::angle_laws`]: `x_axis` position over the angle since the start (mm over rad).
+    pub path: usize,
+    /// Index into [`Plan::angle_laws`]: `z_axis` position over the angle since the start (mm over rad).
+    pub advance: usize,
+    /// Index into [`Plan::time_laws`]: angle since the start over time (rad over s), from rest at time 0 and angle 0 to rest.
+    pub speed: usize,
+    /// C where it begins, modulo one turn (counts).
+    pub start_counts: i64,
+    /// Turns of C.
+    pub turns: u32,
+}
+
 /// The kinds of segment.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SegmentKind {
@@ -110,6 +128,8 @@ pub enum SegmentKind {
     },
     /// Generate the lobe.
     Cut(CutSegment),
+    /// Turn along a spiral.
+    Spiral(SpiralSegment),
     /// Stand still.
     Dwell,
     /// Stand still until a decision comes.

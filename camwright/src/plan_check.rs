@@ -3,6 +3,8 @@
 //!
 //! Nothing of how the plan was made is used, only what it says.
 
+mod spiral;
+
 use crate::cut_motion::CutMotion;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::numeric::differences::largest_derivatives;
@@ -218,7 +220,7 @@ impl Walk<'_> {
         let moves_c = match &segment.kind {
             SegmentKind::Move(targets) => targets.iter().any(|target| target.axis == Axis::C),
             SegmentKind::Search { axis, .. } | SegmentKind::Command(Command::SetHome(axis)) => *axis == Axis::C,
-            SegmentKind::Home(_) => true,
+            SegmentKind::Home(_) | SegmentKind::Spiral(_) => true,
             SegmentKind::Cut(_) | SegmentKind::Dwell | SegmentKind::Wait | SegmentKind::Command(_) => false,
         };
         if self.turns && moves_c {
@@ -238,6 +240,7 @@ impl Walk<'_> {
             }
             SegmentKind::Home(_) => Err(PlanFault::Homing),
             SegmentKind::Cut(cut) => self.cut(cut).map(Some),
+            SegmentKind::Spiral(spiral) => self.spiral(spiral).map(Some),
             SegmentKind::Command(Command::SetHome(axis)) => {
                 self.at[axis.index()] = 0;
                 Ok(None)

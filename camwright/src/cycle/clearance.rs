@@ -113,6 +113,7 @@ impl Way {
                 }
             }
             SegmentKind::Search { .. }
+            | SegmentKind::Spiral(_)
             | SegmentKind::Dwell
             | SegmentKind::Wait
             | SegmentKind::Command(_)

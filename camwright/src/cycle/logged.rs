@@ -54,6 +54,7 @@ pub fn rests_rad(planned: &PlannedJob, machine: &MachineDescription) -> Vec<f64>
                 }
             }
             SegmentKind::Search { .. }
+            | SegmentKind::Spiral(_)
             | SegmentKind::Dwell
             | SegmentKind::Wait
             | SegmentKind::Command(_)

@@ -53,6 +53,7 @@ impl Interpolator {
             Mode::LastLook { until } => self.look_last(until, tick, motion, out),
             Mode::Line(line, purpose) => self.advance_line(line, purpose, tick, motion, out),
             Mode::Cut(cut) => self.advance_cut(cut, tick, motion, out),
+            Mode::Spiral(spiral) => self.advance_spiral(spiral, tick, motion, out),
             Mode::Trajectory(clock) => self.advance_trajectory(clock, tick, motion, out),
         }
         self.put_spin(tick);
@@ -123,6 +124,7 @@ impl Interpolator {
             }
             SegmentKind::Home(step) => self.enter_home(step, tick, out),
             SegmentKind::Cut(cut) => self.enter_cut(cut, segment, tick, motion).map(|()| true),
+            SegmentKind::Spiral(spiral) => self.enter_spiral(spiral, segment, tick, motion).map(|()| true),
             SegmentKind::Dwell => {
                 self.mode = Mode::Dwell { left: segment.ticks };
                 Ok(segment.ticks > 0)
@@ -205,7 +207,7 @@ impl Interpolator {
         }
         let (clock, c_counts) = match self.spin.take() {
             Some(spin) => clock_from(&spin, tick, &curves, &self.machine),
-            None => (PathClock::starting(tick, self.feed_override), self.c_at_start(cut)?),
+            None => (PathClock::starting(tick, self.feed_override), self.c_at_start(cut.start_counts)?),
         };
         let cut = Cut::new(
             &curves,
@@ -222,13 +224,13 @@ impl Interpolator {
         Ok(())
     }
 
-    /// C at rest where a cut begins (counts).
-    fn c_at_start(&self, cut: &CutSegment) -> Result<i64, InterpolatorAlarm> {
+    /// C at rest where something begins (counts), of which the place within the turn is known.
+    pub(super) fn c_at_start(&self, start_counts: i64) -> Result<i64, InterpolatorAlarm> {
         let actual = self.setpoint.counts[Axis::C.index()];
         let turn_counts = self.machine.axis(Axis::C).scale.counts(TURN_RAD).max(1);
-        let off = (actual - cut.start_counts).rem_euclid(turn_counts);
+        let off = (actual - start_counts).rem_euclid(turn_counts);
         if off.min(turn_counts - off) > 1 {
-            return Err(InterpolatorAlarm::NotAtStart { axis: Axis::C, wanted: cut.start_counts, actual });
+            return Err(InterpolatorAlarm::NotAtStart { axis: Axis::C, wanted: start_counts, actual });
         }
         Ok(actual)
     }

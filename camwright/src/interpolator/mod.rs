@@ -16,6 +16,7 @@ mod prepared;
 mod search;
 pub mod setup;
 mod spin;
+mod spiral;
 mod status;
 mod tail;
 pub mod tolerance;
@@ -37,6 +38,7 @@ use line::Line;
 use path_time::{ONE, PathClock};
 use pose::Pose;
 use spin::Spin;
+use spiral::Spiral;
 
 /// Feedback waiting for its tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,6 +98,7 @@ enum Mode {
         until: u64,
     },
     Cut(Cut),
+    Spiral(Spiral),
     Trajectory(PathClock),
 }
 

@@ -7,9 +7,10 @@ use super::trajectory::Trajectory;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits};
 use crate::numeric::hermite::Knot;
 use crate::path_stop::path_stop_s;
-use crate::plan::{AxisTarget, Command, CutSegment, HomeStep, Plan, Segment, SegmentKind};
+use crate::plan::{AxisTarget, Command, CutSegment, HomeStep, Plan, Segment, SegmentKind, SpiralSegment};
 use crate::point_to_point::{MOVE_SHARE, MoveLaw, PointToPointError, whole_ticks};
 use crate::setpoint::Input;
+use crate::spiral_motion::SpiralMotion;
 use crate::units::TURN_RAD;
 use alloc::string::String;
 use alloc::sync::Arc;
@@ -245,6 +246,10 @@ impl Prepared {
                     fact.spin = spin_after(index, &curves, &plan, machine)?;
                     turns = fact.spin.is_some();
                 }
+                SegmentKind::Spiral(spiral) => {
+                    let curves = plan.motion_of_spiral(spiral).ok_or(PrepareError::MissingSpline { segment: index })?;
+                    check_spiral(index, spiral, segment, &curves, machine)?;
+                }
                 SegmentKind::Command(Command::SetHome(axis)) if !searched[axis.index()] => {
                     return Err(PrepareError::NothingCaught { segment: index, axis: *axis });
                 }
@@ -336,6 +341,50 @@ fn check_ends(
     }
 }
 
+/// A spiral begins and ends at rest, turns as often as it says, and stays within numbers that counts fit into and within the soft limits.
+fn check_spiral(
+    index: usize,
+    spiral: &SpiralSegment,
+    segment: &Segment,
+    curves: &SpiralMotion<'_>,
+    machine: &MachineDescription,
+) -> Result<(), PrepareError> {
+    let wrong = |what| Err(PrepareError::BadCut { segment: index, what });
+    let knots = curves.law.knots();
+    let (first, last) = (knots[0], knots[knots.len() - 1]);
+    if first.at != 0.0 || first.value != 0.0 || [first, last].iter().any(|end| end.first != 0.0 || end.second != 0.0) {
+        return wrong("a spiral must begin at time 0 and angle 0, and begin and end at rest");
+    }
+    if last.at > LONGEST_CUT_S || knots.iter().any(|knot| knot.value.abs() > FASTEST_RAD_S * LONGEST_CUT_S) {
+        return wrong("a spiral takes longer than a day or turns c_axis farther than it could in one");
+    }
+    let scale = machine.axis(Axis::C).scale;
+    if scale.counts(last.value) != i64::from(spiral.turns) * scale.counts(TURN_RAD) {
+        return wrong("a spiral ends after other turns than it says");
+    }
+    if !(0..scale.counts(TURN_RAD)).contains(&spiral.start_counts) {
+        return wrong("the start of a spiral must lie within one turn of c_axis");
+    }
+    if segment.stop_ticks == 0 {
+        return Err(PrepareError::NoStop { segment: index });
+    }
+    if segment.ticks != whole_ticks(last.at, machine.cycle_time_s()) {
+        return wrong("the predicted length of a spiral is not that of its law");
+    }
+    for (axis, law) in [(Axis::X, curves.path), (Axis::Z, curves.advance)] {
+        let (low, high) = machine.axis(axis).soft_limits.unwrap_or((-FARTHEST_MM, FARTHEST_MM));
+        // Half a count: a limit is met by its own rounding. Between its knots a law is looked at when it is checked forwards.
+        let half = 0.5 / machine.axis(axis).scale.counts_per_unit();
+        for knot in law.knots() {
+            let bound_mm = if knot.value < low - half { low } else { high };
+            if !(low - half..=high + half).contains(&knot.value) {
+                return Err(PrepareError::SoftLimit { segment: index, x_mm: knot.value, bound_mm });
+            }
+        }
+    }
+    Ok(())
+}
+
 /// C from the end of a cut to the next one, where it turns on; nothing in between may move it.
 fn spin_after(
     index: usize,
@@ -354,6 +403,7 @@ fn spin_after(
                 return Ok(Some(SpinFacts::new(from_rad_s, next.motion().end_speeds_rad_s().0, machine)));
             }
             SegmentKind::Move(targets) => targets.iter().any(|target| target.axis == Axis::C),
+            SegmentKind::Spiral(_) => true,
             SegmentKind::Search { axis, .. } | SegmentKind::Command(Command::SetHome(axis)) => *axis == Axis::C,
             SegmentKind::Home(_) => true,
             SegmentKind::Dwell | SegmentKind::Wait | SegmentKind::Command(_) => false,

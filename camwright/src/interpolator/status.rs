@@ -1,6 +1,7 @@
 //! What the interpolator is doing, and the alarms that it raises itself.
 
 use super::path_time::to_ticks;
+use super::spiral::Spiral;
 use super::{Interpolator, Mode, Prepared, Purpose};
 use crate::machine::description::Axis;
 use crate::plan::{HomeStep, Phase, SegmentKind};
@@ -196,7 +197,9 @@ impl Interpolator {
                 (line.is_stopped(tick), line.is_stopping() && !found)
             }
             Mode::Cut(cut) => (cut.is_off(tick), !cut.is_on_path()),
-            Mode::Trajectory(clock) => (clock.is_stopped(tick), clock.is_stopped(tick) && self.feed_override > 0),
+            Mode::Trajectory(clock) | Mode::Spiral(Spiral { clock, .. }) => {
+                (clock.is_stopped(tick), clock.is_stopped(tick) && self.feed_override > 0)
+            }
             Mode::Command { .. } => (false, false),
             _ => (true, false),
         };
@@ -250,6 +253,10 @@ impl Interpolator {
                 status.phase = Some(Phase::SparkOut);
             }
         }
+        if let (Mode::Spiral(spiral), Some((segment, curves))) = (&self.mode, self.spiral_motion(motion)) {
+            status.turn = spiral.turns_done(self.tick, &curves, self.machine.cycle_time_s());
+            status.turns = f64::from(segment.turns);
+        }
         status.search = self.search_step(&segment.kind);
         status
     }
@@ -288,6 +295,7 @@ impl Interpolator {
         let within = match &self.mode {
             Mode::Line(line, Purpose::Move) => line.share(self.tick) * length,
             Mode::Cut(cut) => cut.ticks_done(self.tick),
+            Mode::Spiral(spiral) => to_ticks(spiral.clock.at(self.tick).tau),
             Mode::Dwell { left } => length - *left as f64,
             Mode::Starting | Mode::Ready | Mode::Wait => 0.0,
             _ => self.tick.saturating_sub(self.segment_began) as f64,

@@ -30,6 +30,12 @@ impl Interpolator {
                 let (cut, end) = cut.stopping(now);
                 self.write(out, end - now, None, |tick| cut.pose(tick, &curves, &self.machine, &rest))
             }
+            Mode::Spiral(spiral) => {
+                let Some(motion) = self.motion.as_deref() else { return 0 };
+                let Some((_, curves)) = self.spiral_motion(motion) else { return 0 };
+                let (spiral, end) = spiral.stopping(now);
+                self.write(out, end - now, None, |tick| spiral.pose(tick, &curves, &self.machine))
+            }
             Mode::Trajectory(clock) => {
                 let Some(motion) = self.motion.as_deref() else { return 0 };
                 let (clock, end) = clock.stopping(now, motion.stop_ticks);

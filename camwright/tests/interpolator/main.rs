@@ -8,6 +8,7 @@ mod homing;
 mod on_the_machine;
 mod setup;
 mod sparking_out;
+mod spirals;
 mod tails;
 mod trajectories;
 mod turning_on;

@@ -67,6 +67,26 @@ fn assert_tail(bench: &Bench, what: &str) -> Vec<StopPoint> {
     tail.to_vec()
 }
 
+/// All axes stop together along a spiral.
+#[test]
+fn the_stop_after_any_tick_of_a_spiral_stays_on_it() {
+    let machine = machine();
+    let mut bench = Bench::at(machine.clone(), crate::spirals::start());
+    bench.start_plan(crate::spirals::plan(&machine));
+    while bench.outcome.is_none() {
+        let at = bench.rows.len();
+        bench.step(&[]);
+        if at.is_multiple_of(37) {
+            let tail = assert_tail(&bench, &format!("after {at} ticks, {:?}", bench.last().status));
+            for point in tail.iter().filter(|_| bench.last().status.turns > 0.0) {
+                let [c, x, z] = point.position;
+                assert!((x - crate::spirals::x_mm(c).value).abs() < 1e-6, "{at}: {point:?}");
+                assert!((z - crate::spirals::z_mm(c)).abs() < 1e-9, "{at}: {point:?}");
+            }
+        }
+    }
+}
+
 /// C that turns on between two cuts stops with whatever else moves.
 #[test]
 fn the_stop_after_any_tick_stops_c_that_turns_on_too() {

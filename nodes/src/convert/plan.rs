@@ -4,7 +4,7 @@ use super::{core_from_si, m_from_mm, mm_from_m, si_from_core};
 use camwright::machine::description::{Axis, MachineDescription, MotionLimits};
 use camwright::numeric::hermite::{HermiteSpline, Knot};
 use camwright::numeric::periodic_spline::PeriodicSpline;
-use camwright::plan::{AxisTarget, Command, CutSegment, Half, Phase, Plan, Segment, SegmentKind};
+use camwright::plan::{AxisTarget, Command, CutSegment, Half, Phase, Plan, Segment, SegmentKind, SpiralSegment};
 use camwright_msgs::camwright_msgs::msg::{MachineCommand, PlanHeader, PlanPage, PlanSegment, PlanSpline};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -151,6 +151,7 @@ fn segment_to(plan: &Plan, index: u32, segment: &Segment) -> PlanSegment {
     };
     let ratios_at = plan.paths.len();
     let laws_at = ratios_at + plan.ratios.len();
+    let angle_laws_at = laws_at + plan.time_laws.len();
     match &segment.kind {
         SegmentKind::Move(targets) => PlanSegment {
             kind: PlanSegment::MOVE,
@@ -177,7 +178,7 @@ fn segment_to(plan: &Plan, index: u32, segment: &Segment) -> PlanSegment {
             kind: PlanSegment::CUT,
             path: count(cut.path),
             speed: count(laws_at + cut.speed),
-            infeed: count(laws_at + plan.time_laws.len() + cut.infeed),
+            infeed: count(angle_laws_at + cut.infeed),
             ratio: cut.ratio.and_then(|ratio| i32::try_from(ratios_at + ratio).ok()).unwrap_or(-1),
             lead: cut.lead.and_then(|lead| i32::try_from(laws_at + lead).ok()).unwrap_or(-1),
             start_counts: cut.start_counts,
@@ -190,6 +191,15 @@ fn segment_to(plan: &Plan, index: u32, segment: &Segment) -> PlanSegment {
             retract: m_from_mm(cut.retract_mm),
             hold: m_from_mm(cut.hold_mm),
             until_steady: cut.until_steady_n.map_or(0.0, f64::from),
+            ..base
+        },
+        SegmentKind::Spiral(spiral) => PlanSegment {
+            kind: PlanSegment::SPIRAL,
+            path: count(angle_laws_at + spiral.path),
+            speed: count(laws_at + spiral.speed),
+            infeed: count(angle_laws_at + spiral.advance),
+            start_counts: spiral.start_counts,
+            turns: f64::from(spiral.turns),
             ..base
         },
         SegmentKind::Dwell => PlanSegment { kind: PlanSegment::DWELL, ..base },
@@ -451,6 +461,13 @@ fn kind_from(
             retract_mm: mm_from_m(finite("retract", message.retract)?),
             hold_mm: mm_from_m(finite("hold", message.hold)?),
             until_steady_n: Some(whole("until_steady", message.until_steady)?).filter(|most_n| *most_n > 0),
+        })),
+        PlanSegment::SPIRAL => Ok(SegmentKind::Spiral(SpiralSegment {
+            path: spline(message.path, PlanSpline::ANGLE_LAW)?,
+            advance: spline(message.infeed, PlanSpline::ANGLE_LAW)?,
+            speed: spline(message.speed, PlanSpline::TIME_LAW)?,
+            start_counts: message.start_counts,
+            turns: whole("turns", message.turns)?,
         })),
         PlanSegment::DWELL => Ok(SegmentKind::Dwell),
         PlanSegment::WAIT => Ok(SegmentKind::Wait),

@@ -1,0 +1,48 @@
+//! The motion of turning: C by a time law, X and Z by laws over its angle, and their derivatives in time.
+
+use crate::cut_motion::chain;
+use crate::machine::description::{AXIS_COUNT, Axis};
+use crate::numeric::hermite::{HermiteSpline, Sample};
+use crate::plan::{Plan, SpiralSegment};
+
+/// Motion along one spiral: what a [`SpiralSegment`] says, at any time.
+#[derive(Debug, Clone, Copy)]
+pub struct SpiralMotion<'a> {
+    /// `x_axis` position over the angle since the start (mm over rad).
+    pub path: &'a HermiteSpline,
+    /// `z_axis` position over the angle since the start (mm over rad).
+    pub advance: &'a HermiteSpline,
+    /// Angle since the start over time (rad over s).
+    pub law: &'a HermiteSpline,
+}
+
+impl SpiralMotion<'_> {
+    /// Length (s).
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.law.end()
+    }
+
+    /// All axes at a time, with derivatives in time: C as the angle since the start (rad), X and Z as positions (mm). Before its start and
+    /// after its end they rest.
+    #[must_use]
+    pub fn at(&self, time_s: f64) -> [Sample; AXIS_COUNT] {
+        let c = self.law.sample(time_s);
+        let mut axes = [c; AXIS_COUNT];
+        axes[Axis::X.index()] = chain(self.path.sample(c.value), c);
+        axes[Axis::Z.index()] = chain(self.advance.sample(c.value), c);
+        axes
+    }
+}
+
+impl Plan {
+    /// The motion of a spiral of this plan; `None` if it names splines that the plan does not have.
+    #[must_use]
+    pub fn motion_of_spiral(&self, spiral: &SpiralSegment) -> Option<SpiralMotion<'_>> {
+        Some(SpiralMotion {
+            path: self.angle_laws.get(spiral.path)?,
+            advance: self.angle_laws.get(spiral.advance)?,
+            law: self.time_laws.get(spiral.speed)?,
+        })
+    }
+}
