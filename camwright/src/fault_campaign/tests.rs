@@ -75,7 +75,7 @@ fn every_fault_ends_at_rest_with_an_alarm_off_the_part_and_within_its_bound() {
                         .push(format!("{} at tick {}: a bound that says nothing: {found:?}", case.name, frame.tick));
                 }
                 Ok(found) if matches!(case.fault, Fault::EncoderOffset { axis: Axis::X, .. }) => {
-                    pushed_mm = pushed_mm.max(found.deepest_mm)
+                    pushed_mm = pushed_mm.max(found.deepest_mm);
                 }
                 Ok(_) => {}
             }
