@@ -2,7 +2,8 @@
 
 use super::error::PlanError;
 use super::lobe::{Shape, shape_of, soft_limit};
-use super::sequence::{Of, Sequence};
+use super::sequence::Sequence;
+use super::steps::Of;
 use crate::contour::Contour;
 use crate::dressing::{Dress, KeptPath, PlannedDress, WheelCourse, kept_path_error};
 use crate::job::JobSpec;
@@ -21,36 +22,36 @@ impl Sequence<'_> {
     /// The machine stops before anything moves if another wheel is mounted.
     pub(super) fn expect_wheel(&mut self, radius_mm: f64) {
         let label = alloc::format!("wheel of radius {radius_mm:.4} mm");
-        self.command(Of::part(Phase::Home), Command::ExpectWheel { radius_nm: nm_from_mm(radius_mm) }, &label);
+        self.steps.command(Of::part(Phase::Home), Command::ExpectWheel { radius_nm: nm_from_mm(radius_mm) }, &label);
     }
 
     /// Wheel to the dresser, past it and back, and clear of the part again. Its cutting point stands at the dresser's rim
     /// before and after: what comes off moves the wheel's centre, not `x_axis`.
     pub(super) fn dress(&mut self, dress: &Dress, lobe: &str) -> Result<(), PlanError> {
-        let Some(dresser) = self.machine.dresser else { return Ok(()) };
+        let Some(dresser) = self.steps.machine.dresser else { return Ok(()) };
         let of = Of::part(Phase::Dress);
-        let half_mm = 0.5 * dresser.traverse_mm(self.machine.wheel.width_mm);
+        let half_mm = 0.5 * dresser.traverse_mm(self.steps.machine.wheel.width_mm);
         let (first_mm, last_mm) = (dresser.z_mm - half_mm, dresser.z_mm + half_mm);
         let place = || alloc::format!("lobe {lobe}: ");
         for z_mm in [first_mm, last_mm] {
-            soft_limit(self.machine, Axis::Z, z_mm, place(), "the way past the dresser")?;
+            soft_limit(self.steps.machine, Axis::Z, z_mm, place(), "the way past the dresser")?;
         }
-        soft_limit(self.machine, Axis::X, dresser.x_mm, place(), "the dresser")?;
-        let clear = self.counts(Axis::X, self.job.home.x_mm);
-        let (first, last) = (self.counts(Axis::Z, first_mm), self.counts(Axis::Z, last_mm));
+        soft_limit(self.steps.machine, Axis::X, dresser.x_mm, place(), "the dresser")?;
+        let clear = self.steps.counts(Axis::X, self.job.home.x_mm);
+        let (first, last) = (self.steps.counts(Axis::Z, first_mm), self.steps.counts(Axis::Z, last_mm));
         let rapid = Some(self.job.rapid_speed_mm_s);
         let slow = Some(dresser.traverse_speed_mm_s);
-        self.move_axis(of, Axis::X, clear, None, "wheel clear of the part")?;
-        self.move_axis(of, Axis::Z, first, None, "table to the dresser")?;
-        self.move_axis(
+        self.steps.move_axis(of, Axis::X, clear, None, "wheel clear of the part")?;
+        self.steps.move_axis(of, Axis::Z, first, None, "table to the dresser")?;
+        self.steps.move_axis(
             of,
             Axis::X,
-            self.counts(Axis::X, dresser.x_mm + APPROACH_MM),
+            self.steps.counts(Axis::X, dresser.x_mm + APPROACH_MM),
             rapid,
             "wheel before the dresser",
         )?;
-        let at_rim = self.counts(Axis::X, dresser.x_mm);
-        self.move_axis(of, Axis::X, at_rim, Some(dresser.infeed_speed_mm_s), "wheel to the dresser")?;
+        let at_rim = self.steps.counts(Axis::X, dresser.x_mm);
+        self.steps.move_axis(of, Axis::X, at_rim, Some(dresser.infeed_speed_mm_s), "wheel to the dresser")?;
         let label = alloc::format!(
             "dress before {lobe} ({}): radius {:.4} to {:.4} mm, {:.3} um of wear and {:.3} um of depth",
             dress.reason,
@@ -59,12 +60,12 @@ impl Sequence<'_> {
             um_from_mm(dress.wear_mm),
             um_from_mm(dress.depth_mm)
         );
-        self.command(of, Command::Dress { radius_nm: dress.radius_nm }, &label);
-        self.move_axis(of, Axis::Z, last, slow, "past the dresser")?;
-        self.move_axis(of, Axis::Z, first, slow, "back past the dresser")?;
-        let dwell = whole_ticks(dresser.dwell_s, self.machine.cycle_time_s());
-        self.add(of, SegmentKind::Dwell, dwell, 0, "dresser out of contact");
-        self.move_axis(of, Axis::X, clear, rapid, "wheel clear of the part")
+        self.steps.command(of, Command::Dress { radius_nm: dress.radius_nm }, &label);
+        self.steps.move_axis(of, Axis::Z, last, slow, "past the dresser")?;
+        self.steps.move_axis(of, Axis::Z, first, slow, "back past the dresser")?;
+        let dwell = whole_ticks(dresser.dwell_s, self.steps.machine.cycle_time_s());
+        self.steps.add(of, SegmentKind::Dwell, dwell, 0, "dresser out of contact");
+        self.steps.move_axis(of, Axis::X, clear, rapid, "wheel clear of the part")
     }
 }
 

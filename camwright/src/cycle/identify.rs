@@ -5,7 +5,8 @@ use super::PlannedJob;
 use super::error::PlanError;
 use super::lobe::PlannedLobe;
 use super::logged::{Contact, Logged, NotCorrected, unknown};
-use super::sequence::{Of, Sequence};
+use super::sequence::Sequence;
+use super::steps::Of;
 use crate::job::{IdentificationSpec, JobSpec};
 use crate::machine::description::{Axis, MachineDescription};
 use crate::plan::{Command, Phase, SegmentKind};
@@ -30,24 +31,24 @@ impl Sequence<'_> {
     ) -> Result<(), PlanError> {
         let name = lobe.design.name.as_str();
         let of = Of::lobe(Phase::Position, index, name);
-        let machine = self.machine;
+        let machine = self.steps.machine;
         let still = |sequence: &mut Self, label: &str| {
             let ticks = whole_ticks(machine.wheel.spin_up_s, machine.cycle_time_s());
-            sequence.add(of, SegmentKind::Dwell, ticks, 0, label);
+            sequence.steps.add(of, SegmentKind::Dwell, ticks, 0, label);
         };
         let ground_mm = lobe.design.contour.radius_at(0.0) + self.job.allowance_mm();
-        let home = self.counts(Axis::X, self.job.home.x_mm);
-        let air = self.counts(Axis::X, ground_mm + AIR_MM + self.job.raw_part.reach_mm());
-        let pushed = self.counts(Axis::X, ground_mm - spec.push_mm);
+        let home = self.steps.counts(Axis::X, self.job.home.x_mm);
+        let air = self.steps.counts(Axis::X, ground_mm + AIR_MM + self.job.raw_part.reach_mm());
+        let pushed = self.steps.counts(Axis::X, ground_mm - spec.push_mm);
         let rapid = Some(self.job.rapid_speed_mm_s);
-        self.move_axis(of, Axis::X, home, rapid, "wheel clear of the part")?;
-        self.command(of, Command::WheelStop, "wheel stop");
+        self.steps.move_axis(of, Axis::X, home, rapid, "wheel clear of the part")?;
+        self.steps.command(of, Command::WheelStop, "wheel stop");
         still(self, "wheel to rest");
-        self.move_axis(of, Axis::X, air, rapid, "stopped wheel to just clear of the journal")?;
-        self.command(of, Command::Push { most_n: spec.most_n }, "the stopped wheel may press");
-        self.move_axis(of, Axis::X, pushed, Some(spec.push_speed_mm_s), "push of the stopped wheel")?;
-        self.move_axis(of, Axis::X, home, rapid, "wheel clear of the part")?;
-        self.command(of, Command::WheelStart, "wheel start");
+        self.steps.move_axis(of, Axis::X, air, rapid, "stopped wheel to just clear of the journal")?;
+        self.steps.command(of, Command::Push { most_n: spec.most_n }, "the stopped wheel may press");
+        self.steps.move_axis(of, Axis::X, pushed, Some(spec.push_speed_mm_s), "push of the stopped wheel")?;
+        self.steps.move_axis(of, Axis::X, home, rapid, "wheel clear of the part")?;
+        self.steps.command(of, Command::WheelStart, "wheel start");
         still(self, "wheel to its speed");
         Ok(())
     }

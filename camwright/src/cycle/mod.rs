@@ -31,6 +31,7 @@ mod logged;
 mod measure;
 mod order;
 mod sequence;
+mod steps;
 mod turning;
 mod wheels;
 
