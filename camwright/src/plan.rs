@@ -104,8 +104,6 @@ pub struct SpiralSegment {
     pub speed: usize,
     /// C where it begins, modulo one turn (counts).
     pub start_counts: i64,
-    /// Turns of C.
-    pub turns: u32,
 }
 
 /// The kinds of segment.

@@ -23,6 +23,13 @@ impl SpiralMotion<'_> {
         self.law.end()
     }
 
+    /// Angle of C from its start to its end (rad).
+    #[must_use]
+    pub fn angle_rad(&self) -> f64 {
+        let knots = self.law.knots();
+        knots[knots.len() - 1].value
+    }
+
     /// All axes at a time, with derivatives in time: C as the angle since the start (rad), X and Z as positions (mm). Before its start and
     /// after its end they rest.
     #[must_use]

@@ -52,9 +52,9 @@ impl Spiral {
 
 impl Interpolator {
     /// The curves of the spiral in execution.
-    pub(super) fn spiral_motion<'a>(&self, motion: &'a Prepared) -> Option<(&'a SpiralSegment, SpiralMotion<'a>)> {
+    pub(super) fn spiral_motion<'a>(&self, motion: &'a Prepared) -> Option<SpiralMotion<'a>> {
         match &motion.plan.segments.get(self.segment)?.kind {
-            SegmentKind::Spiral(spiral) => Some((spiral, motion.plan.motion_of_spiral(spiral)?)),
+            SegmentKind::Spiral(spiral) => motion.plan.motion_of_spiral(spiral),
             _ => None,
         }
     }
@@ -93,7 +93,7 @@ impl Interpolator {
     }
 
     pub(super) fn advance_spiral(&mut self, mut spiral: Spiral, tick: u64, motion: &Prepared, out: &mut StepOutput) {
-        let Some((_, curves)) = self.spiral_motion(motion) else {
+        let Some(curves) = self.spiral_motion(motion) else {
             self.fail(InterpolatorAlarm::BadSegment { segment: self.segment }, out);
             return;
         };

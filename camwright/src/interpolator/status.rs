@@ -253,9 +253,9 @@ impl Interpolator {
                 status.phase = Some(Phase::SparkOut);
             }
         }
-        if let (Mode::Spiral(spiral), Some((segment, curves))) = (&self.mode, self.spiral_motion(motion)) {
+        if let (Mode::Spiral(spiral), Some(curves)) = (&self.mode, self.spiral_motion(motion)) {
             status.turn = spiral.turns_done(self.tick, &curves, self.machine.cycle_time_s());
-            status.turns = f64::from(segment.turns);
+            status.turns = curves.angle_rad() / TURN_RAD;
         }
         status.search = self.search_step(&segment.kind);
         status

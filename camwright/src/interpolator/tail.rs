@@ -32,7 +32,7 @@ impl Interpolator {
             }
             Mode::Spiral(spiral) => {
                 let Some(motion) = self.motion.as_deref() else { return 0 };
-                let Some((_, curves)) = self.spiral_motion(motion) else { return 0 };
+                let Some(curves) = self.spiral_motion(motion) else { return 0 };
                 let (spiral, end) = spiral.stopping(now);
                 self.write(out, end - now, None, |tick| spiral.pose(tick, &curves, &self.machine))
             }

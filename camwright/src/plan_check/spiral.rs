@@ -39,11 +39,6 @@ impl Walk<'_> {
                 return Err(PlanFault::BadSpeed { speed_rad_s: end.first, time_s: end.at });
             }
         }
-        let wanted = i64::from(spiral.turns) * turn_counts;
-        let turned = counts(Axis::C, last.value);
-        if turned != wanted {
-            return Err(PlanFault::NotClosed { axis: Axis::C, counts: turned - wanted });
-        }
         let mut worst: Option<LimitUse> = None;
         for axis in Axis::ALL {
             let description = self.machine.axis(axis);
@@ -76,7 +71,7 @@ impl Walk<'_> {
             }
         }
         let end = motion.at(end_s);
-        self.at[Axis::C.index()] += wanted;
+        self.at[Axis::C.index()] += counts(Axis::C, last.value);
         for axis in [Axis::X, Axis::Z] {
             self.at[axis.index()] = counts(axis, end[axis.index()].value);
         }

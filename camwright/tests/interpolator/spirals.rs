@@ -44,7 +44,7 @@ pub(crate) fn plan(machine: &MachineDescription) -> Plan {
         .map(|(axis, peaks)| path_stop_s(&peaks, &machine.axis(axis).limits).expect("room for a stop"));
     let stop_ticks = (stop_s[0].max(stop_s[1]) / machine.cycle_time_s()).ceil() as u64;
     let ticks = (law.end() / machine.cycle_time_s()).ceil() as u64;
-    let spiral = SpiralSegment { path: 0, advance: 1, speed: 0, start_counts: 0, turns: TURNS };
+    let spiral = SpiralSegment { path: 0, advance: 1, speed: 0, start_counts: 0 };
     let x_start = machine.axis(Axis::X).scale.counts(x_mm(0.0).value);
     Plan {
         time_laws: vec![law],
@@ -188,8 +188,12 @@ fn the_forward_check_refuses_what_joins_nothing_or_exceeds_a_limit() {
     assert!(matches!(jump, PlanFault::Jump { axis: Axis::C, .. }), "{jump}");
     let jump = fault(&|plan| drop(plan.segments.remove(0)));
     assert!(matches!(jump, PlanFault::Jump { axis: Axis::Z, .. }), "{jump}");
-    let turns = fault(&|plan| spiral_of(plan).turns = TURNS + 1);
-    assert!(matches!(turns, PlanFault::NotClosed { axis: Axis::C, counts } if counts == -TURN), "{turns}");
+    let turning = fault(&|plan| {
+        let mut knots = plan.time_laws[0].knots().to_vec();
+        knots[0].first = 0.1;
+        plan.time_laws[0] = HermiteSpline::new(knots).expect("knots");
+    });
+    assert!(matches!(turning, PlanFault::BadSpeed { .. }), "{turning}");
     let unknown = fault(&|plan| spiral_of(plan).advance = 9);
     assert_eq!(unknown, PlanFault::UnknownSpline);
     // Three times as fast X needs nine times the acceleration, 27 times the jerk.
@@ -217,7 +221,10 @@ fn a_spiral_that_cannot_be_is_refused_before_it_begins() {
     assert_eq!(error(&|plan| spiral_of(plan).path = 5), PrepareError::MissingSpline { segment: 2 });
     assert_eq!(error(&|plan| plan.segments[2].stop_ticks = 0), PrepareError::NoStop { segment: 2 });
     for change in [
-        (&|plan: &mut Plan| spiral_of(plan).turns = 0) as &dyn Fn(&mut Plan),
+        (&|plan: &mut Plan| {
+            let knots = plan.time_laws[0].knots().iter().map(|knot| Knot { value: -knot.value, ..*knot });
+            plan.time_laws[0] = HermiteSpline::new(knots.collect()).expect("knots");
+        }) as &dyn Fn(&mut Plan),
         &|plan| spiral_of(plan).start_counts = -1,
         &|plan| spiral_of(plan).start_counts = i64::MAX,
         &|plan| plan.segments[2].ticks = u64::MAX,

@@ -199,7 +199,6 @@ fn segment_to(plan: &Plan, index: u32, segment: &Segment) -> PlanSegment {
             speed: count(laws_at + spiral.speed),
             infeed: count(angle_laws_at + spiral.advance),
             start_counts: spiral.start_counts,
-            turns: f64::from(spiral.turns),
             ..base
         },
         SegmentKind::Dwell => PlanSegment { kind: PlanSegment::DWELL, ..base },
@@ -467,7 +466,6 @@ fn kind_from(
             advance: spline(message.infeed, PlanSpline::ANGLE_LAW)?,
             speed: spline(message.speed, PlanSpline::TIME_LAW)?,
             start_counts: message.start_counts,
-            turns: whole("turns", message.turns)?,
         })),
         PlanSegment::DWELL => Ok(SegmentKind::Dwell),
         PlanSegment::WAIT => Ok(SegmentKind::Wait),
