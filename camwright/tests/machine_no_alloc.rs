@@ -8,8 +8,9 @@ use camwright::machine::description::{
     StiffnessAt, Structure,
 };
 use camwright::machine::fault::Fault;
-use camwright::machine::reference::cam_grinder;
+use camwright::machine::reference::{cam_grinder, lathe};
 use camwright::machine::state::LastingState;
+use camwright::machine::turned_part::{PartGrid, TurnedPart};
 use camwright::machine::{Machine, MachineCommand};
 use camwright::setpoint::{Input, Setpoint};
 
@@ -117,4 +118,36 @@ fn run_through_everything(description: MachineDescription) {
         buffer.open(machine.setpoint());
     });
     assert!(raised >= 3, "{raised}");
+}
+
+/// A lathe turns a bar, its insert loses its speed, and the alarm takes it off the part.
+#[test]
+fn a_tick_of_a_lathe_does_not_allocate() {
+    let description = lathe();
+    let mut machine = Machine::new(description.clone(), LastingState::new(&description)).expect("valid");
+    let grid = PartGrid { azimuths: 360, columns: 500, from_mm: 0.0, to_mm: 10.0 };
+    let bar = TurnedPart::round("bar".into(), grid, 20.0).expect("a bar");
+    machine.load_turned_part(bar, 0.0).expect("a lathe");
+    let x_mm = f64::sqrt(20.0 * 20.0 - 14.0 * 14.0) + 8.0 - 0.2;
+    machine.place([0, description.axes[1].scale.counts(x_mm), description.axes[2].scale.counts(5.0)]);
+    let rest = machine.setpoint();
+    let (mut volume, mut raised) = (0.0, 0);
+    assert_no_alloc(|| {
+        for tick in 1..=2000 {
+            let t = f64::from(tick) * 1e-3;
+            let mut setpoint = rest;
+            setpoint.counts[0] = description.axes[0].scale.counts(10.0 * t * t);
+            setpoint.velocity[0] = 20.0 * t;
+            setpoint.acceleration[0] = 20.0;
+            let stall = [Fault::WheelStall(true)];
+            let report = machine.step(Some(&setpoint), &[], if tick == 1999 { &stall } else { &[] });
+            volume += report.turned.volume_mm3;
+            raised += report.raised.len();
+        }
+        for _ in 0..5000 {
+            raised += machine.step(None, &[], &[]).raised.len();
+        }
+    });
+    assert!(volume > 20.0 && raised >= 1, "{volume} mm³, {raised} alarms");
+    assert!(machine.is_at_rest());
 }

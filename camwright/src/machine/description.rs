@@ -1,4 +1,4 @@
-//! What a machine is: axes with their counts and limits, stations, switches, wheel, drives.
+//! What a machine is: axes with their counts and limits, stations, switches, wheel or insert, drives.
 
 use crate::contact_law::ContactLaw;
 use crate::machine::fixture::{Dresser, Extent};
@@ -12,6 +12,7 @@ pub use crate::machine::drive_description::{DriveSettings, Structure};
 pub use crate::machine::effect_description::Effect;
 pub use crate::machine::gauge_description::{GaugeDescription, GaugeKind};
 pub use crate::machine::homing_description::{Homing, HomingKind};
+pub use crate::machine::insert_description::InsertDescription;
 pub use crate::machine::probe_description::{GapDetector, KeyWayProbe};
 pub use crate::machine::process_description::{GrindingProcess, ReferenceCut};
 pub use crate::machine::retract_description::AlarmRetract;
@@ -85,8 +86,10 @@ pub struct MachineDescription {
     /// Half the window in which the origin detector sees its mark (rad). The index mark at its centre, which is what the
     /// position latch catches, is the machine's C zero: the key-way's centre faces the wheel.
     pub origin_half_window_rad: f64,
-    /// The wheel.
+    /// The wheel; of a lathe its insert as what a spindle rotates ([`InsertDescription::tool`]).
     pub wheel: WheelDescription,
+    /// The insert of a lathe; `None`: a grinder.
+    pub insert: Option<InsertDescription>,
     /// How wheel and part give way to each other; `None`: not at all.
     pub contact: Option<ContactDescription>,
     /// How the wheelhead grows as it gets warm; `None`: not at all.
@@ -164,7 +167,9 @@ impl MachineDescription {
         positive("wheel surface speed (m/s)", wheel.surface_speed_m_s)?;
         positive("smallest wheel radius (mm)", wheel.min_radius_mm)?;
         positive("new wheel radius (mm)", wheel.new_radius_mm)?;
-        ordered("wheel radius", wheel.min_radius_mm, wheel.new_radius_mm)?;
+        if self.insert.is_none() {
+            ordered("wheel radius", wheel.min_radius_mm, wheel.new_radius_mm)?;
+        }
         if !(wheel.spin_up_s >= 0.0 && wheel.spin_up_s.is_finite()) {
             return Err(DescriptionError::Negative { what: "wheel spin-up time (s)", value: wheel.spin_up_s });
         }
@@ -183,6 +188,7 @@ impl MachineDescription {
         ] {
             value.map_or(Ok(()), |value| positive(what, value))?;
         }
+        self.validate_insert()?;
         self.contact.as_ref().map_or(Ok(()), ContactDescription::validate)?;
         self.validate_contact_of_drives()?;
         self.thermal.map_or(Ok(()), |thermal| thermal.validate())?;
@@ -332,6 +338,35 @@ pub enum DescriptionError {
         /// Its value.
         value: f64,
     },
+    /// A figure must be a number.
+    #[error("{what} must be finite, not {value}")]
+    NotFinite {
+        /// Which.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A figure lies outside of its range.
+    #[error("{what} is {value}; allowed is {low} to {high}")]
+    Outside {
+        /// Which.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// The least.
+        low: f64,
+        /// The most.
+        high: f64,
+    },
+    /// A lathe has something that only a grinder is simulated with.
+    #[error("a lathe, which turns with an insert, cannot have {what}")]
+    OnlyOfAGrinder {
+        /// What it has.
+        what: &'static str,
+    },
+    /// A grinder has no insert.
+    #[error("the machine grinds with a wheel; only a lathe has an insert")]
+    NotALathe,
     /// A figure of an axis must be positive, or at least finite.
     #[error("{joint}: {what} must be positive and finite, not {value}")]
     AxisNotPositive {

@@ -7,6 +7,9 @@
 //! ```
 //! Positions inside are encoder counts as floating point, in the machine's true coordinates: C is 0 where the key-way's
 //! centre faces the wheel, X is the distance of the wheel's cutting point from the spindle axis, Z is the table.
+//!
+//! A machine with an insert is a lathe ([`turned_part`]): X is the distance of the insert's centre from the spindle axis, and Z the slide
+//! of the chuck, whose place is where the insert's centre stands along the part, less a constant of the clamping.
 
 pub mod alarm;
 mod axis;
@@ -23,6 +26,7 @@ pub mod force_monitor;
 mod gauge;
 mod gauge_description;
 mod homing_description;
+mod insert_description;
 mod mechanics;
 pub mod plausibility;
 mod probe_description;

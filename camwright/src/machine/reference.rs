@@ -1,8 +1,8 @@
-//! A typical cam grinding machine, for tests and examples. The machine of a cell comes from its machine file.
+//! A typical cam grinding machine and a lathe, for tests and examples. The machine of a cell comes from its machine file.
 
 use crate::machine::description::{
-    AlarmRetract, Axis, AxisDescription, DriveSettings, MachineDescription, MotionLimits, Scale, Station,
-    WheelDescription,
+    AlarmRetract, Axis, AxisDescription, DriveSettings, InsertDescription, MachineDescription, MotionLimits, Scale,
+    Station, WheelDescription,
 };
 use crate::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
 use alloc::string::String;
@@ -92,6 +92,7 @@ pub fn cam_grinder() -> MachineDescription {
             grinding_ratio: None,
             unbalance_mm: 0.0,
         },
+        insert: None,
         contact: None,
         thermal: None,
         gauge: None,
@@ -103,6 +104,50 @@ pub fn cam_grinder() -> MachineDescription {
         headstock: None,
         tailstock: None,
         rotation_sense: 1,
+    }
+}
+
+/// A lathe with a light tool slide on a linear motor, the chuck on the Z slide and a round, driven insert 14 mm below the axis, as
+/// JP2012-71381A has it; with the same ordinary drives. The figures are engineering memory, not a maker's.
+#[must_use]
+pub fn lathe() -> MachineDescription {
+    let grinder = cam_grinder();
+    let [c, x, z] = grinder.axes;
+    let insert = InsertDescription {
+        radius_mm: 8.0,
+        height_mm: -14.0,
+        height_range_mm: (-30.0, 30.0),
+        relief_rad: rad_from_deg(7.0),
+        surface_speed_m_s: 2.0,
+        spin_up_s: 1.0,
+        max_speed_rad_s: Some(rad_s_from_rpm(6000.0)),
+    };
+    MachineDescription {
+        name: String::from("reference lathe"),
+        axes: [
+            AxisDescription {
+                limits: MotionLimits { velocity: rad_s_from_rpm(600.0), acceleration: 600.0, jerk: 6.0e4 },
+                inertia: 0.02,
+                ..c
+            },
+            AxisDescription {
+                limits: MotionLimits { velocity: 1000.0, acceleration: 2.0e4, jerk: 4.0e6 },
+                soft_limits: Some((8.5, 120.0)),
+                overtravel: Some((8.2, 122.0)),
+                inertia: 25.0,
+                power_up_position: 100.0,
+                ..x
+            },
+            AxisDescription {
+                limits: MotionLimits { velocity: 250.0, acceleration: 2.0e3, jerk: 1.0e5 },
+                inertia: 150.0,
+                ..z
+            },
+        ],
+        stations: vec![],
+        wheel: insert.tool(),
+        insert: Some(insert),
+        ..grinder
     }
 }
 
@@ -123,5 +168,36 @@ mod tests {
         let mut machine = cam_grinder();
         machine.servo_steps_per_tick = 0;
         assert_eq!(machine.validate(), Err(DescriptionError::NotPositive { what: "servo steps per tick", value: 0.0 }));
+    }
+
+    #[test]
+    fn a_lathe_has_an_insert_and_nothing_that_only_a_grinder_has() {
+        assert_eq!(lathe().validate(), Ok(()));
+        assert!(lathe().is_lathe() && !cam_grinder().is_lathe());
+        let growing = MachineDescription { wheel: cam_grinder().wheel, ..lathe() };
+        assert_eq!(growing.validate(), Err(DescriptionError::OnlyOfAGrinder { what: "a wheel" }));
+        let dresser = crate::machine::fixture::Dresser {
+            x_mm: 50.0,
+            z_mm: 10.0,
+            width_mm: 5.0,
+            infeed_speed_mm_s: 1.0,
+            traverse_speed_mm_s: 1.0,
+            dwell_s: 0.1,
+            max_depth_mm: 0.1,
+        };
+        let dressed = MachineDescription { dresser: Some(dresser), ..lathe() };
+        assert_eq!(dressed.validate(), Err(DescriptionError::OnlyOfAGrinder { what: "a dresser" }));
+    }
+
+    #[test]
+    fn a_rake_face_goes_where_the_tool_can_be_set_only() {
+        let height = |machine: MachineDescription| machine.insert.map(|insert| insert.height_mm);
+        assert_eq!(lathe().with_rake_height(5.0).map(height), Ok(Some(5.0)));
+        assert!(matches!(lathe().with_rake_height(31.0), Err(DescriptionError::Outside { value: 31.0, .. })));
+        assert!(lathe().with_rake_height(f64::NAN).is_err());
+        assert_eq!(cam_grinder().with_rake_height(0.0), Err(DescriptionError::NotALathe));
+        let mut machine = lathe();
+        machine.insert.as_mut().expect("a lathe").relief_rad = 2.0;
+        assert!(matches!(machine.validate(), Err(DescriptionError::Outside { .. })));
     }
 }

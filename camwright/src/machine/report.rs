@@ -2,6 +2,7 @@
 
 use crate::machine::alarm::{ALARM_KINDS, Alarm};
 use crate::machine::description::AXIS_COUNT;
+use crate::machine::turned_part::TurnedRemoval;
 use crate::machine::workpiece::Removal;
 use crate::numeric::fixed_list::FixedList;
 use crate::setpoint::{Input, Latch};
@@ -107,8 +108,10 @@ pub struct TickReport {
     pub motion: MotionState,
     /// Index of the lobe that stands in front of the wheel.
     pub lobe: Option<usize>,
-    /// What the wheel took from it.
+    /// What the wheel took from it; what a lathe's insert took from its part, per width of the insert.
     pub removal: Removal,
+    /// What a lathe's insert took, and where it was deepest.
+    pub turned: TurnedRemoval,
     /// Normal force of the wheel on the part at the end of the tick (N); 0 where nothing gives way, and nothing can be told of it.
     pub normal_force_n: f64,
     /// What the gauge reads of the lobe in front of the wheel (mm), and a second gauge, while C turns.

@@ -9,6 +9,7 @@ mod pressing;
 mod slow;
 mod stopping;
 mod turned;
+mod turning;
 
 use camwright::machine::Machine;
 use camwright::machine::description::{AXIS_COUNT, Axis, DriveSettings, MachineDescription};

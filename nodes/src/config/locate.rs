@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 const BUILT_IN: &[(&str, &str)] = &[
     ("machines/cam_grinder.yaml", include_str!("../../../params/machines/cam_grinder.yaml")),
     ("machines/cam_grinder_with_dresser.yaml", include_str!("../../../params/machines/cam_grinder_with_dresser.yaml")),
+    ("machines/lathe.yaml", include_str!("../../../params/machines/lathe.yaml")),
     ("machines/journal_grinder.yaml", include_str!("../../../params/machines/journal_grinder.yaml")),
     ("jobs/journal_runout.yaml", include_str!("../../../params/jobs/journal_runout.yaml")),
     ("jobs/dressed_batch.yaml", include_str!("../../../params/jobs/dressed_batch.yaml")),

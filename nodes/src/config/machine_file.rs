@@ -5,13 +5,14 @@ use super::drive_file::{SlideDriveFile, SpindleDriveFile};
 use super::fault_file::AlarmRetractFile;
 use super::gauge_file::GaugeFile;
 use super::homing_file::{self, HomingFile};
+use super::insert_file::InsertFile;
 use super::probe_file::{GapDetectorFile, KeyWayProbeFile};
 use super::process_file::ProcessFile;
 use super::wheel_file::{DresserFile, ExtentFile, ThermalFile};
 use super::yaml::Document;
 use super::{ConfigError, Place};
 use camwright::machine::description::{
-    Axis, AxisDescription, MachineDescription, MotionLimits, Scale, Station, WheelDescription,
+    Axis, AxisDescription, InsertDescription, MachineDescription, MotionLimits, Scale, Station, WheelDescription,
 };
 use camwright::units::{mm_from_um, rad_from_deg, rad_s_from_rpm};
 use serde::Deserialize;
@@ -34,11 +35,14 @@ struct MachineFile {
     c_axis: RotaryFile,
     x_axis: LinearFile,
     z_axis: LinearFile,
+    /// A lathe may have none.
+    #[serde(default)]
     stations: Vec<StationFile>,
-    dog_length_mm: f64,
+    dog_length_mm: Option<f64>,
     switch_hysteresis_mm: f64,
     origin_window_deg: f64,
-    wheel: WheelFile,
+    wheel: Option<WheelFile>,
+    insert: Option<InsertFile>,
     contact: Option<ContactFile>,
     thermal: Option<ThermalFile>,
     gauge: Option<GaugeFile>,
@@ -111,6 +115,46 @@ struct WheelFile {
     unbalance_um: f64,
 }
 
+impl WheelFile {
+    fn wheel(&self) -> WheelDescription {
+        WheelDescription {
+            new_radius_mm: self.new_radius_mm,
+            min_radius_mm: self.min_radius_mm,
+            width_mm: self.width_mm,
+            surface_speed_m_s: self.surface_speed_m_s,
+            spin_up_s: self.spin_up_s,
+            max_surface_speed_m_s: self.max_surface_speed_m_s,
+            max_speed_rad_s: self.max_speed_rpm.map(rad_s_from_rpm),
+            grinding_ratio: self.grinding_ratio,
+            unbalance_mm: mm_from_um(self.unbalance_um),
+        }
+    }
+
+    fn check(&self, document: &Document, within: &RangeCheck<'_>) -> Result<(), ConfigError> {
+        within("wheel.min_radius_mm", self.min_radius_mm, 1.0, 1e3)?;
+        within("wheel.new_radius_mm", self.new_radius_mm, self.min_radius_mm, 1e3)?;
+        within("wheel.width_mm", self.width_mm, 0.1, 1e3)?;
+        within("wheel.surface_speed_m_s", self.surface_speed_m_s, 1.0, 300.0)?;
+        within("wheel.spin_up_s", self.spin_up_s, 0.0, 600.0)?;
+        within("wheel.unbalance_um", self.unbalance_um, 0.0, 100.0)?;
+        for (key, value, low, high) in [
+            ("wheel.max_surface_speed_m_s", self.max_surface_speed_m_s, 1.0, 300.0),
+            ("wheel.max_speed_rpm", self.max_speed_rpm, 1.0, 1e6),
+            ("wheel.grinding_ratio", self.grinding_ratio, 1e-3, 1e9),
+        ] {
+            value.map_or(Ok(()), |value| within(key, value, low, high))?;
+        }
+        if let Some(most) = self.max_surface_speed_m_s.filter(|most| self.surface_speed_m_s > *most) {
+            let message = format!(
+                "wheel.surface_speed_m_s is {}; the wheel's strength allows wheel.max_surface_speed_m_s, {most}",
+                self.surface_speed_m_s
+            );
+            return Err(document.error("wheel.surface_speed_m_s", message));
+        }
+        Ok(())
+    }
+}
+
 /// A machine as its file describes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Machine {
@@ -139,14 +183,37 @@ pub fn parse(path: &Path, text: &str, overrides: &[String]) -> Result<Machine, C
     document.require_schema("machine", SCHEMA_VERSION)?;
     let file: MachineFile = document.read()?;
     let hash = Sha256::digest(document.text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect();
-    let description = describe(&file, hash);
+    let (wheel, insert) = tool(&document, &file)?;
+    let description = describe(&file, hash, wheel, insert);
     check(&document, &file)?;
     homing_file::check(&document, &description)?;
     description.validate().map_err(|error| ConfigError::at(Place::file(path), error.to_string()))?;
     Ok(Machine { description, source: document.text })
 }
 
-fn describe(file: &MachineFile, hash: String) -> MachineDescription {
+/// What the machine works with: a wheel, or an insert with the wheel that it is to its spindle.
+fn tool(document: &Document, file: &MachineFile) -> Result<(WheelDescription, Option<InsertDescription>), ConfigError> {
+    match (&file.wheel, &file.insert) {
+        (Some(wheel), None) => Ok((wheel.wheel(), None)),
+        (None, Some(insert)) => Ok((insert.insert().tool(), Some(insert.insert()))),
+        (Some(_), Some(_)) => {
+            Err(document.error("insert", "a machine has a wheel, or an insert: this one has both".to_owned()))
+        }
+        (None, None) => {
+            Err(document.error("name", "a machine has a wheel, or an insert: this one has neither".to_owned()))
+        }
+    }
+}
+
+/// Length of a dog where there is no station to have one.
+const NO_DOG_MM: f64 = 8.0;
+
+fn describe(
+    file: &MachineFile,
+    hash: String,
+    wheel: WheelDescription,
+    insert: Option<InsertDescription>,
+) -> MachineDescription {
     MachineDescription {
         name: file.name.clone(),
         hash,
@@ -159,20 +226,11 @@ fn describe(file: &MachineFile, hash: String) -> MachineDescription {
             .iter()
             .map(|station| Station { switch: station.switch.clone(), position_mm: station.position_mm })
             .collect(),
-        dog_length_mm: file.dog_length_mm,
+        dog_length_mm: file.dog_length_mm.unwrap_or(NO_DOG_MM),
         switch_hysteresis_mm: file.switch_hysteresis_mm,
         origin_half_window_rad: rad_from_deg(file.origin_window_deg) / 2.0,
-        wheel: WheelDescription {
-            new_radius_mm: file.wheel.new_radius_mm,
-            min_radius_mm: file.wheel.min_radius_mm,
-            width_mm: file.wheel.width_mm,
-            surface_speed_m_s: file.wheel.surface_speed_m_s,
-            spin_up_s: file.wheel.spin_up_s,
-            max_surface_speed_m_s: file.wheel.max_surface_speed_m_s,
-            max_speed_rad_s: file.wheel.max_speed_rpm.map(rad_s_from_rpm),
-            grinding_ratio: file.wheel.grinding_ratio,
-            unbalance_mm: mm_from_um(file.wheel.unbalance_um),
-        },
+        wheel,
+        insert,
         contact: file.contact.as_ref().map(ContactFile::contact),
         thermal: file.thermal.as_ref().map(ThermalFile::thermal),
         gauge: file.gauge.as_ref().map(GaugeFile::gauge),
@@ -282,29 +340,12 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
         axis.drive.check("drive", &within)?;
         axis.good_drive.as_ref().map_or(Ok(()), |drive| drive.check("good_drive", &within))?;
     }
-    within("dog_length_mm", file.dog_length_mm, 0.1, 1e3)?;
-    within("switch_hysteresis_mm", file.switch_hysteresis_mm, 0.0, file.dog_length_mm)?;
+    let dog_length_mm = file.dog_length_mm.unwrap_or(NO_DOG_MM);
+    within("dog_length_mm", dog_length_mm, 0.1, 1e3)?;
+    within("switch_hysteresis_mm", file.switch_hysteresis_mm, 0.0, dog_length_mm)?;
     within("origin_window_deg", file.origin_window_deg, 1e-3, 90.0)?;
-    within("wheel.min_radius_mm", file.wheel.min_radius_mm, 1.0, 1e3)?;
-    within("wheel.new_radius_mm", file.wheel.new_radius_mm, file.wheel.min_radius_mm, 1e3)?;
-    within("wheel.width_mm", file.wheel.width_mm, 0.1, 1e3)?;
-    within("wheel.surface_speed_m_s", file.wheel.surface_speed_m_s, 1.0, 300.0)?;
-    within("wheel.spin_up_s", file.wheel.spin_up_s, 0.0, 600.0)?;
-    within("wheel.unbalance_um", file.wheel.unbalance_um, 0.0, 100.0)?;
-    for (key, value, low, high) in [
-        ("wheel.max_surface_speed_m_s", file.wheel.max_surface_speed_m_s, 1.0, 300.0),
-        ("wheel.max_speed_rpm", file.wheel.max_speed_rpm, 1.0, 1e6),
-        ("wheel.grinding_ratio", file.wheel.grinding_ratio, 1e-3, 1e9),
-    ] {
-        value.map_or(Ok(()), |value| within(key, value, low, high))?;
-    }
-    if let Some(most) = file.wheel.max_surface_speed_m_s.filter(|most| file.wheel.surface_speed_m_s > *most) {
-        let message = format!(
-            "wheel.surface_speed_m_s is {}; the wheel's strength allows wheel.max_surface_speed_m_s, {most}",
-            file.wheel.surface_speed_m_s
-        );
-        return Err(document.error("wheel.surface_speed_m_s", message));
-    }
+    file.wheel.as_ref().map_or(Ok(()), |wheel| wheel.check(document, &within))?;
+    file.insert.as_ref().map_or(Ok(()), |insert| insert.check(&within))?;
     file.alarm_retract.check(&within)?;
     if let Some(contact) = &file.contact {
         contact.check(document, &within, (file.z_axis.soft_min_mm, file.z_axis.soft_max_mm))?;
@@ -335,6 +376,12 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
 pub(super) type RangeCheck<'a> = dyn Fn(&str, f64, f64, f64) -> Result<(), ConfigError> + 'a;
 
 fn check_stations(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
+    if file.stations.is_empty() && file.insert.is_some() {
+        return Ok(());
+    }
+    let Some(dog_length_mm) = file.dog_length_mm else {
+        return Err(document.error("stations", "dog_length_mm is missing: stations have dogs".to_owned()));
+    };
     if file.stations.is_empty() {
         return Err(document.error("stations", "stations is empty, at least one is needed"));
     }
@@ -356,7 +403,7 @@ fn check_stations(document: &Document, file: &MachineFile) -> Result<(), ConfigE
         }
         // Two dogs on one switch would make an edge ambiguous.
         let room = station.position_mm - previous.position_mm;
-        let needed = file.dog_length_mm + file.switch_hysteresis_mm;
+        let needed = dog_length_mm + file.switch_hysteresis_mm;
         if room <= needed {
             return Err(document.error(
                 &key,

@@ -8,6 +8,7 @@ pub mod fault_file;
 mod follower_file;
 mod gauge_file;
 mod homing_file;
+mod insert_file;
 pub mod job_file;
 pub(crate) mod journal_file;
 pub mod lift_file;

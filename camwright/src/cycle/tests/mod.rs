@@ -71,6 +71,7 @@ pub(crate) fn machine() -> MachineDescription {
             grinding_ratio: None,
             unbalance_mm: 0.0,
         },
+        insert: None,
         contact: None,
         thermal: None,
         gauge: None,

@@ -10,6 +10,7 @@ mod strike;
 mod surface;
 mod sweep;
 mod telling;
+mod turning;
 mod watch;
 
 use crate::machine::alarm::{ALARM_KINDS, Alarm, AlarmKind, Severity};
@@ -22,6 +23,7 @@ use crate::machine::plausibility::Plausibility;
 use crate::machine::report::TickReport;
 use crate::machine::sensors::{OriginDetector, OvertravelSwitches, StationSwitch};
 use crate::machine::state::LastingState;
+use crate::machine::turned_part::TurnedRemoval;
 use crate::machine::wheel::WheelSpindle;
 use crate::machine::workpiece::{CutRecord, Deflection, Lobe, LobeError, Removal, Workpiece};
 use crate::numeric::fixed_list::FixedList;
@@ -33,6 +35,7 @@ pub use command::{MachineCommand, ResetRefused};
 use inputs::{GaugeWatch, References, SwitchWatch};
 use probes::GapWatch;
 use retreat::{Draw, Retreat};
+use turning::Clamped;
 
 /// Where the setpoints come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,6 +72,8 @@ pub struct Machine {
     /// Share of what is left to a warm wheelhead that a tick goes.
     warming: f64,
     part: Workpiece,
+    /// The part in the chuck of a lathe.
+    turned: Option<Clamped>,
     /// How wheel and part have given way to each other.
     deflection: Deflection,
     /// Normal force of the wheel on the part (N).
@@ -176,6 +181,7 @@ impl Machine {
                 .thermal
                 .map_or(0.0, |thermal| -libm::expm1(-description.cycle_time_s() / thermal.time_constant_s)),
             part: Workpiece::default(),
+            turned: None,
             deflection: Deflection::default(),
             force_n: 0.0,
             push_n: 0.0,
@@ -320,6 +326,7 @@ impl Machine {
     /// Takes the part out.
     pub fn clear_part(&mut self) {
         self.part.clear();
+        self.turned = None;
         self.key_way_rad = 0.0;
         self.ground = None;
     }
@@ -452,6 +459,7 @@ impl Machine {
             latches.push(*latch);
         }
         let mut removal = Removal::default();
+        let mut turned = TurnedRemoval::default();
         let lobe = self.lobe_in_front();
         let law = lobe.and_then(|lobe| self.contact_law(lobe));
         if law.is_none() {
@@ -462,7 +470,13 @@ impl Machine {
             self.sense(&spans, &mut latches);
             if let Some(lobe) = lobe {
                 removal = removal.and(self.grind(index, lobe, law.as_ref(), &spans));
+            } else if self.turned.is_some() {
+                turned = turned.and(self.turn_part(&spans));
             }
+        }
+        if let Some(clamped) = &mut self.turned {
+            clamped.part.refresh();
+            removal = self.as_of_a_wheel(&turned);
         }
         self.sense_gap(&mut latches);
         self.turn_on();
@@ -485,7 +499,7 @@ impl Machine {
         self.watch_gauge(gauge_mm, lobe, removal);
         self.end_of_retreat();
         self.react();
-        self.report(setpoint.is_some(), latches, (lobe, removal), gauge_mm)
+        self.report(setpoint.is_some(), latches, (lobe, removal, turned), gauge_mm)
     }
 
     fn apply_command(&mut self, command: MachineCommand) {

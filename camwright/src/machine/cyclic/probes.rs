@@ -70,7 +70,7 @@ impl Machine {
 
     /// Where the key-way under its switch begins and ends (counts of C, modulo a turn), and a turn; `None` without a switch or a part.
     fn key_way(&self) -> Option<([f64; 2], f64)> {
-        let probe = self.description.key_way_probe.filter(|_| !self.part.is_empty())?;
+        let probe = self.description.key_way_probe.filter(|_| self.has_part())?;
         let per_rad = self.axes[Axis::C.index()].counts_per_unit;
         let centre = probe.centre_rad(self.key_way_rad, self.description.rotation_sense) * per_rad;
         let half = 0.5 * probe.width_rad * per_rad;

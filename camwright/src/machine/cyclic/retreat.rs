@@ -45,8 +45,13 @@ pub(super) struct Draw {
 
 impl Machine {
     /// How far X must be for the wheel to be off the lobe in front of it, and how near the axis the lobe comes (mm); none
-    /// where it is off, or nothing is in front.
+    /// where it is off, or nothing is in front. Of a lathe the same for the insert's centre.
     fn too_near(&self, x_mm: f64) -> Option<(f64, f64)> {
+        if self.description.is_lathe() {
+            let (off_mm, nearest_mm) = self.turned_off_mm()?;
+            let off_mm = off_mm + self.description.retract.clearance_mm;
+            return (x_mm < off_mm).then_some((off_mm, nearest_mm.min(x_mm)));
+        }
         let lobe = &self.part.lobes()[self.lobe_in_front()?];
         let off_mm = lobe.reach_mm() + self.description.retract.clearance_mm;
         let nearest_mm = lobe.radii_mm().iter().fold(lobe.reach_mm(), |least, radius| least.min(*radius));

@@ -141,6 +141,6 @@ impl Machine {
 }
 
 /// Azimuth of the wheel line seen from the part (rad), with C at so many counts of which `turn` are a turn.
-fn line_rad(counts: f64, turn: f64, sense: f64) -> f64 {
+pub(super) fn line_rad(counts: f64, turn: f64, sense: f64) -> f64 {
     sense * libm::fmod(counts, turn) / turn * TURN_RAD
 }

@@ -4,6 +4,7 @@ use super::Machine;
 use crate::machine::alarm::Severity;
 use crate::machine::description::Axis;
 use crate::machine::report::{AxisReport, IoState, MAX_LATCHES, MotionState, TickReport};
+use crate::machine::turned_part::TurnedRemoval;
 use crate::machine::workpiece::Removal;
 use crate::numeric::fixed_list::FixedList;
 use crate::setpoint::{Input, Latch};
@@ -38,7 +39,7 @@ impl Machine {
             estop: self.estop,
             drives_on: self.powered,
             wheel_running: self.wheel.is_running(),
-            part_present: !self.part.is_empty(),
+            part_present: self.has_part(),
         }
     }
 
@@ -46,7 +47,7 @@ impl Machine {
         &mut self,
         has_setpoint: bool,
         latches: FixedList<Latch, MAX_LATCHES>,
-        (lobe, removal): (Option<usize>, Removal),
+        (lobe, removal, turned): (Option<usize>, Removal, TurnedRemoval),
         gauge_mm: [Option<f64>; 2],
     ) -> TickReport {
         let cycle_time_s = self.description.cycle_time_s();
@@ -73,6 +74,7 @@ impl Machine {
             motion: self.motion(has_setpoint),
             lobe,
             removal,
+            turned,
             normal_force_n: self.force_n,
             gauge_mm,
             wheel_rad_s: self.wheel_rad_s(),

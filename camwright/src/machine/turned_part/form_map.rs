@@ -1,32 +1,10 @@
 //! How far a turned part is off its design, over azimuth and place: the map, its worst places, and the cusps that the feed leaves.
 
 use super::TurnedPart;
+use crate::surface::SurfacePoint;
 use crate::units::TURN_RAD;
 use alloc::vec::Vec;
 use thiserror::Error;
-
-/// A point of a designed surface.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TargetPoint {
-    /// Radius (mm).
-    pub radius_mm: f64,
-    /// Its derivative by the azimuth (mm/rad).
-    pub per_azimuth_mm_rad: f64,
-    /// Its derivative by the place along the axis.
-    pub per_z: f64,
-}
-
-/// A designed surface: a radius for every azimuth from the key-way (rad) and place along the part (mm).
-pub trait TargetSurface {
-    /// The surface there.
-    fn target_at(&self, azimuth_rad: f64, z_mm: f64) -> TargetPoint;
-}
-
-impl<F: Fn(f64, f64) -> TargetPoint> TargetSurface for F {
-    fn target_at(&self, azimuth_rad: f64, z_mm: f64) -> TargetPoint {
-        self(azimuth_rad, z_mm)
-    }
-}
 
 /// Why there is no map.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
@@ -93,14 +71,19 @@ pub struct FormMap {
 }
 
 impl FormMap {
-    /// The map of a part between two places along it (mm).
+    /// The map of a part between two places along it (mm), against a design by azimuth from the key-way (rad) and place (mm).
     ///
     /// A cell at radius r stands (r − d)/√(1 + (δ/d)² + ζ²) above a design d(φ, z) with the derivatives δ and ζ, to first order: a
     /// deviation e is off by e²κ/2, κ being the curvature of the design. Between its cells the map knows nothing.
     ///
     /// # Errors
     /// No column between the places, a design without a surface.
-    pub fn new(part: &TurnedPart, design: &impl TargetSurface, from_mm: f64, to_mm: f64) -> Result<Self, FormMapError> {
+    pub fn new(
+        part: &TurnedPart,
+        design: impl Fn(f64, f64) -> SurfacePoint,
+        from_mm: f64,
+        to_mm: f64,
+    ) -> Result<Self, FormMapError> {
         let grid = part.grid();
         let within = |z: f64| z >= from_mm - 1e-9 && z <= to_mm + 1e-9;
         let columns: Vec<usize> = (0..grid.columns).filter(|column| within(grid.z_mm(*column))).collect();
@@ -112,9 +95,9 @@ impl FormMap {
             let z_mm = grid.z_mm(*column);
             for (index, radius) in part.column_mm(*column).iter().enumerate() {
                 let azimuth_rad = grid.azimuth_rad(index);
-                let TargetPoint { radius_mm, per_azimuth_mm_rad, per_z } = design.target_at(azimuth_rad, z_mm);
-                let across = per_azimuth_mm_rad / radius_mm;
-                let deviation = (radius - radius_mm) / libm::sqrt(1.0 + across * across + per_z * per_z);
+                let SurfacePoint { radius_mm, by_azimuth, by_z, .. } = design(azimuth_rad, z_mm);
+                let across = by_azimuth / radius_mm;
+                let deviation = (radius - radius_mm) / libm::sqrt(1.0 + across * across + by_z * by_z);
                 if !(radius_mm > 0.0 && deviation.is_finite()) {
                     let azimuth_deg = crate::units::deg_from_rad(azimuth_rad);
                     return Err(FormMapError::NoSurface { azimuth_deg, z_mm, radius_mm });

@@ -26,7 +26,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
 
-pub use form_map::{Cusps, FormBin, FormMap, FormMapError, FormPoint, TargetPoint, TargetSurface};
+pub use form_map::{Cusps, FormBin, FormMap, FormMapError, FormPoint};
 pub use insert::{Insert, InsertMove, InsertPose};
 
 /// Fewest azimuths of a part.
@@ -181,6 +181,8 @@ pub struct TurnedPart {
     cos: Vec<f64>,
     sin: Vec<f64>,
     raw_reach: f64,
+    /// Its smallest radius.
+    least: f64,
     /// An upper bound of its radius.
     reach: f64,
     /// The column to be looked at next, and the largest radius of those before it.
@@ -213,9 +215,10 @@ impl TurnedPart {
             });
         }
         let reach = largest(&radii);
+        let least = radii.iter().fold(reach, |least, r| least.min(*r));
         let cos = (0..azimuths).map(|i| libm::cos(grid.azimuth_rad(i))).collect();
         let sin = (0..azimuths).map(|i| libm::sin(grid.azimuth_rad(i))).collect();
-        Ok(Self { name, grid, radii, cos, sin, raw_reach: reach, reach, refresh: (0, 0.0), changed: false })
+        Ok(Self { name, grid, radii, cos, sin, raw_reach: reach, least, reach, refresh: (0, 0.0), changed: false })
     }
 
     /// A round bar of this radius (mm).
@@ -263,6 +266,12 @@ impl TurnedPart {
     #[must_use]
     pub fn raw_reach_mm(&self) -> f64 {
         self.raw_reach
+    }
+
+    /// Its smallest radius (mm).
+    #[must_use]
+    pub fn least_mm(&self) -> f64 {
+        self.least
     }
 
     /// An upper bound of its radius (mm): it follows what is cut once [`TurnedPart::refresh`] has gone over all columns.

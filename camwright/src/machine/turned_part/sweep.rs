@@ -236,6 +236,7 @@ impl TurnedPart {
             return;
         }
         self.radii[at] = left;
+        self.least = self.least.min(left);
         self.changed = true;
         removal.volume_mm3 += (before + left) * depth * self.half_sector();
         if depth > removal.depth_mm {

@@ -1,6 +1,7 @@
 //! Closed forms of what a round insert leaves, and a slow look at every moment for the rest.
 
 use super::*;
+use crate::surface::SurfacePoint;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -73,13 +74,8 @@ fn turning_a_cylinder_leaves_cusps_of_the_feed_and_the_insert() {
             assert!((part.radius_mm(i, j) - left).abs() < 1e-10, "{i} {j}: {} {left}", part.radius_mm(i, j));
         }
     }
-    let map = FormMap::new(
-        &part,
-        &|_: f64, _: f64| TargetPoint { radius_mm: radius, per_azimuth_mm_rad: 0.0, per_z: 0.0 },
-        0.16,
-        2.9,
-    )
-    .expect("a map");
+    let map = FormMap::new(&part, |_, _| SurfacePoint { radius_mm: radius, ..SurfacePoint::default() }, 0.16, 2.9)
+        .expect("a map");
     let cusps = map.cusps(feed).expect("32 columns in a feed");
     assert!((cusps.most_mm - peak).abs() < 1e-10 && (cusps.mean_mm - peak).abs() < 1e-10, "{cusps:?} {peak}");
     assert!((map.highest().deviation_mm - peak).abs() < 1e-10 && map.lowest().deviation_mm.abs() < 1e-10);
@@ -120,11 +116,15 @@ fn eccentric(r: f64, e: f64, height: f64) -> impl Fn(f64) -> (f64, f64) {
 }
 
 /// The same circle as a radius over azimuth.
-fn disc(r: f64, e: f64) -> impl Fn(f64, f64) -> TargetPoint {
+fn disc(r: f64, e: f64) -> impl Fn(f64, f64) -> SurfacePoint {
     move |azimuth, _| {
         let (sin, cos) = libm::sincos(azimuth);
         let along = libm::sqrt(r * r - e * e * sin * sin);
-        TargetPoint { radius_mm: e * cos + along, per_azimuth_mm_rad: -e * sin - e * e * sin * cos / along, per_z: 0.0 }
+        SurfacePoint {
+            radius_mm: e * cos + along,
+            by_azimuth: -e * sin - e * e * sin * cos / along,
+            ..SurfacePoint::default()
+        }
     }
 }
 
@@ -139,7 +139,7 @@ fn an_eccentric_on_its_exact_path_keeps_cusps_and_nothing_else() {
         let turns = (-4.0 * TURN_RAD, 26.0 * TURN_RAD);
         let turns = (sense * turns.0, sense * turns.1);
         turn(&mut part, &insert(height), path, (sense * feed, 0.0), turns, 30 * 300);
-        let map = FormMap::new(&part, &disc(r, e), 0.0, 4.0).expect("a map");
+        let map = FormMap::new(&part, disc(r, e), 0.0, 4.0).expect("a map");
         let cusp = feed * feed / (8.0 * INSERT);
         let (high, low) = (map.highest(), map.lowest());
         assert!(low.deviation_mm > -1e-5, "{height} {sense}: {low:?}");
@@ -273,7 +273,11 @@ fn a_smaller_reach_is_known_after_every_column_was_looked_at() {
     turn(&mut part, &insert(0.0), |_| (19.0 + INSERT, 0.0), (0.0, 0.5), (0.0, 7.0), 200);
     (0..11).for_each(|_| part.refresh());
     let most = part.radii_mm().iter().copied().fold(0.0, f64::max);
-    assert!(part.reach_mm() < 19.1 && part.reach_mm() >= most && part.raw_reach_mm() >= 20.0, "{}", part.reach_mm());
+    assert!(
+        part.reach_mm() < 19.1 && part.reach_mm() >= most && part.raw_reach_mm() >= 20.0 && part.least_mm() >= 19.0,
+        "{}",
+        part.reach_mm()
+    );
 }
 
 #[test]
@@ -302,8 +306,8 @@ fn the_map_measures_along_the_normal_and_its_bins_lose_no_extreme() {
     radii[30 * 36 + 7] += 0.05;
     radii[11 * 36 + 35] -= 0.04;
     let part = TurnedPart::new(String::from("cone"), grid, radii).expect("a cone");
-    let design = |_: f64, z: f64| TargetPoint { radius_mm: cone(z), per_azimuth_mm_rad: 0.0, per_z: 0.75 };
-    let map = FormMap::new(&part, &design, 0.0, 20.0).expect("a map");
+    let design = |_, z: f64| SurfacePoint { radius_mm: cone(z), by_z: 0.75, ..SurfacePoint::default() };
+    let map = FormMap::new(&part, design, 0.0, 20.0).expect("a map");
     let (high, low) = (map.highest(), map.lowest());
     assert!((high.deviation_mm - 0.8 * 0.06).abs() < 1e-12 && (high.z_mm - 15.0).abs() < 1e-12);
     assert!((high.azimuth_rad - grid.azimuth_rad(7)).abs() < 1e-12);
@@ -315,7 +319,7 @@ fn the_map_measures_along_the_normal_and_its_bins_lose_no_extreme() {
     assert!(bins.iter().any(|bin| bin.least_mm <= low.deviation_mm));
     assert!(bins.iter().all(|bin| bin.least_mm <= bin.mean_mm && bin.mean_mm <= bin.most_mm));
     assert_eq!(map.bins(1000, 1000).len(), 36 * 41);
-    assert!(matches!(FormMap::new(&part, &design, 30.0, 40.0), Err(FormMapError::NoColumns { .. })));
-    let none = |_: f64, _: f64| TargetPoint { radius_mm: f64::NAN, per_azimuth_mm_rad: 0.0, per_z: 0.0 };
-    assert!(matches!(FormMap::new(&part, &none, 0.0, 9.0), Err(FormMapError::NoSurface { .. })));
+    assert!(matches!(FormMap::new(&part, design, 30.0, 40.0), Err(FormMapError::NoColumns { .. })));
+    let none = |_, _| SurfacePoint { radius_mm: f64::NAN, ..SurfacePoint::default() };
+    assert!(matches!(FormMap::new(&part, none, 0.0, 9.0), Err(FormMapError::NoSurface { .. })));
 }
