@@ -511,3 +511,71 @@ fn whole(name: &str, value: f64) -> Result<u32, String> {
         Err(format!("{name} is {value}, not a whole number"))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use camwright::machine::reference::cam_grinder;
+
+    /// A spiral with a move before it; its laws, longer than a page.
+    fn turned() -> Plan {
+        let knots = |count: u32, value: f64| {
+            let knot = |i: u32| Knot { at: f64::from(i), value: value + f64::from(i), first: 1.0, second: 0.0 };
+            HermiteSpline::new((0..count).map(knot).collect()).expect("they increase")
+        };
+        let segment = |kind, label: &str| Segment {
+            kind,
+            phase: Phase::Cut,
+            lobe: Some(0),
+            label: label.into(),
+            ticks: 1000,
+            stop_ticks: 77,
+            stock_mm: 0.5,
+        };
+        let limits = cam_grinder().axis(Axis::Z).limits;
+        Plan {
+            job: "turned".into(),
+            lobes: vec!["part".into()],
+            time_laws: vec![knots(2, 0.0), knots(3, 0.0)],
+            angle_laws: vec![knots(2000, 32.0), knots(2, 50.0)],
+            segments: vec![
+                segment(SegmentKind::Move(vec![AxisTarget { axis: Axis::Z, target_counts: 5, limits }]), "move"),
+                segment(
+                    SegmentKind::Spiral(SpiralSegment { path: 0, advance: 1, speed: 1, start_counts: 17 }),
+                    "spiral",
+                ),
+            ],
+            duration_s: 2.0,
+            ..Plan::default()
+        }
+    }
+
+    #[test]
+    fn a_spiral_comes_back_from_its_pages_in_any_order() {
+        let plan = turned();
+        let mut pages = pages_from_plan(&plan, &Provenance::default());
+        assert!(pages.len() > 4, "{} pages", pages.len());
+        pages.reverse();
+        let (back, _) = plan_from_pages(&pages, &cam_grinder()).expect("whole");
+        assert_eq!(back.segments[1], plan.segments[1]);
+        for (law, other) in plan.angle_laws.iter().zip(&back.angle_laws) {
+            assert_eq!(law.knots().len(), other.knots().len());
+            for (knot, other) in law.knots().iter().zip(other.knots()) {
+                // Through metres and back: a bit may differ.
+                assert!((knot.value - other.value).abs() <= 4.0 * f64::EPSILON * knot.value, "{knot:?} {other:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_spiral_that_names_a_law_of_another_kind_is_refused() {
+        let mut plan = turned();
+        plan.segments.truncate(2);
+        if let SegmentKind::Spiral(spiral) = &mut plan.segments[1].kind {
+            spiral.speed = 2;
+        }
+        let pages = pages_from_plan(&plan, &Provenance::default());
+        let error = plan_from_pages(&pages, &cam_grinder()).expect_err("law 2 is not over time");
+        assert!(error.to_string().contains("there is no spline 2 of kind"), "{error}");
+    }
+}
