@@ -105,16 +105,20 @@ impl GridSpline {
         let n = self.angles;
         let per_rad = n as f64 / TURN_RAD;
         let x = (azimuth_rad - self.start_rad) * per_rad;
-        let floor = libm::floor(x);
-        #[allow(clippy::cast_possible_truncation, reason = "angles are far inside i64 knots; one that is none gives 0")]
-        let knot = (floor as i64).rem_euclid(i64::try_from(n).unwrap_or(i64::MAX));
-        let knot = usize::try_from(knot).unwrap_or(0);
-        let round = Weights::of_coefficients(x - floor);
+        // Into the turn without a whole-number remainder, which takes longer than the rest.
+        let x = x - n as f64 * libm::floor(x / n as f64);
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "within the turn; what is none gives 0"
+        )]
+        let knot = (x as usize).min(n - 1);
+        let round = Weights::of_coefficients(x - knot as f64);
         // The two rows of six coefficients, and what they are in value, slope and bend along z.
         let here = |k: usize| self.nodes[row * n + k];
         let above = |k: usize| self.nodes[(row + 1) * n + k];
         let mut sums = [[0.0; 3]; 3];
-        let mut k = (knot + n - 2) % n;
+        let mut k = if knot < 2 { knot + n - 2 } else { knot - 2 };
         let [value, first, second] = round;
         for ((value, first), second) in value.into_iter().zip(first).zip(second) {
             let ([c0, m0], [c1, m1]) = (here(k), above(k));

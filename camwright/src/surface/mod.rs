@@ -348,7 +348,7 @@ impl Surface {
     /// on that grid only, so they count half as much again.
     #[must_use]
     pub fn bounds(&self, from_mm: f64, to_mm: f64) -> SurfaceBounds {
-        let (angles, rows) = self.bounds_grid();
+        let (angles, rows) = self.looked_at();
         let azimuth_step = TURN_RAD / f64::from(angles);
         let z_step = (to_mm - from_mm) / f64::from(rows);
         let mut bounds = SurfaceBounds {
@@ -399,7 +399,8 @@ impl Surface {
         bounds
     }
 
-    fn bounds_grid(&self) -> (u32, u32) {
+    /// Azimuths and rows on which every feature of the surface is seen, as many as that may be.
+    pub(crate) fn looked_at(&self) -> (u32, u32) {
         let (angles, rows) = match &self.shape {
             Shape::Solid(solid) => (solid.grid(), BOUNDS_GRID.1),
             Shape::Grid(spline) => spline.fine_grid(),

@@ -1,0 +1,82 @@
+//! Several passes: roughing of equal depth, then finishing.
+
+use super::{Feed, InsertPath, InsertPathError, PathRequest};
+use crate::surface::Surface;
+use alloc::vec::Vec;
+
+/// What is turned off in how many passes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passes {
+    /// Stock on the section before the first pass (mm).
+    pub stock_mm: f64,
+    /// What roughing leaves for the last pass (mm).
+    pub finish_mm: f64,
+    /// Most that a roughing pass takes (mm).
+    pub deepest_mm: f64,
+    /// How roughing advances.
+    pub rough_feed: Feed,
+}
+
+/// One pass and its path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pass {
+    /// What it takes off, along the section's normal in the rake plane (mm).
+    pub depth_mm: f64,
+    /// Where the insert's centre runs.
+    pub path: InsertPath,
+}
+
+/// Most passes.
+const MOST: f64 = 1000.0;
+
+impl Passes {
+    /// What every pass leaves on the section (mm), the last one nothing: roughing passes of equal depth, no deeper than allowed, then
+    /// finishing.
+    ///
+    /// # Errors
+    /// Numbers out of range, more than 1000 passes.
+    pub fn stocks_mm(&self) -> Result<Vec<f64>, InsertPathError> {
+        let bad = |what, value, allowed| Err(InsertPathError::BadNumber { what, value, allowed });
+        if !(self.stock_mm >= 0.0 && self.stock_mm.is_finite()) {
+            return bad("the stock", self.stock_mm, "at least 0 and finite");
+        }
+        if !(self.finish_mm >= 0.0 && self.finish_mm <= self.stock_mm) {
+            return bad("the stock for finishing", self.finish_mm, "at least 0 and no more than the whole stock");
+        }
+        if !(self.deepest_mm > 0.0 && self.deepest_mm.is_finite()) {
+            return bad("the depth of a roughing pass", self.deepest_mm, "above 0");
+        }
+        let rough = self.stock_mm - self.finish_mm;
+        let passes = libm::ceil(rough / self.deepest_mm - 1e-9).max(0.0);
+        if passes > MOST {
+            return bad("the number of roughing passes", passes, "up to 1000");
+        }
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it was bounded")]
+        let passes = passes as u32;
+        let left = |pass: u32| self.finish_mm + rough * f64::from(passes - pass) / f64::from(passes);
+        let mut stocks: Vec<f64> = (1..=passes).map(left).collect();
+        // Without stock for finishing the last roughing pass is the last of all.
+        if stocks.is_empty() || self.finish_mm > 0.0 {
+            stocks.push(0.0);
+        }
+        Ok(stocks)
+    }
+
+    /// The paths of all passes; the last one as `finish` asks for it, whose stock does not count.
+    ///
+    /// # Errors
+    /// What [`Self::stocks_mm`] and [`InsertPath::new`] say.
+    pub fn paths(&self, surface: &Surface, finish: &PathRequest) -> Result<Vec<Pass>, InsertPathError> {
+        let stocks = self.stocks_mm()?;
+        let last = stocks.len() - 1;
+        let mut before = self.stock_mm;
+        let mut passes = Vec::with_capacity(stocks.len());
+        for (index, stock_mm) in stocks.into_iter().enumerate() {
+            let feed = if index == last { finish.feed } else { self.rough_feed };
+            let path = InsertPath::new(surface, &PathRequest { feed, stock_mm, ..*finish })?;
+            passes.push(Pass { depth_mm: before - stock_mm, path });
+            before = stock_mm;
+        }
+        Ok(passes)
+    }
+}
