@@ -1,4 +1,5 @@
 //! Sections of the rake plane and paths of the insert against closed forms, and against sections found by other arithmetic.
+#![allow(clippy::print_stdout, reason = "the figures of what must be shown")]
 
 mod cams;
 mod solids;
@@ -76,7 +77,7 @@ fn cam(turned: f64, z: f64, y: f64) -> f64 {
 fn distance(section: impl Fn(f64) -> f64, x: f64, z: f64, reach: f64) -> f64 {
     let at = |k: u32| z + reach * 1.5 * (f64::from(k) / 75.0 - 1.0);
     let far = |z1: f64| (section(z1) - x).hypot(z1 - z);
-    let nearest = (0..=150).min_by(|a, b| far(at(*a)).total_cmp(&far(at(*b)))).unwrap();
+    let nearest = (0..=150).min_by(|a, b| far(at(*a)).total_cmp(&far(at(*b)))).expect("a range that is not empty");
     let (mut low, mut high) = (at(nearest) - 0.02 * reach, at(nearest) + 0.02 * reach);
     for _ in 0..60 {
         let third = (high - low) / 3.0;
@@ -143,6 +144,22 @@ fn a_cylinder_has_a_path_that_stands_still() {
     assert!((path.z_at(path.x().end()).value - 20.0).abs() < 1e-9);
     // f²/8R
     assert!((path.cusp_mm() - 0.16 / 48.0).abs() < 1e-5);
+}
+
+/// What plans carry is the same curve: X of the cutting point and Z over the angle since the start.
+#[test]
+fn the_laws_of_a_plan_are_the_path() {
+    for feed in [Feed::AlongZ(0.4), Feed::AlongCurve(0.4)] {
+        let path = InsertPath::new(&cam_along_z(), &PathRequest { feed, ..request(14.0, 8.0) }).unwrap();
+        let (x, z) = path.laws().unwrap();
+        let (start, way) = (path.x().start(), path.x().end() - path.x().start());
+        assert!(x.start() == 0.0 && (x.end() - way).abs() < 1e-9 && (z.end() - way).abs() < 1e-9);
+        for k in 0..2000_u32 {
+            let since = way * f64::from(k) / 2000.0;
+            assert!((x.sample(since).value + 6.0 - path.x().sample(start + since).value).abs() < 1e-9);
+            assert!((z.sample(since).value - path.z_at(start + since).value).abs() < 1e-9);
+        }
+    }
 }
 
 #[test]
