@@ -371,25 +371,22 @@ impl InsertPath {
         }
     }
 
-    /// X of the insert's cutting point, R nearer to the axis than its centre, and Z of its centre over the angle since the path begins (mm
-    /// over rad), in the form in which plans carry motion.
+    /// X and Z of the insert's centre over the angle since the path begins (mm over rad), in the form in which plans carry motion.
     ///
     /// # Errors
     /// None for a path that was made here: its step is positive and its knots are finite.
     pub fn laws(&self) -> Result<(HermiteSpline, HermiteSpline), HermiteError> {
-        let since = |spline: &UniformHermite, less: f64| {
-            let knots = spline.knots().iter().map(|[value, first, second]| [value - less, *first, *second]).collect();
-            UniformHermite::new(0.0, spline.step(), knots)?.to_hermite()
-        };
+        let since =
+            |spline: &UniformHermite| UniformHermite::new(0.0, spline.step(), spline.knots().to_vec())?.to_hermite();
         let z = match &self.z {
             ZLaw::Straight { from_mm, per_rad } => {
                 let end = self.x.end() - self.x.start();
                 let knot = |at: f64| Knot { at, value: from_mm + at * per_rad, first: *per_rad, second: 0.0 };
                 HermiteSpline::new([knot(0.0), knot(end)].to_vec())?
             }
-            ZLaw::Spline(spline) => since(spline, 0.0)?,
+            ZLaw::Spline(spline) => since(spline)?,
         };
-        Ok((since(&self.x, self.request.insert_radius_mm)?, z))
+        Ok((since(&self.x)?, z))
     }
 
     /// The tightest hollow that the insert does not reach into, `None` if it reaches everywhere.
