@@ -265,6 +265,58 @@ fn rates_are_those_of_the_path_and_the_fastest_spindle_keeps_the_limits() {
     }
 }
 
+/// From rest to rest, at the end of the path when it ends, and no slide exceeds a limit on the way, by differences over time.
+#[test]
+fn the_spindle_runs_up_and_stops_within_the_limits_of_all_axes() {
+    let limits = AxisLimits {
+        x: MotionLimits { velocity: 500.0, acceleration: 2e4, jerk: 2e6 },
+        z: MotionLimits { velocity: 200.0, acceleration: 5e3, jerk: 5e5 },
+        spindle_rad_s: 300.0,
+    };
+    let c = MotionLimits { velocity: 200.0, acceleration: 600.0, jerk: 6e4 };
+    let surface = cam_along_z();
+    for (what, asked, ask) in [
+        ("all it can", 1e3, request(1.0, 21.0)),
+        ("slowly", 5.0, request(1.0, 3.0)),
+        ("along the curve", 1e3, PathRequest { feed: Feed::AlongCurve(0.5), ..request(1.0, 21.0) }),
+        ("a turn", 1e3, request(11.0, 11.4)),
+    ] {
+        let path = InsertPath::new(&surface, &ask).unwrap();
+        let law = path.spindle_law(asked, &limits, c).unwrap();
+        let (x, z) = path.laws().unwrap();
+        println!("{what}: {:.2} rad/s, ramp {:.3} s, whole {:.2} s", law.rad_s, law.ramp_s, law.law.end());
+        assert!(law.rad_s <= asked && law.rad_s > 0.0);
+        assert!((law.law.sample(law.law.end()).value - x.end()).abs() < 1e-9 && law.law.start() == 0.0);
+        let h = 1e-4;
+        let steps = (law.law.end() / h) as u32;
+        let at = |k: u32| law.law.sample(f64::from(k) * h).value;
+        let functions: [(&str, &dyn Fn(u32) -> f64, MotionLimits); 3] =
+            [("C", &at, c), ("X", &|k| x.sample(at(k)).value, limits.x), ("Z", &|k| z.sample(at(k)).value, limits.z)];
+        for (axis, f, limits) in functions {
+            let mut worst = [0.0_f64; 3];
+            // The ends, and some of the middle.
+            for k in (0..steps - 4).filter(|k| *k < 8000 || *k + 8000 > steps || k % 7 == 0) {
+                let [a, b, c, d] = [f(k), f(k + 1), f(k + 2), f(k + 3)];
+                worst[0] = worst[0].max((b - a).abs() / h);
+                worst[1] = worst[1].max((c - 2.0 * b + a).abs() / (h * h));
+                worst[2] = worst[2].max((d - 3.0 * c + 3.0 * b - a).abs() / (h * h * h));
+            }
+            // Angles of a thousand rad are rounded, which the third difference sees.
+            let noise = [1e-6, 1e-2, 50.0];
+            for ((worst, limit), noise) in
+                worst.iter().zip([limits.velocity, limits.acceleration, limits.jerk]).zip(noise)
+            {
+                assert!(*worst <= limit + noise, "{what}, {axis}: {worst} {limit}");
+            }
+        }
+    }
+    let path = InsertPath::new(&surface, &request(1.0, 2.0)).unwrap();
+    for bad in [0.0, -1.0, f64::NAN] {
+        assert!(path.spindle_law(bad, &limits, c).is_err());
+        assert!(path.spindle_law(1.0, &limits, MotionLimits { jerk: bad, ..c }).is_err());
+    }
+}
+
 /// At constant feed along the curve the contact goes the same way each turn at each angle, and Z goes to and fro within a turn.
 #[test]
 fn feed_along_the_curve_is_constant_along_the_curve() {

@@ -20,10 +20,12 @@ mod contact;
 mod hollow;
 mod passes;
 mod rates;
+mod spindle;
 
 pub use hollow::Hollow;
 pub use passes::{Pass, Passes};
 pub use rates::{AxisLimits, PathRates, PathUse, Rates, SpeedBound, SpindleSpeed};
+pub use spindle::SpindleLaw;
 
 use crate::numeric::hermite::{HermiteError, HermiteSpline, Knot, Sample};
 use crate::numeric::uniform_hermite::UniformHermite;
