@@ -265,6 +265,9 @@ fn rates_are_those_of_the_path_and_the_fastest_spindle_keeps_the_limits() {
     }
 }
 
+/// A position over steps of time.
+type Function<'a> = &'a dyn Fn(u32) -> f64;
+
 /// From rest to rest, at the end of the path when it ends, and no slide exceeds a limit on the way, by differences over time.
 #[test]
 fn the_spindle_runs_up_and_stops_within_the_limits_of_all_axes() {
@@ -288,9 +291,10 @@ fn the_spindle_runs_up_and_stops_within_the_limits_of_all_axes() {
         assert!(law.rad_s <= asked && law.rad_s > 0.0);
         assert!((law.law.sample(law.law.end()).value - x.end()).abs() < 1e-9 && law.law.start() == 0.0);
         let h = 1e-4;
-        let steps = (law.law.end() / h) as u32;
+        let steps = (0_u32..).take_while(|k| f64::from(*k) * h < law.law.end()).count();
+        let steps = u32::try_from(steps).unwrap();
         let at = |k: u32| law.law.sample(f64::from(k) * h).value;
-        let functions: [(&str, &dyn Fn(u32) -> f64, MotionLimits); 3] =
+        let functions: [(_, Function<'_>, _); 3] =
             [("C", &at, c), ("X", &|k| x.sample(at(k)).value, limits.x), ("Z", &|k| z.sample(at(k)).value, limits.z)];
         for (axis, f, limits) in functions {
             let mut worst = [0.0_f64; 3];
