@@ -44,11 +44,27 @@ struct Sweep<'a> {
     to: InsertPose,
     x: (f64, f64),
     z: (f64, f64),
+    /// Square of the insert's height, distance of the columns, volume of a cell over the square of its radius.
+    height2: f64,
+    column_step: f64,
+    half_sector: f64,
 }
 
 /// Distance by which a point at xₑ lies beyond a line.
 fn beyond((cos, sin): (f64, f64), height: f64, edge: f64) -> f64 {
     cos * height - sin * edge
+}
+
+/// Sine and cosine of an angle that C turns in a servo step: below 0.02 rad the next terms of the series are below rounding, and
+/// thousands of cells need them in every tick.
+fn turn_of_a_step(angle: f64) -> (f64, f64) {
+    if angle.abs() > 0.02 {
+        return libm::sincos(angle);
+    }
+    let square = angle * angle;
+    let sin = angle * (1.0 - square / 6.0 * (1.0 - square / 20.0));
+    let cos = 1.0 - 0.5 * square * (1.0 - square / 12.0 * (1.0 - square / 30.0));
+    (sin, cos)
 }
 
 impl Insert {
@@ -99,24 +115,24 @@ impl Sweep<'_> {
         }
         // Regula falsi; the end that stays twice counts half (the Illinois way).
         let (mut left, mut right) = ((0.0, g0), (1.0, g1));
-        let mut edge = edge1;
+        let (mut edge, mut went_left) = (edge1, None);
         for _ in 0..MOST_STEPS {
             let s = left.0 - left.1 * (right.0 - left.0) / (right.1 - left.1);
             let [turned, x, z] = self.motion.gone(s);
             edge = insert.edge_mm(self.from.x_mm + x, column_mm - self.from.z_mm - z)?;
-            let (sin, cos) = libm::sincos(turned);
+            let (sin, cos) = turn_of_a_step(turned);
             let (cos_a, sin_a) = (line.begin.0 * cos + line.begin.1 * sin, line.begin.1 * cos - line.begin.0 * sin);
             let g = beyond((cos_a, sin_a), height, edge);
             if g.abs() <= ARC_MM {
                 break;
             }
-            if (g < 0.0) == (left.1 < 0.0) {
-                left = (s, g);
-                right.1 *= 0.5;
-            } else {
-                right = (s, g);
-                left.1 *= 0.5;
+            let goes_left = (g < 0.0) == (left.1 < 0.0);
+            let other = if goes_left { &mut right } else { &mut left };
+            if went_left == Some(goes_left) {
+                other.1 *= 0.5;
             }
+            *(if goes_left { &mut left } else { &mut right }) = (s, g);
+            went_left = Some(goes_left);
         }
         Some(edge)
     }
@@ -161,7 +177,8 @@ impl TurnedPart {
         if !cuts {
             return self.look(insert, to);
         }
-        let sweep = Sweep { insert, motion, from, to, x, z };
+        let (column_step, half_sector) = (self.grid.column_step_mm(), self.half_sector());
+        let sweep = Sweep { insert, motion, from, to, x, z, height2: height * height, column_step, half_sector };
         // Half the width over which the edge is inside the largest radius.
         let depth = x.0 - outermost;
         let widest = if depth > 0.0 {
@@ -221,8 +238,8 @@ impl TurnedPart {
     fn cut_cell(&mut self, sweep: &Sweep<'_>, line: &Line, column: usize, removal: &mut TurnedRemoval) {
         let at = column * self.grid.azimuths + line.index;
         let before = self.radii[at];
-        let (insert, column_mm) = (sweep.insert, self.grid.z_mm(column));
-        let square = insert.height_mm * insert.height_mm;
+        let (insert, square) = (sweep.insert, sweep.height2);
+        let column_mm = self.grid.from_mm + sweep.column_step * column as f64;
         // As far in as the edge can be at this column in the whole step.
         let beside = (sweep.z.0 - column_mm).max(column_mm - sweep.z.1).max(0.0);
         let Some(lowest) = insert.edge_mm(sweep.x.0, beside) else { return };
@@ -238,7 +255,7 @@ impl TurnedPart {
         self.radii[at] = left;
         self.least = self.least.min(left);
         self.changed = true;
-        removal.volume_mm3 += (before + left) * depth * self.half_sector();
+        removal.volume_mm3 += (before + left) * depth * sweep.half_sector;
         if depth > removal.depth_mm {
             removal.depth_mm = depth;
             removal.deepest = Some((self.grid.azimuth_rad(line.index), column_mm));
