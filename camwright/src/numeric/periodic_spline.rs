@@ -1,6 +1,6 @@
 //! Uniform periodic quintic B-splines over one turn: C⁴, the form in which every closed curve of a cam travels.
 
-use super::banded::CyclicBand;
+use super::banded::{CyclicBand, CyclicCholesky};
 use crate::units::TURN_RAD;
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -62,14 +62,18 @@ impl PeriodicSpline {
         // Around the first value, so that a constant stays exactly constant and a small lift keeps its digits.
         let level = values[0];
         let mut coefficients: Vec<f64> = values.iter().map(|value| value - level).collect();
-        CyclicBand::<3>::circulant(values.len(), [66.0 / 120.0, 26.0 / 120.0, 1.0 / 120.0])
-            .factor()
+        Self::interpolation(values.len())
             .expect("at least six rows, and the diagonal outweighs the rest of its row")
             .solve(&mut coefficients);
         for coefficient in &mut coefficients {
             *coefficient += level;
         }
         Self::from_coefficients(coefficients)
+    }
+
+    /// What turns so many values into coefficients; `None` for fewer than five.
+    pub(crate) fn interpolation(count: usize) -> Option<CyclicCholesky<3>> {
+        CyclicBand::<3>::circulant(count, [66.0 / 120.0, 26.0 / 120.0, 1.0 / 120.0]).factor().ok()
     }
 
     /// Its coefficients, one per knot.

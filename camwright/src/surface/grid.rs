@@ -79,10 +79,13 @@ impl GridSpline {
         check_z(&grid.z_mm)?;
         let level_mm = grid.radii_mm[0];
         let mut nodes = Vec::with_capacity(angles * rows);
+        // As `PeriodicSpline::interpolate` does it, with one factor for all rows.
+        let factor = PeriodicSpline::interpolation(angles).expect("at least six azimuths");
         for row in grid.radii_mm.chunks_exact(columns) {
-            let values: Vec<f64> = row[..angles].iter().map(|radius| radius - level_mm).collect();
-            let spline = PeriodicSpline::interpolate(&values).expect("at least six finite radii");
-            nodes.extend(spline.coefficients().iter().map(|c| [*c, 0.0]));
+            let first = row[0];
+            let mut values: Vec<f64> = row[..angles].iter().map(|radius| radius - first).collect();
+            factor.solve(&mut values);
+            nodes.extend(values.iter().map(|c| [c + (first - level_mm), 0.0]));
         }
         second_derivatives(&grid.z_mm, angles, &mut nodes);
         let rows_per_mm = (rows - 1) as f64 / (grid.z_mm[rows - 1] - grid.z_mm[0]);
@@ -97,7 +100,7 @@ impl GridSpline {
     /// A grid that has at least the azimuths and, up to a number, the rows of this one.
     pub(super) fn fine_grid(&self) -> (u32, u32) {
         let number = |count: usize, most: u32| u32::try_from(count).unwrap_or(most).min(most);
-        (number(self.angles, 1440), number(self.z_mm.len() - 1, 512))
+        (number(self.angles, 1440).max(360), number(self.z_mm.len() - 1, 400).max(64))
     }
 
     pub(super) fn point(&self, azimuth_rad: f64, z_mm: f64) -> SurfacePoint {

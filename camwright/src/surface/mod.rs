@@ -403,7 +403,8 @@ impl Surface {
     pub(crate) fn looked_at(&self) -> (u32, u32) {
         let (angles, rows) = match &self.shape {
             Shape::Solid(solid) => (solid.grid(), BOUNDS_GRID.1),
-            Shape::Grid(spline) => spline.fine_grid(),
+            // Its own azimuths tell all there is; they may be many.
+            Shape::Grid(spline) => return spline.fine_grid(),
             Shape::Cams(stack) => stack.fine_grid(),
         };
         (angles.max(BOUNDS_GRID.0), rows.max(BOUNDS_GRID.1))
