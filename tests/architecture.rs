@@ -33,6 +33,7 @@ const ORDER: &[&[&str]] = &[
     &["machine::state"],
     &["dressing"],
     &["job"],
+    &["turning_job"],
     &["infeed"],
     &["plan"],
     &["cut_motion"],

@@ -32,6 +32,7 @@ mod measure;
 mod order;
 mod sequence;
 mod steps;
+mod turned;
 mod turning;
 mod wheels;
 
@@ -43,6 +44,7 @@ pub use lobe::{LobeDesign, PlannedLobe, designs};
 pub use logged::{Contact, ContactFrom, NotCorrected, rests_rad};
 pub use measure::{MeasuredJob, PlannedMeasuring, Skipped, measured_stocks, plan_measured_job, plan_measuring};
 pub use order::{LobeOrder, fastest_order};
+pub use turned::{PlannedPass, PlannedTurning, TurningError, plan_turning};
 
 use crate::dressing::PlannedDress;
 use crate::infeed::InfeedSchedule;

@@ -1,0 +1,164 @@
+//! A part that is not round, from its job to the finished surface: planned, turned by the interpolator on a simulated lathe, and compared
+//! with its design.
+#![allow(clippy::cast_precision_loss, reason = "test figures are small")]
+
+mod solids;
+
+use camwright::cycle::{PlannedTurning, TurningError, plan_turning};
+use camwright::insert_clearance::InsertClearanceError;
+use camwright::insert_path::{Feed, Passes};
+use camwright::interpolator::{Interpolator, Motion, Outcome, Prepared};
+use camwright::machine::Machine;
+use camwright::machine::description::{DriveSettings, MachineDescription};
+use camwright::machine::reference::{cam_grinder, lathe};
+use camwright::machine::state::LastingState;
+use camwright::machine::turned_part::{FormMap, PartGrid, TurnedPart};
+use camwright::plan::SegmentKind;
+use camwright::rehearsal::rehearse;
+use camwright::surface::Surface;
+use camwright::surface::cams::CamAlong;
+use camwright::turning_job::{TurningJob, TurningSpeed};
+use camwright::units::TURN_RAD;
+use std::sync::Arc;
+
+const LENGTH_MM: f64 = 4.0;
+const LIFT_MM: f64 = 3.0;
+const FEED_MM: f64 = 0.2;
+
+/// A cam of 20 mm base radius, turned from a bar that just holds it: two roughing passes, then finishing.
+fn cam() -> TurningJob {
+    let contour = solids::raised_cosine(LIFT_MM);
+    let surface = Surface::cams(&[CamAlong { contour: &contour, phase_rad: 0.5, from_mm: 0.0, to_mm: LENGTH_MM }]);
+    TurningJob {
+        name: "cam".into(),
+        surface: surface.expect("a cam"),
+        turned_mm: (LENGTH_MM, 0.0),
+        bar_radius_mm: 23.2,
+        part_zero_mm: 2.0,
+        passes: Passes { stock_mm: 3.4, finish_mm: 0.4, deepest_mm: 1.5, rough_feed: Feed::AlongZ(0.4) },
+        feed: Feed::AlongZ(FEED_MM),
+        angles: 360,
+        speed: TurningSpeed::Fastest,
+        clearance_mm: 1.0,
+        rapid_speed_mm_s: 200.0,
+    }
+}
+
+fn ideal() -> MachineDescription {
+    lathe().with_drives(DriveSettings::IDEAL)
+}
+
+fn planned(job: &TurningJob, machine: &MachineDescription) -> PlannedTurning {
+    plan_turning(job, machine, None).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The part after the job, on a machine that begins anywhere; turns of the spindle that the machine made.
+fn turned(job: &TurningJob, machine: &MachineDescription) -> TurnedPart {
+    let plan = planned(job, machine).plan;
+    let mut lathe = Machine::new(machine.clone(), LastingState::new(machine)).expect("a lathe");
+    let grid = PartGrid { azimuths: 720, columns: 401, from_mm: 0.0, to_mm: LENGTH_MM };
+    let bar = TurnedPart::round("bar".into(), grid, job.bar_radius_mm).expect("a bar");
+    lathe.load_turned_part(bar, job.part_zero_mm).expect("a lathe");
+    let motion = Prepared::new(Motion::Plan(Arc::new(plan)), machine).unwrap_or_else(|error| panic!("{error}"));
+    let mut interpolator = Interpolator::new(machine);
+    let done = rehearse(Box::new(motion), &mut interpolator, &mut lathe, |_, _| {});
+    assert_eq!(done.unwrap_or_else(|error| panic!("{error}")).outcome, Outcome::Completed);
+    lathe.turned_part().expect("it was loaded").clone()
+}
+
+fn form(job: &TurningJob, part: &TurnedPart) -> FormMap {
+    // The insert stands over the end of what is turned: its groove goes out by its own radius.
+    FormMap::new(part, |azimuth, z| job.surface.point(azimuth, z), 0.0, LENGTH_MM).expect("a map")
+}
+
+/// What is left is the cusps of the feed, f²/8R: besides them half a count of X and C, and what the sweep interpolates.
+#[test]
+fn ideal_drives_leave_the_cusps_of_the_feed_and_nothing_else() {
+    let (job, machine) = (cam(), ideal());
+    let map = form(&job, &turned(&job, &machine));
+    let cusp_mm = FEED_MM * FEED_MM / 8.0 / machine.insert.expect("a lathe").radius_mm;
+    let (high, low) = (map.highest(), map.lowest());
+    println!(
+        "ideal drives: {:.3} to {:.3} um, cusps {:.3} um",
+        1e3 * low.deviation_mm,
+        1e3 * high.deviation_mm,
+        1e3 * cusp_mm
+    );
+    assert!(high.deviation_mm < cusp_mm + 5e-5 && low.deviation_mm > -5e-5, "{low:?} {high:?}");
+}
+
+/// They lag: some micrometres, which good ones would not leave.
+#[test]
+fn ordinary_drives_leave_more_than_the_cusps() {
+    let job = cam();
+    let map = form(&job, &turned(&job, &lathe()));
+    println!("ordinary drives: {:.2} to {:.2} um", 1e3 * map.lowest().deviation_mm, 1e3 * map.highest().deviation_mm);
+    assert!(map.largest_mm() > 1e-3 && map.largest_mm() < 1e-2, "{}", map.largest_mm());
+}
+
+#[test]
+fn passes_take_what_they_say_and_a_plan_ends_where_it_began() {
+    let (job, machine) = (cam(), ideal());
+    let plan = planned(&job, &machine);
+    let depths: Vec<f64> = plan.passes.iter().map(|pass| pass.depth_mm).collect();
+    assert_eq!(depths.len(), 3);
+    assert!(depths.iter().zip([1.5, 1.5, 0.4]).all(|(depth, wanted)| (depth - wanted).abs() < 1e-12), "{depths:?}");
+    let spirals = plan.plan.segments.iter().filter(|segment| matches!(segment.kind, SegmentKind::Spiral(_))).count();
+    assert_eq!(spirals, 3);
+    assert!(plan.report.max_ratio() <= 1.0 + 1e-6);
+    assert!(plan.plan.duration_s > plan.passes.iter().map(|pass| pass.duration_s).sum::<f64>());
+    for pass in &plan.passes {
+        assert!((pass.spindle_rad_s - pass.fastest.rad_s).abs() < 1e-12);
+        // At constant speed the spiral takes its turns, and some more for the run-up and the run-down.
+        let least_s = pass.turns * TURN_RAD / pass.spindle_rad_s;
+        assert!(pass.duration_s > least_s && pass.duration_s < least_s + 2.0, "{} {least_s}", pass.duration_s);
+    }
+}
+
+#[test]
+fn a_slower_spindle_is_kept_and_a_faster_one_refused_with_what_it_would_exceed() {
+    let machine = ideal();
+    let fastest = planned(&cam(), &machine).passes[2].fastest.rad_s;
+    let slow = TurningJob { speed: TurningSpeed::Constant(0.5 * fastest), ..cam() };
+    assert!((planned(&slow, &machine).passes[2].spindle_rad_s - 0.5 * fastest).abs() < 1e-12);
+    let fast = TurningJob { speed: TurningSpeed::Constant(1.1 * fastest), ..cam() };
+    let error = plan_turning(&fast, &machine, None).expect_err("too fast");
+    assert!(matches!(error, TurningError::TooFast { .. }), "{error}");
+}
+
+#[test]
+fn a_part_that_this_machine_cannot_turn_is_refused_with_its_reason() {
+    let machine = ideal();
+    let refused =
+        |job: &TurningJob, machine: &MachineDescription| plan_turning(job, machine, None).expect_err("refused");
+    assert_eq!(refused(&cam(), &cam_grinder()), TurningError::NotALathe);
+    let backwards = MachineDescription { rotation_sense: -1, ..machine.clone() };
+    assert_eq!(refused(&cam(), &backwards), TurningError::TurnsBackwards);
+    for height_mm in [0.0, 14.0] {
+        let high = machine.clone().with_rake_height(height_mm).expect("within its range");
+        let error = refused(&cam(), &high);
+        assert!(
+            matches!(error, TurningError::Clearance(InsertClearanceError::FlankTouches { .. })),
+            "{height_mm}: {error}"
+        );
+    }
+    for (job, what) in [
+        (TurningJob { bar_radius_mm: 22.0, ..cam() }, "the bar's radius (mm)"),
+        (TurningJob { bar_radius_mm: f64::NAN, ..cam() }, "the bar's radius (mm)"),
+        (TurningJob { turned_mm: (LENGTH_MM + 1.0, 0.0), ..cam() }, "the z at which turning begins"),
+        (TurningJob { turned_mm: (1.0, 1.0), ..cam() }, "the z at which turning ends"),
+        (TurningJob { clearance_mm: 0.0, ..cam() }, "the clearance (mm)"),
+        (TurningJob { rapid_speed_mm_s: -1.0, ..cam() }, "the rapid speed (mm/s)"),
+        (TurningJob { part_zero_mm: f64::INFINITY, ..cam() }, "z where Z is 0 (mm)"),
+        (TurningJob { passes: Passes { stock_mm: 3.0, ..cam().passes }, ..cam() }, "the stock (mm)"),
+    ] {
+        match refused(&job, &machine) {
+            TurningError::OutOfRange { what: found, .. } => assert_eq!(found, what),
+            other => panic!("{what}: {other}"),
+        }
+    }
+    let passes = Passes { deepest_mm: 1e-9, ..cam().passes };
+    assert!(matches!(refused(&TurningJob { passes, ..cam() }, &machine), TurningError::Passes(_)));
+    let far = TurningJob { part_zero_mm: 1e5, ..cam() };
+    assert!(matches!(refused(&far, &machine), TurningError::Check(_)), "beyond Z's soft limit");
+}
