@@ -13,31 +13,29 @@
 //! a feed beyond what is to be turned, so that every azimuth of it has been passed; there X draws the insert out of the groove that it
 //! stands in.
 //!
-//! A pass turns at constant speed, but for the run-up and the run-down of C. The speed uses [`MOVE_SHARE`] of what X and Z may do; of the
-//! rest, half is left to the run-up, where X″ ω² + X′ α adds up, and half to an override that changes or a stop on the path.
+//! A pass turns at constant speed, but for the run-up and the run-down of C, and uses [`MOVE_SHARE`] of what the axes may do: the rest is
+//! left to an override that changes, and to a stop on the path.
 
 use super::PlanStart;
 use super::error::PlanError;
 use super::steps::{Of, Steps};
 
 use crate::insert_clearance::{Clearance, ClearanceMap, Flank, InsertClearanceError, flank_distance_mm};
-use crate::insert_path::{AxisLimits, Feed, InsertPath, InsertPathError, PathRequest, SpindleSpeed};
-use crate::machine::description::{Axis, InsertDescription, MachineDescription, MotionLimits};
+use crate::insert_path::{AxisLimits, Feed, InsertPath, InsertPathError, PathRequest, SpeedBound, SpindleLaw};
+use crate::machine::description::{Axis, InsertDescription, MachineDescription};
 use crate::numeric::hermite::{HermiteError, HermiteSpline, Knot};
 use crate::path_stop::path_stop_s;
 use crate::plan::{Command, Phase, Plan, SegmentKind, SpiralSegment};
 use crate::plan_check::{PlanCheckError, PlanReport, check_plan};
-use crate::point_to_point::{MOVE_SHARE, PointToPointError, rest_to_rest, whole_ticks};
+use crate::point_to_point::{MOVE_SHARE, whole_ticks};
 use crate::surface::Surface;
 use crate::turning_job::{TurningJob, TurningSpeed};
-use crate::units::TURN_RAD;
+use crate::units::{TURN_RAD, rpm_from_rad_s};
 use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
 
-/// Share of the limits of X and Z left to the run-up of C, and as much again to stops.
-const RUN_UP_SHARE: f64 = 0.5 * (1.0 - MOVE_SHARE);
 /// How far beyond where it could touch the bar the insert begins (mm).
 const AIR_MM: f64 = 0.5;
 
@@ -72,7 +70,9 @@ pub enum TurningError {
     #[error(transparent)]
     Passes(InsertPathError),
     /// A speed that the axes do not keep.
-    #[error("pass {pass}: the spindle is to turn at {wanted_rpm:.2} 1/min; the axes keep {fastest_rpm:.2}: {source}")]
+    #[error(
+        "pass {pass}: the spindle is to turn at {wanted_rpm:.2} 1/min; the axes keep {fastest_rpm:.2} 1/min: {bound:?}"
+    )]
     TooFast {
         /// Pass, from 1.
         pass: usize,
@@ -80,16 +80,8 @@ pub enum TurningError {
         wanted_rpm: f64,
         /// Fastest (1/min).
         fastest_rpm: f64,
-        /// What it would exceed.
-        source: InsertPathError,
-    },
-    /// C cannot be brought to its speed.
-    #[error("pass {pass}: {source}")]
-    NoLaw {
-        /// Pass, from 1.
-        pass: usize,
-        /// Why.
-        source: PointToPointError,
+        /// What holds it down.
+        bound: SpeedBound,
     },
     /// A path that no plan can carry.
     #[error("pass {pass}: {source}")]
@@ -137,14 +129,12 @@ pub struct PlannedPass {
     pub depth_mm: f64,
     /// Where the insert's centre runs over the turned angle.
     pub path: InsertPath,
-    /// Speed of the spindle (rad/s).
-    pub spindle_rad_s: f64,
-    /// Fastest that the axes would keep (rad/s), and what holds it there.
-    pub fastest: SpindleSpeed,
+    /// How the spindle turns: at constant speed, but for the run-up and the run-down.
+    pub spindle: SpindleLaw,
+    /// What holds its speed down where it is the fastest.
+    pub bound: SpeedBound,
     /// Turns of C.
     pub turns: f64,
-    /// Length (s).
-    pub duration_s: f64,
 }
 
 /// A part planned to be turned.
@@ -307,71 +297,24 @@ fn plan_pass(
     let wrong = |source| TurningError::Path { pass, source };
     let path = InsertPath::new(&job.surface, request).map_err(wrong)?;
     let limits = |axis: Axis| machine.axis(axis).limits.with_share(MOVE_SHARE);
-    let most =
-        AxisLimits { x: limits(Axis::X), z: limits(Axis::Z), spindle_rad_s: machine.axis(Axis::C).limits.velocity };
+    let c = limits(Axis::C);
+    let most = AxisLimits { x: limits(Axis::X), z: limits(Axis::Z), spindle_rad_s: c.velocity };
     let fastest = path.fastest_spindle(&most).map_err(wrong)?;
-    let spindle_rad_s = match job.speed {
+    let wanted_rad_s = match job.speed {
         TurningSpeed::Fastest => fastest.rad_s,
-        TurningSpeed::Constant(wanted) => {
-            let rpm = |rad_s: f64| 60.0 * rad_s / TURN_RAD;
-            path.keeps(wanted, &most).map_err(|source| TurningError::TooFast {
-                pass,
-                wanted_rpm: rpm(wanted),
-                fastest_rpm: rpm(fastest.rad_s),
-                source,
-            })?;
-            wanted
-        }
+        TurningSpeed::Constant(wanted) => wanted,
     };
+    let spindle = path.spindle_law(wanted_rad_s, &most, c).map_err(wrong)?;
+    if job.speed != TurningSpeed::Fastest && spindle.rad_s < wanted_rad_s * (1.0 - 1e-9) {
+        return Err(TurningError::TooFast {
+            pass,
+            wanted_rpm: rpm_from_rad_s(wanted_rad_s),
+            fastest_rpm: rpm_from_rad_s(spindle.rad_s),
+            bound: fastest.bound,
+        });
+    }
     let turns = (path.x().end() - path.x().start()) / TURN_RAD;
-    let planned = PlannedPass { depth_mm, path, spindle_rad_s, fastest, turns, duration_s: 0.0 };
-    planned.timed(machine).map_err(|source| TurningError::NoLaw { pass, source })
-}
-
-impl PlannedPass {
-    fn timed(mut self, machine: &MachineDescription) -> Result<Self, PointToPointError> {
-        self.duration_s = self.law(machine)?.end();
-        Ok(self)
-    }
-
-    /// How C runs up and down: within its own limits, and so gently that X and Z have room for it.
-    fn run_up(&self, machine: &MachineDescription) -> MotionLimits {
-        let own = machine.axis(Axis::C).limits.with_share(MOVE_SHARE);
-        let (w, rates) = (self.spindle_rad_s, self.path.rates());
-        let mut limits = MotionLimits { velocity: w, ..own };
-        for (axis, rates) in [(Axis::X, rates.x), (Axis::Z, rates.z)] {
-            let room = machine.axis(axis).limits.with_share(RUN_UP_SHARE);
-            let (first, second) = (rates.velocity.value.max(1e-9), rates.acceleration.value);
-            limits.acceleration = limits.acceleration.min(room.acceleration / first);
-            // Half of the room for 3 X″ ω α, half for X′ times the jerk.
-            let jerk = 0.5 * room.jerk;
-            limits.acceleration = limits.acceleration.min(jerk / (3.0 * second * w).max(1e-9));
-            limits.jerk = limits.jerk.min(jerk / first);
-        }
-        limits
-    }
-
-    /// Angle of C since the start over time (rad over s).
-    fn law(&self, machine: &MachineDescription) -> Result<HermiteSpline, PointToPointError> {
-        rest_to_rest(self.path.x().end() - self.path.x().start(), &self.run_up(machine))
-    }
-
-    /// Magnitudes that an axis stays below anywhere on the spiral.
-    fn peaks(&self, axis: Axis, machine: &MachineDescription) -> MotionLimits {
-        let c = self.run_up(machine);
-        let rates = match axis {
-            Axis::C => return c,
-            Axis::X => self.path.rates().x,
-            Axis::Z => self.path.rates().z,
-        };
-        let (first, second, third) = (rates.velocity.value, rates.acceleration.value, rates.jerk.value);
-        let w = c.velocity;
-        MotionLimits {
-            velocity: first * w,
-            acceleration: second * w * w + first * c.acceleration,
-            jerk: third * w * w * w + 3.0 * second * w * c.acceleration + first * c.jerk,
-        }
-    }
+    Ok(PlannedPass { depth_mm, path, spindle, bound: fastest.bound, turns })
 }
 
 fn add_pass(
@@ -385,10 +328,11 @@ fn add_pass(
     let of = |phase: Phase| Of { phase, lobe: Some((0, job.name.as_str())), stock_mm: pass.path.request().stock_mm };
     let counts = |axis: Axis, at: f64| machine.axis(axis).scale.counts(at);
     let wrong = |source| TurningError::Spline { pass: number, source };
-    let law = pass.law(machine).map_err(|source| TurningError::NoLaw { pass: number, source })?;
+    let law = pass.spindle.law.clone();
     let mut stop_s = 0.0_f64;
     for axis in Axis::ALL {
-        let stop = path_stop_s(&pass.peaks(axis, machine), &machine.axis(axis).limits);
+        let own = machine.axis(axis).limits;
+        let stop = path_stop_s(&own.with_share(MOVE_SHARE), &own);
         stop_s = stop_s.max(stop.ok_or(TurningError::NoStop { pass: number, axis })?);
     }
     let (path, advance) = pass.path.laws().map_err(wrong)?;
