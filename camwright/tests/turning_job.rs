@@ -123,6 +123,7 @@ fn a_slower_spindle_is_kept_and_a_faster_one_refused_with_what_it_would_exceed()
     let fast = TurningJob { speed: TurningSpeed::Constant(1.1 * fastest), ..cam() };
     let error = plan_turning(&fast, &machine, None).expect_err("too fast");
     assert!(matches!(error, TurningError::TooFast { .. }), "{error}");
+    assert!(error.to_string().contains("1/min, for the limit of the spindle"), "{error}");
 }
 
 #[test]

@@ -71,7 +71,7 @@ pub enum TurningError {
     Passes(InsertPathError),
     /// A speed that the axes do not keep.
     #[error(
-        "pass {pass}: the spindle is to turn at {wanted_rpm:.2} 1/min; the axes keep {fastest_rpm:.2} 1/min: {bound:?}"
+        "pass {pass}: the spindle is to turn at {wanted_rpm:.2} 1/min; the axes keep {fastest_rpm:.2} 1/min, for {bound}"
     )]
     TooFast {
         /// Pass, from 1.

@@ -5,6 +5,7 @@ use crate::machine::description::MotionLimits;
 use crate::numeric::differences::{Extreme, largest_derivatives};
 use crate::numeric::uniform_hermite::UniformHermite;
 use crate::units::deg_from_rad;
+use core::fmt;
 
 /// Largest magnitudes of an axis over the turned angle, and where (at, rad): mm/rad, mm/rad², mm/rad³.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -48,6 +49,17 @@ pub enum SpeedBound {
     Acceleration(&'static str),
     /// Jerk of a slide.
     Jerk(&'static str),
+}
+
+impl fmt::Display for SpeedBound {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Spindle => write!(f, "the limit of the spindle"),
+            Self::Velocity(axis) => write!(f, "the velocity of {axis}"),
+            Self::Acceleration(axis) => write!(f, "the acceleration of {axis}"),
+            Self::Jerk(axis) => write!(f, "the jerk of {axis}"),
+        }
+    }
 }
 
 /// A constant speed of the spindle.
