@@ -2,7 +2,7 @@
 
 use crate::machine::description::{AxisDescription, Scale, nearest_count};
 use crate::machine::servo::{Demand, Servo};
-use crate::numeric::hermite::Sample;
+use crate::numeric::hermite::{Sample, cubic_slope, cubic_way};
 
 /// Ticks for which an axis must be within its window of a resting setpoint before it is clamped there. Eight outlast
 /// the zero crossing of a swinging loop of any bandwidth above 20 Hz, and cost 8 ms after every motion.
@@ -38,19 +38,12 @@ pub(crate) struct Span {
 impl Span {
     /// Way done at fraction `s` of the step: the cubic with these ends.
     pub(crate) fn way(&self, s: f64, step_s: f64) -> f64 {
-        hermite(s, self.to - self.from, self.from_velocity * step_s, self.to_velocity * step_s)
+        cubic_way(s, self.to - self.from, self.from_velocity * step_s, self.to_velocity * step_s)
     }
 
     pub(crate) fn is_still(&self) -> bool {
         self.to - self.from == 0.0 && self.from_velocity == 0.0 && self.to_velocity == 0.0
     }
-}
-
-/// Cubic from 0 to `distance` with these slopes per unit of `s`; exactly `distance` at 1.
-fn hermite(s: f64, distance: f64, slope0: f64, slope1: f64) -> f64 {
-    let s2 = s * s;
-    let s3 = s2 * s;
-    slope0 * (s - 2.0 * s2 + s3) + distance * (3.0 * s2 - 2.0 * s3) + slope1 * (s3 - s2)
 }
 
 /// One axis while it runs.
@@ -318,15 +311,12 @@ impl AxisState {
         let tick_s = step_s * f64::from(count);
         let s = f64::from(index + 1) / f64::from(count);
         let (slope0, slope1) = (self.previous.velocity * tick_s, self.target.velocity * tick_s);
-        let gone = hermite(s, self.distance(), slope0, slope1);
+        let gone = cubic_way(s, self.distance(), slope0, slope1);
         // The derivative of the cubic; at its end the setpoint's own velocity, free of the rounding to counts.
         let velocity = if index + 1 == count {
             self.target.velocity
         } else {
-            (slope0 * (1.0 - 4.0 * s + 3.0 * s * s)
-                + self.distance() * (6.0 * s - 6.0 * s * s)
-                + slope1 * (3.0 * s * s - 2.0 * s))
-                / tick_s
+            cubic_slope(s, self.distance(), slope0, slope1) / tick_s
         };
         let middle = s - 0.5 / f64::from(count);
         let acceleration =

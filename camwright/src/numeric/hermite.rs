@@ -165,6 +165,20 @@ pub(crate) fn quintic(left: &Knot, right: &Knot, at: f64) -> Sample {
     }
 }
 
+/// Way done at share `s` of a step: the cubic from 0 to `way` with these slopes by the share at its ends; exactly `way` at 1.
+#[must_use]
+pub fn cubic_way(s: f64, way: f64, slope_from: f64, slope_to: f64) -> f64 {
+    let s2 = s * s;
+    let s3 = s2 * s;
+    slope_from * (s - 2.0 * s2 + s3) + way * (3.0 * s2 - 2.0 * s3) + slope_to * (s3 - s2)
+}
+
+/// The derivative of [`cubic_way`] by the share.
+#[must_use]
+pub fn cubic_slope(s: f64, way: f64, slope_from: f64, slope_to: f64) -> f64 {
+    slope_from * (1.0 - 4.0 * s + 3.0 * s * s) + way * (6.0 * s - 6.0 * s * s) + slope_to * (3.0 * s * s - 2.0 * s)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -185,6 +199,17 @@ mod tests {
             assert!((sample.first - p1(x)).abs() < 1e-11, "{x}");
             assert!((sample.second - p2(x)).abs() < 1e-10, "{x}");
         }
+    }
+
+    /// s³ − 2s has way −1 and slopes −2 and 1 over a step.
+    #[test]
+    fn a_cubic_is_reproduced_with_its_slope_and_ends_exactly() {
+        for i in 0..=20 {
+            let s = f64::from(i) / 20.0;
+            assert!((cubic_way(s, -1.0, -2.0, 1.0) - s * (s * s - 2.0)).abs() < 1e-15, "{s}");
+            assert!((cubic_slope(s, -1.0, -2.0, 1.0) - (3.0 * s * s - 2.0)).abs() < 1e-15, "{s}");
+        }
+        assert_eq!(cubic_way(1.0, 0.1, 0.7, -0.3).to_bits(), 0.1_f64.to_bits());
     }
 
     #[test]

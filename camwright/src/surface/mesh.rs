@@ -7,6 +7,7 @@
 
 use super::grid::Grid;
 use super::{Surface, SurfaceError};
+use crate::numeric::range::least_and_most;
 use crate::units::{TURN_RAD, deg_from_rad, wrap_turn};
 use alloc::vec;
 use alloc::vec::Vec;
@@ -81,7 +82,7 @@ struct Share {
 pub fn surface_of(triangles: &[Triangle]) -> Result<(Surface, MeshReading), SurfaceError> {
     let faces = faces_of(triangles)?;
     let z = faces.iter().flatten().map(|corner| corner.z_mm);
-    let (from, to) = (z.clone().fold(f64::INFINITY, f64::min), z.fold(f64::NEG_INFINITY, f64::max));
+    let (from, to) = least_and_most(z);
     let (angles, rows) = resolution(&faces, to - from);
     let shares = shares(&faces, angles, rows, from, to)?;
     closes(&faces, to - from)?;
@@ -158,8 +159,8 @@ pub fn cut_by_rake_plane(triangles: &[Triangle], turned_rad: f64, y_mm: f64) -> 
 }
 
 fn is_side(triangle: &Triangle, flat_mm: f64) -> bool {
-    let z = triangle.map(|corner| corner[2]);
-    z.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b)) - z.iter().fold(f64::INFINITY, |a, b| a.min(*b)) > flat_mm
+    let (from, to) = least_and_most(triangle.map(|corner| corner[2]));
+    to - from > flat_mm
 }
 
 /// Triangles as seen from the axis, azimuths of one face side by side, without those that say nothing.
@@ -174,7 +175,7 @@ fn faces_of(triangles: &[Triangle]) -> Result<Vec<[Corner; 3]>, SurfaceError> {
         return Err(SurfaceError::BadNumber { what, value: *value, allowed: "within ±1e5 mm" });
     }
     let z = triangles.iter().flatten().map(|corner| corner[2]);
-    let (from, to) = (z.clone().fold(f64::INFINITY, f64::min), z.fold(f64::NEG_INFINITY, f64::max));
+    let (from, to) = least_and_most(z);
     if to - from < 1e-6 {
         return Err(SurfaceError::NoLength { from_mm: from, to_mm: to });
     }
@@ -235,9 +236,8 @@ fn resolution(faces: &[[Corner; 3]], length_mm: f64) -> (usize, usize) {
         let sum: f64 = faces
             .iter()
             .map(|face| {
-                let values = face.each_ref().map(of);
-                values.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b))
-                    - values.iter().fold(f64::INFINITY, |a, b| a.min(*b))
+                let (low, high) = least_and_most(face.each_ref().map(of));
+                high - low
             })
             .sum();
         sum / faces.len() as f64
@@ -258,8 +258,7 @@ fn shares(faces: &[[Corner; 3]], angles: usize, rows: usize, from: f64, to: f64)
         let (u, v) = sides(face);
         let area = u[0] * v[1] - u[1] * v[0];
         let range = |values: [f64; 3], origin: f64, per: f64| {
-            let low = values.iter().fold(f64::INFINITY, |a, b| a.min(*b));
-            let high = values.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
+            let (low, high) = least_and_most(values);
             let room = 2.0 * OUTSIDE * (high - low);
             #[allow(clippy::cast_possible_truncation, reason = "coordinates are bounded")]
             let step = |value: f64| value as i64;
@@ -272,7 +271,7 @@ fn shares(faces: &[[Corner; 3]], angles: usize, rows: usize, from: f64, to: f64)
                 let da = i as f64 / per_rad - face[0].azimuth_rad;
                 let (second, third) = ((da * v[1] - dz * v[0]) / area, (u[0] * dz - u[1] * da) / area);
                 let weights = [1.0 - second - third, second, third];
-                let inside = weights.iter().fold(f64::INFINITY, |a, b| a.min(*b));
+                let (inside, _) = least_and_most(weights);
                 if inside < -OUTSIDE {
                     continue;
                 }

@@ -1,6 +1,7 @@
 //! How far a turned part is off its design, over azimuth and place: the map, its worst places, and the cusps that the feed leaves.
 
 use super::TurnedPart;
+use crate::numeric::range::least_and_most;
 use crate::surface::SurfacePoint;
 use crate::units::TURN_RAD;
 use alloc::vec::Vec;
@@ -189,9 +190,7 @@ impl FormMap {
             // Valley to valley: both ends of the stretch belong to it.
             for first in (0..self.places.len() - columns).step_by(columns) {
                 let cells = (first..=first + columns).map(|column| self.deviations[column * self.azimuths + azimuth]);
-                let (least, most) = cells.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), deviation| {
-                    (least.min(deviation), most.max(deviation))
-                });
+                let (least, most) = least_and_most(cells);
                 most_mm = most_mm.max(most - least);
                 sum += most - least;
                 count += 1.0;

@@ -1,5 +1,7 @@
 //! The insert as the part sees it, and how it moves.
 
+use crate::numeric::hermite::{cubic_slope, cubic_way};
+
 /// A round insert: its edge is a circle in the rake plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Insert {
@@ -66,24 +68,14 @@ impl InsertMove {
 
     /// Way done at share `s`; exactly the whole at 1.
     pub(super) fn gone(&self, s: f64) -> [f64; 3] {
-        let (s2, s3) = (s * s, s * s * s);
-        core::array::from_fn(|i| {
-            self.slope_from[i] * (s - 2.0 * s2 + s3)
-                + self.way[i] * (3.0 * s2 - 2.0 * s3)
-                + self.slope_to[i] * (s3 - s2)
-        })
+        core::array::from_fn(|i| cubic_way(s, self.way[i], self.slope_from[i], self.slope_to[i]))
     }
 
     /// The part of it between two shares.
     #[must_use]
     pub fn between(&self, s0: f64, s1: f64) -> Self {
         let slope = |s: f64| {
-            core::array::from_fn(|i| {
-                (self.slope_from[i] * (1.0 - 4.0 * s + 3.0 * s * s)
-                    + self.way[i] * (6.0 * s - 6.0 * s * s)
-                    + self.slope_to[i] * (3.0 * s * s - 2.0 * s))
-                    * (s1 - s0)
-            })
+            core::array::from_fn(|i| cubic_slope(s, self.way[i], self.slope_from[i], self.slope_to[i]) * (s1 - s0))
         };
         let (begin, end) = (self.gone(s0), self.gone(s1));
         Self {
