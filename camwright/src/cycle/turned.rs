@@ -21,7 +21,9 @@ use super::error::PlanError;
 use super::steps::{Of, Steps};
 
 use crate::insert_clearance::{Clearance, ClearanceMap, Flank, InsertClearanceError, flank_distance_mm};
-use crate::insert_path::{AxisLimits, Feed, InsertPath, InsertPathError, PathRequest, SpeedBound, SpindleLaw};
+use crate::insert_path::{
+    AxisLimits, Feed, InsertPath, InsertPathError, PassStep, PathRequest, SpeedBound, SpindleLaw,
+};
 use crate::machine::description::{Axis, InsertDescription, MachineDescription};
 use crate::numeric::hermite::{HermiteError, HermiteSpline, Knot};
 use crate::path_stop::path_stop_s;
@@ -246,33 +248,24 @@ fn check(job: &TurningJob) -> Result<(), TurningError> {
 
 /// What each pass takes off, and the path it asks for.
 fn requests(job: &TurningJob, insert: &InsertDescription) -> Result<Vec<(f64, PathRequest)>, TurningError> {
-    let stocks = job.passes.stocks_mm().map_err(TurningError::Passes)?;
     let (from_mm, to_mm) = job.turned_mm;
     let outward = if to_mm < from_mm { 1.0 } else { -1.0 };
-    let last = stocks.len() - 1;
-    let mut before_mm = job.passes.stock_mm;
-    Ok(stocks
-        .into_iter()
-        .enumerate()
-        .map(|(index, stock_mm)| {
-            let air_mm = air_mm(&job.surface, job.bar_radius_mm, from_mm, insert, stock_mm);
-            let feed = if index == last { job.feed } else { job.passes.rough_feed };
-            let (Feed::AlongZ(over_mm) | Feed::AlongCurve(over_mm)) = feed;
-            let request = PathRequest {
-                insert_radius_mm: insert.radius_mm,
-                plane_y_mm: insert.height_mm,
-                from_mm: from_mm + outward * air_mm,
-                to_mm: to_mm - outward * over_mm,
-                feed,
-                angles: job.angles,
-                start_rad: 0.0,
-                stock_mm,
-            };
-            let depth_mm = before_mm - stock_mm;
-            before_mm = stock_mm;
-            (depth_mm, request)
-        })
-        .collect())
+    let request = |PassStep { depth_mm, stock_mm, feed }: PassStep| {
+        let air_mm = air_mm(&job.surface, job.bar_radius_mm, from_mm, insert, stock_mm);
+        let (Feed::AlongZ(over_mm) | Feed::AlongCurve(over_mm)) = feed;
+        let request = PathRequest {
+            insert_radius_mm: insert.radius_mm,
+            plane_y_mm: insert.height_mm,
+            from_mm: from_mm + outward * air_mm,
+            to_mm: to_mm - outward * over_mm,
+            feed,
+            angles: job.angles,
+            start_rad: 0.0,
+            stock_mm,
+        };
+        (depth_mm, request)
+    };
+    Ok(job.passes.steps(job.feed).map_err(TurningError::Passes)?.into_iter().map(request).collect())
 }
 
 /// How far before the part's end the insert on its path does not touch the bar yet (mm).
@@ -299,22 +292,22 @@ fn plan_pass(
     let limits = |axis: Axis| machine.axis(axis).limits.with_share(MOVE_SHARE);
     let c = limits(Axis::C);
     let most = AxisLimits { x: limits(Axis::X), z: limits(Axis::Z), spindle_rad_s: c.velocity };
-    let fastest = path.fastest_spindle(&most).map_err(wrong)?;
     let wanted_rad_s = match job.speed {
-        TurningSpeed::Fastest => fastest.rad_s,
+        TurningSpeed::Fastest => c.velocity,
         TurningSpeed::Constant(wanted) => wanted,
     };
     let spindle = path.spindle_law(wanted_rad_s, &most, c).map_err(wrong)?;
+    let bound = spindle.fastest.bound;
     if job.speed != TurningSpeed::Fastest && spindle.rad_s < wanted_rad_s * (1.0 - 1e-9) {
         return Err(TurningError::TooFast {
             pass,
             wanted_rpm: rpm_from_rad_s(wanted_rad_s),
             fastest_rpm: rpm_from_rad_s(spindle.rad_s),
-            bound: fastest.bound,
+            bound,
         });
     }
     let turns = (path.x().end() - path.x().start()) / TURN_RAD;
-    Ok(PlannedPass { depth_mm, path, spindle, bound: fastest.bound, turns })
+    Ok(PlannedPass { depth_mm, path, spindle, bound, turns })
 }
 
 fn add_pass(

@@ -23,11 +23,12 @@ mod rates;
 mod spindle;
 
 pub use hollow::Hollow;
-pub use passes::{Pass, Passes};
+pub use passes::{Pass, PassStep, Passes};
 pub use rates::{AxisLimits, PathRates, PathUse, Rates, SpeedBound, SpindleSpeed};
 pub use spindle::SpindleLaw;
 
 use crate::numeric::hermite::{HermiteError, HermiteSpline, Knot, Sample};
+use crate::numeric::range::least_and_most;
 use crate::numeric::uniform_hermite::UniformHermite;
 use crate::rake_section::{RakeSection, RakeSectionError};
 use crate::surface::Surface;
@@ -406,10 +407,7 @@ impl InsertPath {
     /// Least and largest X of the insert's centre at the knots (mm).
     #[must_use]
     pub fn x_range_mm(&self) -> (f64, f64) {
-        self.x
-            .knots()
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), [x, ..]| (low.min(*x), high.max(*x)))
+        least_and_most(self.x.knots().iter().map(|[x, ..]| *x))
     }
 
     /// How far X goes to and fro over the whole spiral (mm).

@@ -17,6 +17,17 @@ pub struct Passes {
     pub rough_feed: Feed,
 }
 
+/// What one pass takes off and how it advances.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PassStep {
+    /// What it takes off, along the section's normal in the rake plane (mm).
+    pub depth_mm: f64,
+    /// What it leaves on the section (mm).
+    pub stock_mm: f64,
+    /// How it advances.
+    pub feed: Feed,
+}
+
 /// One pass and its path.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pass {
@@ -62,21 +73,31 @@ impl Passes {
         Ok(stocks)
     }
 
+    /// All passes in their order; the last one advances by `finish`.
+    ///
+    /// # Errors
+    /// What [`Self::stocks_mm`] says.
+    pub fn steps(&self, finish: Feed) -> Result<Vec<PassStep>, InsertPathError> {
+        let stocks = self.stocks_mm()?;
+        let last = stocks.len() - 1;
+        let mut before_mm = self.stock_mm;
+        let step = |(index, stock_mm)| {
+            let depth_mm = before_mm - stock_mm;
+            before_mm = stock_mm;
+            PassStep { depth_mm, stock_mm, feed: if index == last { finish } else { self.rough_feed } }
+        };
+        Ok(stocks.into_iter().enumerate().map(step).collect())
+    }
+
     /// The paths of all passes; the last one as `finish` asks for it, whose stock does not count.
     ///
     /// # Errors
-    /// What [`Self::stocks_mm`] and [`InsertPath::new`] say.
+    /// What [`Self::steps`] and [`InsertPath::new`] say.
     pub fn paths(&self, surface: &Surface, finish: &PathRequest) -> Result<Vec<Pass>, InsertPathError> {
-        let stocks = self.stocks_mm()?;
-        let last = stocks.len() - 1;
-        let mut before = self.stock_mm;
-        let mut passes = Vec::with_capacity(stocks.len());
-        for (index, stock_mm) in stocks.into_iter().enumerate() {
-            let feed = if index == last { finish.feed } else { self.rough_feed };
-            let path = InsertPath::new(surface, &PathRequest { feed, stock_mm, ..*finish })?;
-            passes.push(Pass { depth_mm: before - stock_mm, path });
-            before = stock_mm;
-        }
-        Ok(passes)
+        let path = |step: PassStep| {
+            let PassStep { depth_mm, stock_mm, feed } = step;
+            Ok(Pass { depth_mm, path: InsertPath::new(surface, &PathRequest { feed, stock_mm, ..*finish })? })
+        };
+        self.steps(finish.feed)?.into_iter().map(path).collect()
     }
 }

@@ -132,7 +132,11 @@ impl InsertPath {
     /// # Errors
     /// Limits that are not positive numbers; a forward check that finds a limit exceeded.
     pub fn fastest_spindle(&self, limits: &AxisLimits) -> Result<SpindleSpeed, InsertPathError> {
-        let rates = self.rates();
+        self.fastest_at(&self.rates(), limits)
+    }
+
+    /// The fastest constant speed, for the magnitudes that [`Self::rates`] says.
+    pub(super) fn fastest_at(&self, rates: &PathRates, limits: &AxisLimits) -> Result<SpindleSpeed, InsertPathError> {
         if !(limits.spindle_rad_s > 0.0 && limits.spindle_rad_s.is_finite()) {
             let (what, value) = ("the fastest speed of the spindle", limits.spindle_rad_s);
             return Err(InsertPathError::BadNumber { what, value, allowed: "above 0 and finite" });

@@ -4,7 +4,7 @@
 //! of the whole path these are bounds wherever on the path the part stands, so the ramp is proven without walking it. Its speed is
 //! ω₁(3u² − 2u³) over u = t/T, which one quintic over time holds exactly; T is the shortest that keeps all bounds.
 
-use super::{AxisLimits, InsertPath, InsertPathError, Rates};
+use super::{AxisLimits, InsertPath, InsertPathError, Rates, SpindleSpeed};
 use crate::machine::description::MotionLimits;
 use crate::numeric::hermite::{HermiteError, HermiteSpline, Knot};
 use alloc::vec;
@@ -18,6 +18,8 @@ pub struct SpindleLaw {
     pub rad_s: f64,
     /// Time in which it runs up, and in which it comes to rest (s).
     pub ramp_s: f64,
+    /// The fastest constant speed that the slides and C allow, and what holds it.
+    pub fastest: SpindleSpeed,
 }
 
 /// Share of the fastest speed that is turned at most: at all of it a slide at its jerk limit would leave nothing for the ramp.
@@ -55,10 +57,10 @@ impl InsertPath {
                 return Err(InsertPathError::BadNumber { what, value, allowed: "above 0 and finite" });
             }
         }
-        let fastest =
-            self.fastest_spindle(&AxisLimits { spindle_rad_s: limits.spindle_rad_s.min(c.velocity), ..*limits })?;
-        let mut rad_s = spindle_rad_s.min(SHARE * fastest.rad_s);
         let rates = self.rates();
+        let fastest =
+            self.fastest_at(&rates, &AxisLimits { spindle_rad_s: limits.spindle_rad_s.min(c.velocity), ..*limits })?;
+        let mut rad_s = spindle_rad_s.min(SHARE * fastest.rad_s);
         let way = self.x().end() - self.x().start();
         for _ in 0..MOST_TRIES {
             let keeps = |ramp_s: f64| {
@@ -96,7 +98,7 @@ impl InsertPath {
                     value: ramp_s,
                     allowed: "finite",
                 };
-                return Ok(SpindleLaw { law: HermiteSpline::new(knots).map_err(bad)?, rad_s, ramp_s });
+                return Ok(SpindleLaw { law: HermiteSpline::new(knots).map_err(bad)?, rad_s, ramp_s, fastest });
             }
             rad_s *= 0.9;
         }
