@@ -284,18 +284,10 @@ impl Cut {
     pub(crate) fn pose(&self, tick: u64, curves: &Curves<'_>, machine: &MachineDescription, rest: &Pose) -> Pose {
         let time = self.clock.at(tick);
         let (c, inserted, x) = self.axes_at(time.tau, curves);
-        let slope = time.slope / self.cycle_s;
-        let scaled =
-            |sample: Sample| (time.rate * sample.first, time.rate * time.rate * sample.second + slope * sample.first);
         let mut pose = Pose { base: rest.base, ..Pose::default() };
         let turn_counts = machine.axis(Axis::C).scale.counts(TURN_RAD);
-        let (ic, ix) = (Axis::C.index(), Axis::X.index());
-        pose.base[ic] = self.start_counts + inserted * turn_counts;
-        pose.offset[ic] = in_counts(machine.axis(Axis::C).scale, c.value);
-        (pose.velocity[ic], pose.acceleration[ic]) = scaled(c);
-        pose.base[ix] = 0;
-        pose.offset[ix] = in_counts(machine.axis(Axis::X).scale, x.value);
-        (pose.velocity[ix], pose.acceleration[ix]) = scaled(x);
+        pose.put(Axis::C, self.start_counts + inserted * turn_counts, &c, &time, machine);
+        pose.put(Axis::X, 0, &x, &time, machine);
         pose
     }
 

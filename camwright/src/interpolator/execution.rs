@@ -3,7 +3,7 @@
 use super::cut::{Curves, Cut, CutStart, LEAVE_RATE, clock_from};
 use super::line::{FULL, Line};
 use super::path_time::{PathClock, to_ticks, whole};
-use super::pose::{Pose, in_counts};
+use super::pose::Pose;
 use super::{Event, Interpolator, InterpolatorAlarm, Mode, Order, OrderKind, Outcome, Prepared, Purpose, StepOutput};
 use crate::machine::description::{Axis, MachineDescription};
 use crate::plan::{AxisTarget, Command, CutSegment, HomeStep, Segment, SegmentKind};
@@ -154,9 +154,7 @@ impl Interpolator {
 
     fn check_target(&self, target: &AxisTarget) -> Result<(), InterpolatorAlarm> {
         let axis = self.machine.axis(target.axis);
-        if !self.homed[target.axis.index()] {
-            return Err(InterpolatorAlarm::NotHomed { axis: target.axis });
-        }
+        self.must_be_homed(&[target.axis])?;
         if let Some((low, high)) = axis.soft_limits {
             let (low, high) = (axis.scale.counts(low), axis.scale.counts(high));
             if target.target_counts < low || target.target_counts > high {
@@ -194,17 +192,8 @@ impl Interpolator {
         let (Some(curves), Some(facts)) = (Curves::of(&motion.plan, cut), motion.facts.get(self.segment)) else {
             return Err(bad);
         };
-        for axis in [Axis::C, Axis::X] {
-            if !self.homed[axis.index()] {
-                return Err(InterpolatorAlarm::NotHomed { axis });
-            }
-        }
-        let x_counts = self.setpoint.counts[Axis::X.index()];
-        let wanted = self.machine.axis(Axis::X).scale.counts(curves.x(curves.motion().start_s()).value);
-        // One count: planner and interpolator round the same place by different sums.
-        if (x_counts - wanted).abs() > 1 {
-            return Err(InterpolatorAlarm::NotAtStart { axis: Axis::X, wanted, actual: x_counts });
-        }
+        self.must_be_homed(&[Axis::C, Axis::X])?;
+        self.must_stand_at(Axis::X, curves.x(curves.motion().start_s()).value)?;
         let (clock, c_counts) = match self.spin.take() {
             Some(spin) => clock_from(&spin, tick, &curves, &self.machine),
             None => (PathClock::starting(tick, self.feed_override), self.c_at_start(cut.start_counts)?),
@@ -221,6 +210,23 @@ impl Interpolator {
         );
         self.setpoint = cut.pose(tick, &curves, &self.machine, &Pose::at_rest(self.setpoint.counts)).setpoint();
         self.mode = Mode::Cut(cut);
+        Ok(())
+    }
+
+    /// That these axes know where they are.
+    pub(super) fn must_be_homed(&self, axes: &[Axis]) -> Result<(), InterpolatorAlarm> {
+        match axes.iter().find(|axis| !self.homed[axis.index()]) {
+            Some(axis) => Err(InterpolatorAlarm::NotHomed { axis: *axis }),
+            None => Ok(()),
+        }
+    }
+
+    /// That a slide stands where something begins (mm), to a count: planner and interpolator round the same place by different sums.
+    pub(super) fn must_stand_at(&self, axis: Axis, position_mm: f64) -> Result<(), InterpolatorAlarm> {
+        let (actual, wanted) = (self.setpoint.counts[axis.index()], self.machine.axis(axis).scale.counts(position_mm));
+        if (actual - wanted).abs() > 1 {
+            return Err(InterpolatorAlarm::NotAtStart { axis, wanted, actual });
+        }
         Ok(())
     }
 
@@ -437,11 +443,7 @@ pub(super) fn trajectory_pose(
     let at = if over { trajectory.duration_s() + cycle_s } else { to_ticks(time.tau) * cycle_s };
     for axis in Axis::ALL {
         let Some(law) = trajectory.law(axis) else { continue };
-        let (sample, index) = (law.sample(at), axis.index());
-        pose.base[index] = 0;
-        pose.offset[index] = in_counts(machine.axis(axis).scale, sample.value);
-        pose.velocity[index] = time.rate * sample.first;
-        pose.acceleration[index] = time.rate * time.rate * sample.second + time.slope / cycle_s * sample.first;
+        pose.put(axis, 0, &law.sample(at), &time, machine);
     }
     pose
 }

@@ -66,11 +66,8 @@ impl Line {
         }
         let time = self.clock.at(tick);
         let sample = self.law.sample(to_ticks(time.tau) * self.cycle_s);
-        Along {
-            s: self.from + sample.value,
-            first: time.rate * sample.first,
-            second: time.rate * time.rate * sample.second + time.slope / self.cycle_s * sample.first,
-        }
+        let (first, second) = time.of(&sample, self.cycle_s);
+        Along { s: self.from + sample.value, first, second }
     }
 
     /// Axes at a tick.

@@ -4,6 +4,7 @@
 //! bits) computed from the tick and an anchor, never summed up tick by tick: undisturbed it is the integer tick
 //! itself, and however long a part takes nothing drifts.
 
+use crate::numeric::hermite::Sample;
 use crate::path_stop::{rate_step, rate_step_area, rate_step_slope};
 
 /// Rate 1, and one tick of path time.
@@ -36,6 +37,13 @@ pub(crate) struct PathTime {
     pub(crate) rate: f64,
     /// Change of the rate (1/tick).
     pub(crate) slope: f64,
+}
+
+impl PathTime {
+    /// First and second derivative in time (s) of what goes by a law over path time (s), of which a tick takes `cycle_s`.
+    pub(super) fn of(&self, law: &Sample, cycle_s: f64) -> (f64, f64) {
+        (self.rate * law.first, self.rate * self.rate * law.second + self.slope / cycle_s * law.first)
+    }
 }
 
 /// From an anchor on, a rate that changes from one value to another by a quintic smoothstep and then stays.

@@ -1,6 +1,8 @@
 //! Where the axes are, between counts: what the motions compute and the setpoint rounds.
 
-use crate::machine::description::{AXIS_COUNT, MachineDescription, Scale};
+use super::path_time::PathTime;
+use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, Scale};
+use crate::numeric::hermite::Sample;
 use crate::setpoint::{Setpoint, StopPoint};
 use crate::units::TURN_RAD;
 
@@ -19,6 +21,14 @@ impl Pose {
     /// At rest on counts.
     pub(crate) fn at_rest(counts: [i64; AXIS_COUNT]) -> Self {
         Self { base: counts, ..Self::default() }
+    }
+
+    /// Puts an axis `law` after a whole count: a law over path time (mm or rad over s), which passes as `time` says.
+    pub(super) fn put(&mut self, axis: Axis, base: i64, law: &Sample, time: &PathTime, machine: &MachineDescription) {
+        let i = axis.index();
+        self.base[i] = base;
+        self.offset[i] = in_counts(machine.axis(axis).scale, law.value);
+        (self.velocity[i], self.acceleration[i]) = time.of(law, machine.cycle_time_s());
     }
 
     /// Rounded to counts. Each position is rounded by itself, from the absolute path: so the error never adds up, which

@@ -74,10 +74,7 @@ impl Spin {
 
     /// Velocity and acceleration of C at a tick (rad, s).
     fn rates(&self, tick: u64) -> (f64, f64) {
-        let time = self.clock.at(tick);
-        let turned = self.facts.law.sample(self.since(tick));
-        let slope = time.slope / self.cycle_s;
-        (time.rate * turned.first, time.rate * time.rate * turned.second + slope * turned.first)
+        self.clock.at(tick).of(&self.facts.law.sample(self.since(tick)), self.cycle_s)
     }
 
     /// Puts C of a tick into a setpoint.

@@ -1,7 +1,7 @@
 //! A spiral in execution: all axes by one path time, which a hold, a cancel and an override slow down.
 
 use super::path_time::{PathClock, to_ticks, whole};
-use super::pose::{Pose, in_counts};
+use super::pose::Pose;
 use super::prepared::Prepared;
 use super::{Interpolator, InterpolatorAlarm, Mode, StepOutput};
 use crate::machine::description::{Axis, MachineDescription};
@@ -29,11 +29,7 @@ impl Spiral {
         let at_s = if over { motion.duration_s() + cycle_s } else { to_ticks(time.tau) * cycle_s };
         let mut pose = Pose::default();
         for (axis, sample) in Axis::ALL.into_iter().zip(motion.at(at_s)) {
-            let i = axis.index();
-            pose.base[i] = if axis == Axis::C { self.start_counts } else { 0 };
-            pose.offset[i] = in_counts(machine.axis(axis).scale, sample.value);
-            pose.velocity[i] = time.rate * sample.first;
-            pose.acceleration[i] = time.rate * time.rate * sample.second + time.slope / cycle_s * sample.first;
+            pose.put(axis, if axis == Axis::C { self.start_counts } else { 0 }, &sample, &time, machine);
         }
         pose
     }
@@ -69,17 +65,10 @@ impl Interpolator {
         let Some(curves) = motion.plan.motion_of_spiral(spiral) else {
             return Err(InterpolatorAlarm::BadSegment { segment: self.segment });
         };
-        if let Some(axis) = Axis::ALL.into_iter().find(|axis| !self.homed[axis.index()]) {
-            return Err(InterpolatorAlarm::NotHomed { axis });
-        }
+        self.must_be_homed(&Axis::ALL)?;
         let begins = curves.at(0.0);
         for axis in [Axis::X, Axis::Z] {
-            let (actual, scale) = (self.setpoint.counts[axis.index()], self.machine.axis(axis).scale);
-            let wanted = scale.counts(begins[axis.index()].value);
-            // One count: planner and interpolator round the same place by different sums.
-            if (actual - wanted).abs() > 1 {
-                return Err(InterpolatorAlarm::NotAtStart { axis, wanted, actual });
-            }
+            self.must_stand_at(axis, begins[axis.index()].value)?;
         }
         let spiral = Spiral {
             clock: PathClock::starting(tick, self.feed_override),
