@@ -16,22 +16,25 @@
 //! tick before the alarm, so what its slide and its structure do at the alarm is part of that.
 //! Wheel and part giving way to each other only make the cut less deep; that the wheel wears, too.
 
+mod cases;
+mod swing;
+
 use crate::cell::Cell;
 use crate::cycle::LobeDesign;
 use crate::interpolator::Prepared;
 use crate::machine::alarm::{Alarm, Severity};
-use crate::machine::description::{Axis, MachineDescription, Structure};
-use crate::machine::fault::{Fault, GaugeFault};
+use crate::machine::description::{Axis, MachineDescription};
+use crate::machine::fault::Fault;
 use crate::machine::plausibility::DRIVE_HEADROOM;
 use crate::machine::report::{MotionState, TickReport};
 use crate::plan::{CutSegment, Plan};
 use crate::point_to_point::{solve, stop, whole_ticks};
-use crate::setpoint::{Input, Setpoint};
-use crate::units::{TURN_RAD, rad_from_deg};
+use crate::setpoint::Setpoint;
+use crate::units::TURN_RAD;
 use alloc::boxed::Box;
-use alloc::format;
-use alloc::string::String;
 use alloc::vec::Vec;
+pub use cases::{FaultCase, every_fault, seeded_moments};
+use swing::Swing;
 
 const C: usize = Axis::C as usize;
 const X: usize = Axis::X as usize;
@@ -43,84 +46,6 @@ const QUIET_TICKS: u64 = 100;
 /// How much nearer than its clearance a wheel may stop (mm): where X is held, two counts of rounding; where a weight or spring draws it
 /// back, what a brake leaves.
 const CLEARANCE_SLACK_MM: [f64; 2] = [1.0e-4, 0.1];
-
-/// A fault of a campaign.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FaultCase {
-    /// For people.
-    pub name: String,
-    /// What strikes.
-    pub fault: Fault,
-    /// What makes it healthy again.
-    pub cure: Fault,
-}
-
-/// Every fault that the machine can have. `station` is whose switch is struck.
-#[must_use]
-pub fn every_fault(machine: &MachineDescription, station: usize) -> Vec<FaultCase> {
-    let (here, next) = (Input::Station(station), Input::Station((station + 1) % machine.stations.len().max(1)));
-    let case = |name: &str, fault: Fault, cure: Fault| FaultCase { name: name.into(), fault, cure };
-    let stuck = |input: Input, level: bool| {
-        (Fault::StuckInput { input, level: Some(level) }, Fault::StuckInput { input, level: None })
-    };
-    let mut cases = alloc::vec![
-        case("emergency stop", Fault::EStop(true), Fault::EStop(false)),
-        case("power loss", Fault::PowerLoss(true), Fault::PowerLoss(false)),
-        case("origin detector double", Fault::DoubleOrigin(Some(rad_from_deg(90.0))), Fault::DoubleOrigin(None)),
-        case(
-            "limit switch bounces",
-            Fault::BouncingSwitch { station, active: true },
-            Fault::BouncingSwitch { station, active: false },
-        ),
-        case("limit switches shared", Fault::SharedInput(Some([here, next])), Fault::SharedInput(None)),
-        case("switch and origin shared", Fault::SharedInput(Some([Input::Origin, here])), Fault::SharedInput(None)),
-        case("one chunk lost", Fault::LostChunks(1), Fault::LostChunks(0)),
-        case("every chunk lost", Fault::LostChunks(1_000_000), Fault::LostChunks(0)),
-        case("wheel stops", Fault::WheelStall(true), Fault::WheelStall(false)),
-        case("wheel overspeed", Fault::WheelOverspeed(1.3), Fault::WheelOverspeed(1.0)),
-    ];
-    for (name, input, level) in [
-        ("origin detector dead", Input::Origin, false),
-        ("origin detector stuck", Input::Origin, true),
-        ("limit switch stuck open", here, false),
-        ("limit switch stuck closed", here, true),
-    ] {
-        let (fault, cure) = stuck(input, level);
-        cases.push(case(name, fault, cure));
-    }
-    for axis in Axis::ALL {
-        let step = machine.axis(axis).max_following_error * 0.25;
-        for (name, fault, cure) in [
-            ("encoder step", Fault::EncoderOffset { axis, offset: step }, Fault::EncoderOffset { axis, offset: 0.0 }),
-            ("blocked", Fault::DriveGain { axis, factor: 0.0 }, Fault::DriveGain { axis, factor: 1.0 }),
-            ("drive trip", Fault::DriveFault { axis, active: true }, Fault::DriveFault { axis, active: false }),
-        ] {
-            cases.push(FaultCase { name: format!("{name}, {}", axis.joint()), fault, cure });
-        }
-    }
-    if machine.gauge.is_some() {
-        cases.push(case("gauge stuck", Fault::Gauge(Some(GaugeFault::Stuck)), Fault::Gauge(None)));
-        cases.push(case("gauge not a number", Fault::Gauge(Some(GaugeFault::NotANumber)), Fault::Gauge(None)));
-    }
-    cases
-}
-
-/// `count` moments below `within`, in rising order, by Steele, Lea and Flood's `SplitMix64`.
-#[must_use]
-pub fn seeded_moments(seed: u64, count: usize, within: u64) -> Vec<u64> {
-    let mut state = seed;
-    let mut moments: Vec<u64> = (0..count)
-        .map(|_| {
-            state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            let mut z = state;
-            z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-            (z ^ z >> 31) % within.max(1)
-        })
-        .collect();
-    moments.sort_unstable();
-    moments
-}
 
 /// The cell in the middle of a job.
 #[derive(Debug, Clone)]
@@ -484,42 +409,6 @@ struct State {
     /// How far the structures are ahead (mm or rad), and how fast that grows (1/s).
     c_swing: (f64, f64),
     x_swing: (f64, f64),
-}
-
-/// The structure of an axis without power, by small steps of q̈ = −ω² q − 2 ζ ω q̇ − v̇ (see `mechanics.rs`).
-#[derive(Debug, Clone, Copy)]
-struct Swing {
-    structure: Option<Structure>,
-    start: f64,
-    ahead: f64,
-    growth: f64,
-}
-
-impl Swing {
-    /// Parts of a servo step: with 32 of them one of 250 Hz loses 1e-5 of its height in a period.
-    const PARTS: u32 = 32;
-
-    fn new(structure: Option<Structure>, (ahead, growth): (f64, f64)) -> Self {
-        Self { structure, start: ahead, ahead, growth }
-    }
-
-    fn period_s(&self) -> f64 {
-        self.structure.map_or(0.0, |structure| TURN_RAD / structure.frequency_rad_s)
-    }
-
-    /// How far it is ahead of where it was at the beginning, a servo step later in which the slide changes its speed by `change` per
-    /// second. Of a rigid axis, nothing.
-    fn after(&mut self, change: f64, step_s: f64) -> f64 {
-        let Some(Structure { frequency_rad_s: w, damping, .. }) = self.structure else { return 0.0 };
-        let part_s = step_s / f64::from(Self::PARTS);
-        for _ in 0..Self::PARTS {
-            // Half a part of way to either side of the change of speed.
-            self.ahead += 0.5 * part_s * self.growth;
-            self.growth -= part_s * (w * w * self.ahead + 2.0 * damping * w * self.growth + change);
-            self.ahead += 0.5 * part_s * self.growth;
-        }
-        self.ahead - self.start
-    }
 }
 
 /// What an axis that is looked at in every tick may do between two: the sagitta of its largest acceleration (mm).

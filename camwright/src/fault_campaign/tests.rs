@@ -5,6 +5,8 @@ use crate::interpolator::Motion;
 use crate::machine::Machine;
 use crate::machine::description::{DriveSettings, GaugeDescription, GaugeKind, Structure};
 use crate::machine::state::LastingState;
+use crate::units::rad_from_deg;
+use alloc::format;
 use alloc::sync::Arc;
 
 /// The drives of C and X as of `cam_grinder`: motors with a limit, and a structure that swings on when they fail.

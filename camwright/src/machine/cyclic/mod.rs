@@ -3,6 +3,7 @@
 mod command;
 mod dress;
 mod inputs;
+mod loading;
 mod probes;
 mod retreat;
 mod stream;
@@ -25,11 +26,10 @@ use crate::machine::sensors::{OriginDetector, OvertravelSwitches, StationSwitch}
 use crate::machine::state::LastingState;
 use crate::machine::turned_part::TurnedRemoval;
 use crate::machine::wheel::WheelSpindle;
-use crate::machine::workpiece::{CutRecord, Deflection, Lobe, LobeError, Removal, Workpiece};
+use crate::machine::workpiece::{Deflection, Removal, Workpiece};
 use crate::numeric::fixed_list::FixedList;
 use crate::setpoint::{Input, Latch, Setpoint};
 use crate::units::TURN_RAD;
-use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 pub use command::{MachineCommand, ResetRefused};
 use inputs::{GaugeWatch, References, SwitchWatch};
@@ -281,54 +281,6 @@ impl Machine {
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
         self.axes.iter().all(AxisState::is_at_rest)
-    }
-
-    /// Puts one lobe of a raw part between the centres, in the place of one with the same name: radii (mm) at azimuths
-    /// i·2π/n from the key-way, in front of the wheel when the table stands at the station's position.
-    ///
-    /// # Errors
-    /// An unknown station or one that is taken, an outline that is none.
-    pub fn load_lobe(&mut self, name: &str, station: &str, width_mm: f64, radii: Vec<f64>) -> Result<(), LobeError> {
-        let index = self
-            .description
-            .stations
-            .iter()
-            .position(|s| s.switch == station)
-            .ok_or_else(|| LobeError::UnknownStation { name: name.to_string(), station: station.to_string() })?;
-        if let Some(other) = self.part.lobes().iter().find(|lobe| lobe.station() == index && lobe.name() != name) {
-            return Err(LobeError::StationTaken {
-                name: name.to_string(),
-                station: station.to_string(),
-                other: other.name().to_string(),
-            });
-        }
-        let mut lobe = Lobe::new(String::from(name), index, width_mm, radii)?;
-        if let Some(process) = self.description.process {
-            lobe.record(CutRecord::new(process, self.description.wheel.surface_speed_m_s));
-        }
-        self.part.load(lobe);
-        Ok(())
-    }
-
-    /// Azimuth of the part's key-way as it is clamped (rad): of a part that is clamped as it should be 0, which faces the wheel where
-    /// C is 0.
-    #[must_use]
-    pub fn key_way_rad(&self) -> f64 {
-        self.key_way_rad
-    }
-
-    /// The part is clamped with its key-way there (rad). What is no number is taken for 0. The outlines of its lobes are given as the
-    /// part is clamped.
-    pub fn set_key_way(&mut self, key_way_rad: f64) {
-        self.key_way_rad = if key_way_rad.is_finite() { key_way_rad } else { 0.0 };
-    }
-
-    /// Takes the part out.
-    pub fn clear_part(&mut self) {
-        self.part.clear();
-        self.turned = None;
-        self.key_way_rad = 0.0;
-        self.ground = None;
     }
 
     /// A job begins: what only chance decides begins anew, so that a job is the same whatever the machine did before.

@@ -4,7 +4,7 @@ use super::Machine;
 use super::sweep::line_rad;
 use crate::machine::axis::Span;
 use crate::machine::description::{AXIS_COUNT, Axis};
-use crate::machine::turned_part::{Insert, InsertMove, InsertPose, TurnedPart, TurnedPartError, TurnedRemoval};
+use crate::machine::turned_part::{Insert, InsertMove, InsertPose, TurnedPart, TurnedRemoval};
 use crate::machine::workpiece::Removal;
 use crate::units::TURN_RAD;
 
@@ -13,28 +13,10 @@ use crate::units::TURN_RAD;
 pub(super) struct Clamped {
     pub(super) part: TurnedPart,
     /// Where the insert's centre stands along the part when Z is 0 (mm).
-    zero_mm: f64,
+    pub(super) zero_mm: f64,
 }
 
 impl Machine {
-    /// Puts a raw part into the chuck of a lathe, in the place of one that is there. The insert's centre stands at `part_zero_mm` of the
-    /// part where Z is 0, and at z = Z + `part_zero_mm` elsewhere: a positive Z draws the chuck back, towards −z of the part, so that the
-    /// tool comes to a greater z of it.
-    ///
-    /// # Errors
-    /// A machine that grinds; a zero that is no number.
-    pub fn load_turned_part(&mut self, part: TurnedPart, part_zero_mm: f64) -> Result<(), TurnedPartError> {
-        let name = || part.name().into();
-        if self.description.insert.is_none() {
-            return Err(TurnedPartError::NotALathe { name: name() });
-        }
-        if !part_zero_mm.is_finite() {
-            return Err(TurnedPartError::Zero { name: name(), part_zero_mm });
-        }
-        self.turned = Some(Clamped { part, zero_mm: part_zero_mm });
-        Ok(())
-    }
-
     /// The part in the chuck of a lathe.
     #[must_use]
     pub fn turned_part(&self) -> Option<&TurnedPart> {
