@@ -16,6 +16,7 @@
 //! A surface may clear the edge and still meet the flank farther down, so that is looked at too: the flank of a round insert is a cone.
 
 use crate::insert_path::InsertPath;
+use crate::machine::description::InsertDescription;
 use crate::surface::Surface;
 use crate::units::{TURN_RAD, deg_from_rad, rad_from_deg, wrap_turn};
 use alloc::vec::Vec;
@@ -140,6 +141,14 @@ impl Default for Flank {
             least_approach_rad: rad_from_deg(10.0),
             depth_mm: 12.0,
         }
+    }
+}
+
+impl Flank {
+    /// The flank of a lathe's insert, and what is asked of every flank.
+    #[must_use]
+    pub fn of(insert: &InsertDescription) -> Self {
+        Self { relief_rad: insert.relief_rad, ..Self::default() }
     }
 }
 

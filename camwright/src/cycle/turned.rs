@@ -168,7 +168,7 @@ pub fn plan_turning(
         return Err(TurningError::TurnsBackwards);
     }
     check(job)?;
-    let flank = Flank { relief_rad: insert.relief_rad, ..Flank::default() };
+    let flank = Flank::of(&insert);
     let (low, high) = (job.turned_mm.0.min(job.turned_mm.1), job.turned_mm.0.max(job.turned_mm.1));
     let clearance = ClearanceMap::new(&job.surface, low, high, flank)?.check(-insert.height_mm)?;
     let clear_mm = job.bar_radius_mm + insert.radius_mm + job.clearance_mm;

@@ -3,8 +3,8 @@
 use super::batch::Batch;
 use super::run_report::{Report, um};
 use crate::axis_interpolator::AxisInterpolator;
-use crate::config::job_file;
 use crate::config::locate::Located;
+use crate::config::{any_job, job_file};
 use crate::job_planner::JobPlanner;
 use crate::machine_sim::MachineSim;
 use crate::planning::{self, PreparedJob};
@@ -164,7 +164,7 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
 
 /// The machine that a job names; what is wrong with the job the planner says.
 fn machine_of(job: &str, args: &RunArgs) -> String {
-    job_file::machine_of(job, &args.set).unwrap_or_else(|| "cam_grinder".to_owned())
+    any_job::machine_of(job, &args.set).unwrap_or_else(|| "cam_grinder".to_owned())
 }
 
 fn default_bag(job: &str) -> PathBuf {

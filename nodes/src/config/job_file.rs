@@ -3,12 +3,13 @@
 use super::ConfigError;
 use super::compensation_file::CompensationFile;
 use super::fault_file::{FaultFile, JobFault};
-use super::follower_file::FollowerFile;
+use super::hash::FileHash;
 use super::journal_file::{CorrectionFile, IdentificationFile, RawPartFile, StockFile};
-use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
+use super::lift_file::ProfileLift;
 use super::locate::{Located, locate};
 use super::machine_file::{self, Machine};
 use super::pass_file::{InfeedFile, RoughingFile, SpeedFile, passes, roughing_findings};
+use super::profile_file::{self, ProfileFile};
 use super::start_file::{DryRunFile, StartFile};
 use super::wheel_file::{DressingFile, ObstacleFile, WheelPowerFile, wishes};
 use super::yaml::Document;
@@ -17,8 +18,6 @@ use camwright::follower::Follower;
 use camwright::job::{BetweenLobes, HoldInCut, HomePosition, JobSpec, LEAST_BLOCKS, LobeSpec, ProfileSpec};
 use camwright::units::rad_from_deg;
 use serde::Deserialize;
-use sha2::{Digest, Sha256};
-use std::path::PathBuf;
 
 /// Newest version of the job file's schema that this program reads.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -125,16 +124,6 @@ fn default_clearance() -> f64 {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct ProfileFile {
-    name: String,
-    base_radius_mm: f64,
-    follower: FollowerFile,
-    gauge: Option<FollowerFile>,
-    lift: LiftFile,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
 struct LobeFile {
     name: String,
     station: String,
@@ -211,13 +200,13 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     findings.extend(file.identification.iter().flat_map(|identification| identification.findings(&document)));
     findings.extend(file.measure_stock.iter().flat_map(|stock| stock.findings(&document)));
     findings.extend(file.runout_correction.iter().flat_map(|correction| correction.findings(&document)));
-    let machine = read_machine(&document, &file, located).map_err(|error| findings.push(error)).ok();
-    let mut hasher = Sha256::new();
-    add_to_hash(&mut hasher, &document.text);
+    let machine = machine_file::named(&document, &file.machine).map_err(|error| findings.push(error)).ok();
+    let mut hash = FileHash::default();
+    hash.add(document.text.as_bytes());
     let (mut profiles, mut lifts) = (Vec::new(), Vec::new());
     let mut blocks: Option<u32> = None;
     for (index, profile) in file.profiles.iter().enumerate() {
-        match read_profile(&document, index, profile, &mut hasher) {
+        match profile.read(&document, "profiles", index, &mut hash) {
             Ok((spec, lift)) => {
                 let table_blocks = lift.table.as_ref().and_then(|table| u32::try_from(table.blocks()).ok());
                 match (blocks, table_blocks) {
@@ -267,9 +256,9 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
         lobe_order,
         title: file.title,
         source: document.text.clone(),
-        hash: hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect(),
+        hash: hash.hex(),
         lifts,
-        gauges: file.profiles.iter().map(|profile| profile.gauge.as_ref().map(FollowerFile::follower)).collect(),
+        gauges: file.profiles.iter().map(ProfileFile::gauge).collect(),
         machine,
         faults,
         wheel_radius_mm: file.wheel_radius_mm,
@@ -279,18 +268,6 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
 
 fn one(error: ConfigError) -> Vec<ConfigError> {
     vec![error]
-}
-
-/// Each file with its length first, so that no two sets of files give the same bytes.
-fn add_to_hash(hasher: &mut Sha256, text: &str) {
-    hasher.update((text.len() as u64).to_le_bytes());
-    hasher.update(text.as_bytes());
-}
-
-fn read_machine(document: &Document, file: &JobFile, located: &Located) -> Result<Machine, ConfigError> {
-    let found = locate("machines", &file.machine, "yaml", Some(&located.path))
-        .map_err(|error| document.error("machine", error.to_string()))?;
-    machine_file::parse(&found.path, &found.text, &[])
 }
 
 fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks_per_turn: u32) -> JobSpec {
@@ -376,31 +353,11 @@ fn ranges(document: &Document, file: &JobFile) -> Vec<ConfigError> {
     for (key, message) in roughing_findings(&file.roughing) {
         refuse(&key, message);
     }
-    if file.profiles.is_empty() {
-        refuse("profiles", "the job has no profiles; it needs at least 1".into());
+    for (key, message) in profile_file::findings("profiles", &file.profiles) {
+        refuse(&key, message);
     }
     if file.lobes.is_empty() {
         refuse("lobes", "the job has no lobes; it needs at least 1".into());
-    }
-    for (index, profile) in file.profiles.iter().enumerate() {
-        if file.profiles[..index].iter().any(|other| other.name == profile.name) {
-            let message = format!("there are two profiles named {}; names must differ", profile.name);
-            refuse(&format!("profiles.{index}.name"), message);
-        }
-        if !(profile.base_radius_mm.is_finite() && profile.base_radius_mm > 0.0) {
-            let (name, value) = (&profile.name, profile.base_radius_mm);
-            let message = format!("profile {name}: base_radius_mm is {value}; it must be a positive number");
-            refuse(&format!("profiles.{index}.base_radius_mm"), message);
-        }
-        let followers = [("follower", Some(&profile.follower)), ("gauge", profile.gauge.as_ref())];
-        for (which, follower) in followers.into_iter().filter_map(|(which, file)| Some((which, file?))) {
-            let bad = |(_, value): &(_, f64)| !(value.is_finite() && *value > 0.0);
-            for (key, value) in follower.arm_lengths().into_iter().filter(bad) {
-                let message =
-                    format!("profile {}: {which}: {key} is {value}; it must be a positive number", profile.name);
-                refuse(&format!("profiles.{index}.{which}.{key}"), message);
-            }
-        }
     }
     for (index, lobe) in file.lobes.iter().enumerate() {
         let name = &lobe.name;
@@ -422,25 +379,6 @@ fn ranges(document: &Document, file: &JobFile) -> Vec<ConfigError> {
     findings
 }
 
-fn read_profile(
-    document: &Document,
-    index: usize,
-    file: &ProfileFile,
-    hasher: &mut Sha256,
-) -> Result<(ProfileSpec, ProfileLift), Vec<ConfigError>> {
-    let follower = file.follower.follower();
-    let of = OfProfile {
-        document,
-        key: &format!("profiles.{index}.lift"),
-        name: &file.name,
-        follower: Some((follower, file.base_radius_mm)),
-    };
-    let lift = lift_file::read(&file.lift, of, |text| add_to_hash(hasher, text))?;
-    let name = file.name.clone();
-    let spec = ProfileSpec { name, lift: lift.law.clone(), follower, base_radius_mm: file.base_radius_mm };
-    Ok((spec, lift))
-}
-
 fn read_lobes(document: &Document, file: &JobFile, findings: &mut Vec<ConfigError>) -> Vec<LobeSpec> {
     let known = || file.profiles.iter().map(|profile| profile.name.as_str()).collect::<Vec<_>>().join(", ");
     let mut lobes = Vec::new();
@@ -459,36 +397,6 @@ fn read_lobes(document: &Document, file: &JobFile, findings: &mut Vec<ConfigErro
         });
     }
     lobes
-}
-
-/// The machine file that a job names, as its other readers find it; `None` for what is no job.
-#[must_use]
-pub fn machine_of(name: &str, overrides: &[String]) -> Option<String> {
-    let located = locate("jobs", name, "yaml", None).ok()?;
-    let document = Document::parse(&located.path, &located.text, overrides).ok()?;
-    let Some(super::yaml::Value::Text(machine)) = document.root.get("machine").map(|node| &node.value) else {
-        return None;
-    };
-    let found = locate("machines", machine, "yaml", Some(&located.path)).ok()?;
-    // What was found beside the job is named by its path; what is built in, by its name.
-    Some(if found.path.is_file() { found.path.display().to_string() } else { machine.clone() })
-}
-
-/// Name, title and path of the jobs that [`load`] finds by name.
-#[must_use]
-pub fn list() -> Vec<(String, String, PathBuf)> {
-    super::locate::list("jobs")
-        .into_iter()
-        .filter_map(|name| {
-            let located = locate("jobs", &name, "yaml", None).ok()?;
-            let document = Document::parse(&located.path, &located.text, &[]).ok()?;
-            let title = match document.root.get("title").map(|node| &node.value) {
-                Some(super::yaml::Value::Text(title)) => title.clone(),
-                _ => String::new(),
-            };
-            Some((name, title, located.path))
-        })
-        .collect()
 }
 
 #[cfg(test)]

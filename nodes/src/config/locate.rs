@@ -15,6 +15,7 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("jobs/four_lobe_camshaft.yaml", include_str!("../../../params/jobs/four_lobe_camshaft.yaml")),
     ("jobs/rough_and_finish.yaml", include_str!("../../../params/jobs/rough_and_finish.yaml")),
     ("jobs/eccentric.yaml", include_str!("../../../params/jobs/eccentric.yaml")),
+    ("jobs/turned_cam.yaml", include_str!("../../../params/jobs/turned_cam.yaml")),
     ("lifts/intake.csv", include_str!("../../../params/lifts/intake.csv")),
     ("lifts/exhaust.csv", include_str!("../../../params/lifts/exhaust.csv")),
     ("lifts/make_lifts.py", include_str!("../../../params/lifts/make_lifts.py")),

@@ -6,6 +6,7 @@ use super::fault_file::AlarmRetractFile;
 use super::gauge_file::GaugeFile;
 use super::homing_file::{self, HomingFile};
 use super::insert_file::InsertFile;
+use super::locate::locate;
 use super::probe_file::{GapDetectorFile, KeyWayProbeFile};
 use super::process_file::ProcessFile;
 use super::wheel_file::{DresserFile, ExtentFile, ThermalFile};
@@ -17,7 +18,7 @@ use camwright::machine::description::{
 use camwright::units::{mm_from_um, rad_from_deg, rad_s_from_rpm};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Newest version of the machine file's schema that this program reads.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -162,6 +163,8 @@ pub struct Machine {
     pub description: MachineDescription,
     /// What it says, with overrides written in.
     pub source: String,
+    /// Where it was read from.
+    pub path: PathBuf,
 }
 
 impl Machine {
@@ -171,6 +174,15 @@ impl Machine {
     /// See [`parse`].
     pub fn with_overrides(&self, overrides: &[String]) -> Result<Self, ConfigError> {
         parse(Path::new(&self.description.name), &self.source, overrides)
+    }
+
+    /// Where a key of its file stands.
+    #[must_use]
+    pub fn place(&self, key: &str) -> Place {
+        match Document::parse(&self.path, &self.source, &[]) {
+            Ok(document) => document.place(key),
+            Err(_) => Place::file(&self.path),
+        }
     }
 }
 
@@ -188,7 +200,14 @@ pub fn parse(path: &Path, text: &str, overrides: &[String]) -> Result<Machine, C
     check(&document, &file)?;
     homing_file::check(&document, &description)?;
     description.validate().map_err(|error| ConfigError::at(Place::file(path), error.to_string()))?;
-    Ok(Machine { description, source: document.text })
+    Ok(Machine { description, source: document.text, path: path.to_path_buf() })
+}
+
+/// The machine that a job names under `machine`.
+pub(super) fn named(job: &Document, name: &str) -> Result<Machine, ConfigError> {
+    let found =
+        locate("machines", name, "yaml", Some(&job.path)).map_err(|error| job.error("machine", error.to_string()))?;
+    parse(&found.path, &found.text, &[])
 }
 
 /// What the machine works with: a wheel, or an insert with the wheel that it is to its spindle.

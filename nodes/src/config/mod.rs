@@ -1,12 +1,14 @@
 //! Files people write: machines, jobs, lift tables. What was written is kept apart from what it means; below this module
 //! there is only meaning.
 
+pub mod any_job;
 pub(crate) mod compensation_file;
 mod contact_file;
 mod drive_file;
 pub mod fault_file;
 mod follower_file;
 mod gauge_file;
+mod hash;
 mod homing_file;
 mod insert_file;
 pub mod job_file;
@@ -19,8 +21,11 @@ pub mod machine_file;
 mod pass_file;
 mod probe_file;
 mod process_file;
+pub(crate) mod profile_file;
 mod start_file;
 pub mod stiffness_file;
+mod surface_file;
+pub mod turning_file;
 mod wheel_file;
 pub mod yaml;
 

@@ -256,6 +256,21 @@ impl Document {
         ConfigError::at(self.place(path), message)
     }
 
+    /// The text at a dotted path, if it is one.
+    #[must_use]
+    pub fn text_at(&self, path: &str) -> Option<&str> {
+        match self.root.get(path).map(|node| &node.value) {
+            Some(Value::Text(text)) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// `job` of `schema: camwright/job/1`, whatever its version; none for a file without a schema of this program.
+    #[must_use]
+    pub fn kind(&self) -> Option<&str> {
+        self.text_at("schema")?.strip_prefix("camwright/")?.rsplit_once('/').map(|(kind, _)| kind)
+    }
+
     /// Refuses a file that is not of this kind, or is of a newer schema version than this program reads.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! The planner's services. Files are read and jobs planned on the planning thread; answers come from there.
 
 use super::{Shared, lock};
-use crate::config::job_file;
+use crate::config::any_job;
 use crate::convert::time::duration_from_ns;
 use crate::convert::{m_from_mm, si_from_core};
 use crate::planning::{self, PreparedJob, Severity};
@@ -53,7 +53,7 @@ pub(super) fn deferred<S: Service>(
 
 fn list_jobs() -> ListJobsResponse {
     let mut response = ListJobsResponse::default();
-    for (name, title, path) in job_file::list() {
+    for (name, title, path) in any_job::list() {
         response.jobs.push(name);
         response.titles.push(title);
         response.paths.push(path.display().to_string());

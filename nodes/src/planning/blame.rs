@@ -2,7 +2,7 @@
 
 use crate::config::ConfigError;
 use crate::config::job_file::Job;
-use camwright::contour::ContourError;
+use crate::config::profile_file::contour_key;
 use camwright::cycle::PlanError;
 use camwright::dressing::DressError;
 use camwright::job::JobError;
@@ -141,18 +141,6 @@ fn wish_key(job: &Job, mounted_mm: f64) -> String {
         Some(("lobe", name)) => format!("{}.wheel_radius_mm", lobe_key(name)),
         Some((_, name)) => pass_key(job, name, "wheel_radius_mm"),
         None => "wheel_radius_mm".into(),
-    }
-}
-
-fn contour_key(error: &ContourError) -> &'static str {
-    match error {
-        ContourError::BadBaseRadius { .. } | ContourError::Undercut { .. } | ContourError::PassesAxis { .. } => {
-            "base_radius_mm"
-        }
-        ContourError::Follower(_) | ContourError::ReachesPivot { .. } | ContourError::ContactStrays { .. } => {
-            "follower"
-        }
-        ContourError::Lift(_) | ContourError::FaceTurnsBack { .. } | ContourError::AxisOutside { .. } => "lift",
     }
 }
 

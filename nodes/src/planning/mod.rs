@@ -25,6 +25,7 @@ mod rehearse;
 mod times;
 mod turn;
 mod turn_summary;
+mod turning;
 
 pub use blame::blame;
 pub use capability::{LobeCapability, MeasuredLobe, capability, measure_lobe};
@@ -45,9 +46,11 @@ pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result};
 pub use rehearse::{Outlines, RehearsalFailed, rehearse_job, rehearse_job_on, rehearse_outlines_on};
 pub use times::{TimeCompared, compare_times};
 pub use turn_summary::{BoundSummary, RemovalClass};
+pub use turning::{AnyPrepared, PreparedTurning, plan_turned, prepare_any};
 
 use crate::config::ConfigError;
 use crate::config::job_file::{self, Job};
+use crate::config::yaml::Document;
 use crate::convert::plan::{Provenance, pages_from_plan};
 use camwright::cycle::{PlannedCorrection, PlannedJob, plan_job};
 use camwright::inspection::Inspection;
@@ -183,18 +186,24 @@ pub fn plan(job: Job, machine: Option<&MachineNow>) -> Result<PreparedJob, Confi
     })
 }
 
-fn fits_machine(job: &Job, now: &MachineNow) -> Result<(), ConfigError> {
-    let (wanted, there) = (&job.machine.description.name, &now.description.name);
-    if wanted != there {
-        return Err(job.document.error("machine", format!("the job is for machine {wanted}, the cell has {there}")));
+fn fits_cell(document: &Document, wanted: &str, now: &MachineNow) -> Result<(), ConfigError> {
+    let there = &now.description.name;
+    if wanted == there {
+        Ok(())
+    } else {
+        Err(document.error("machine", format!("the job is for machine {wanted}, the cell has {there}")))
     }
+}
+
+fn fits_machine(job: &Job, now: &MachineNow) -> Result<(), ConfigError> {
+    fits_cell(&job.document, &job.machine.description.name, now)?;
     match job.wheel_radius_mm {
         Some(wanted) if (wanted - now.wheel.radius_mm).abs() > WHEEL_TOLERANCE_MM => Err(job.document.error(
             "wheel_radius_mm",
             format!(
-                "wheel_radius_mm is {wanted}, the wheel mounted on {there} has {:.4}; they may differ by at most \
+                "wheel_radius_mm is {wanted}, the wheel mounted on {} has {:.4}; they may differ by at most \
                  {WHEEL_TOLERANCE_MM}",
-                now.wheel.radius_mm
+                now.description.name, now.wheel.radius_mm
             ),
         )),
         _ => Ok(()),

@@ -1,4 +1,5 @@
 use super::*;
+use std::path::PathBuf;
 
 fn findings(change: impl Fn(&str) -> String) -> Vec<String> {
     let located = locate("jobs", "eccentric", "yaml", None).unwrap();

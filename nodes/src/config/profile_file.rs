@@ -1,0 +1,96 @@
+//! A cam as a job writes it: base circle, follower and lift. Grinding jobs have one for each kind of lobe, turning jobs one for each
+//! outline along the part.
+
+use super::ConfigError;
+use super::follower_file::FollowerFile;
+use super::hash::FileHash;
+use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
+use super::yaml::Document;
+use camwright::contour::ContourError;
+use camwright::follower::Follower;
+use camwright::job::ProfileSpec;
+use serde::Deserialize;
+
+/// `profiles[]` as written.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ProfileFile {
+    pub(super) name: String,
+    base_radius_mm: f64,
+    follower: FollowerFile,
+    gauge: Option<FollowerFile>,
+    lift: LiftFile,
+}
+
+impl ProfileFile {
+    /// What it is inspected with.
+    pub(super) fn gauge(&self) -> Option<Follower> {
+        self.gauge.as_ref().map(FollowerFile::follower)
+    }
+
+    /// What it means. `list` is the key of the list in which it stands.
+    pub(super) fn read(
+        &self,
+        document: &Document,
+        list: &str,
+        index: usize,
+        hash: &mut FileHash,
+    ) -> Result<(ProfileSpec, ProfileLift), Vec<ConfigError>> {
+        let follower = self.follower.follower();
+        let of = OfProfile {
+            document,
+            key: &format!("{list}.{index}.lift"),
+            name: &self.name,
+            follower: Some((follower, self.base_radius_mm)),
+        };
+        let lift = lift_file::read(&self.lift, of, |text| hash.add(text.as_bytes()))?;
+        let name = self.name.clone();
+        let spec = ProfileSpec { name, lift: lift.law.clone(), follower, base_radius_mm: self.base_radius_mm };
+        Ok((spec, lift))
+    }
+}
+
+/// What can be said about single values of the profiles under a key, as key and message.
+pub(super) fn findings(list: &str, profiles: &[ProfileFile]) -> Vec<(String, String)> {
+    let mut findings = Vec::new();
+    if profiles.is_empty() {
+        findings.push((list.to_owned(), "the job has no profiles; it needs at least 1".to_owned()));
+    }
+    for (index, profile) in profiles.iter().enumerate() {
+        let mut refuse = |key: &str, message: String| findings.push((format!("{list}.{index}.{key}"), message));
+        let name = &profile.name;
+        if profiles[..index].iter().any(|other| other.name == *name) {
+            refuse("name", format!("there are two profiles named {name}; names must differ"));
+        }
+        if !(profile.base_radius_mm.is_finite() && profile.base_radius_mm > 0.0) {
+            let value = profile.base_radius_mm;
+            refuse(
+                "base_radius_mm",
+                format!("profile {name}: base_radius_mm is {value}; it must be a positive number"),
+            );
+        }
+        let followers = [("follower", Some(&profile.follower)), ("gauge", profile.gauge.as_ref())];
+        for (which, follower) in followers.into_iter().filter_map(|(which, file)| Some((which, file?))) {
+            let bad = |(_, value): &(_, f64)| !(value.is_finite() && *value > 0.0);
+            for (key, value) in follower.arm_lengths().into_iter().filter(bad) {
+                let message = format!("profile {name}: {which}: {key} is {value}; it must be a positive number");
+                refuse(&format!("{which}.{key}"), message);
+            }
+        }
+    }
+    findings
+}
+
+/// The key of a profile that is behind a refusal of its contour.
+#[must_use]
+pub(crate) fn contour_key(error: &ContourError) -> &'static str {
+    match error {
+        ContourError::BadBaseRadius { .. } | ContourError::Undercut { .. } | ContourError::PassesAxis { .. } => {
+            "base_radius_mm"
+        }
+        ContourError::Follower(_) | ContourError::ReachesPivot { .. } | ContourError::ContactStrays { .. } => {
+            "follower"
+        }
+        ContourError::Lift(_) | ContourError::FaceTurnsBack { .. } | ContourError::AxisOutside { .. } => "lift",
+    }
+}

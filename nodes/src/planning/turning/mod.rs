@@ -1,0 +1,147 @@
+//! From the file of a turning job to a plan that can be sent.
+//!
+//! ```text
+//! job file ─► TurnedJob ─► plan_turning ─► Plan ─► pages      refused anywhere: one sentence, with file and line
+//! ```
+
+mod blame;
+
+use super::{MachineNow, PreparedJob, fits_cell, hash_of, plan};
+use crate::config::ConfigError;
+use crate::config::any_job::{self, AnyJob};
+use crate::config::turning_file::TurnedJob;
+use crate::convert::plan::{Provenance, pages_from_plan};
+use camwright::cycle::{PlannedTurning, plan_turning};
+use camwright::insert_clearance::{ClearanceMap, Flank, InsertClearanceError};
+use camwright::machine::description::{InsertDescription, MachineDescription};
+use camwright::units::rpm_from_rad_s;
+use camwright_msgs::camwright_msgs::msg::PlanPage;
+
+/// A turning job, planned and ready to send.
+#[derive(Debug, Clone)]
+pub struct PreparedTurning {
+    /// The job as it was read.
+    pub job: TurnedJob,
+    /// The plan and what it was made of.
+    pub planned: PlannedTurning,
+    /// The machine it was planned for.
+    pub machine: MachineDescription,
+    /// What the plan was made from.
+    pub provenance: Provenance,
+    /// The plan as messages, the header first.
+    pub pages: Vec<PlanPage>,
+}
+
+impl PreparedTurning {
+    /// Hash of the plan, 64 hexadecimal digits.
+    #[must_use]
+    pub fn plan_hash(&self) -> &str {
+        hash_of(&self.pages)
+    }
+
+    /// Predicted duration (s).
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.planned.plan.duration_s
+    }
+
+    /// One sentence about it.
+    #[must_use]
+    pub fn summary(&self) -> String {
+        let passes = &self.planned.passes;
+        let turns: f64 = passes.iter().map(|pass| pass.turns).sum();
+        let speeds = passes.iter().map(|pass| rpm_from_rad_s(pass.spindle.rad_s));
+        let (slowest, fastest) = (speeds.clone().fold(f64::INFINITY, f64::min), speeds.fold(0.0, f64::max));
+        let speed = if fastest - slowest < 0.05 {
+            format!("{fastest:.1} rpm")
+        } else {
+            format!("{slowest:.1} to {fastest:.1} rpm")
+        };
+        let count = match passes.len() {
+            1 => String::from("1 pass"),
+            count => format!("{count} passes"),
+        };
+        format!(
+            "{}: {count}, {turns:.1} turns at {speed}, {:.2} s, plan {:.12}",
+            self.planned.plan.job,
+            self.duration_s(),
+            self.plan_hash()
+        )
+    }
+}
+
+/// Plans a turning job that has been read, for the machine as it is now, or, where there is none, for the machine the job names.
+///
+/// # Errors
+/// Everything that cannot be made, one sentence with the file and the line that causes it.
+pub fn plan_turned(job: TurnedJob, machine: Option<&MachineNow>) -> Result<PreparedTurning, ConfigError> {
+    let machine = match machine {
+        Some(now) => {
+            fits_cell(&job.document, &job.machine.description.name, now)?;
+            now.description.clone()
+        }
+        None => job.machine.description.clone(),
+    };
+    let provenance = Provenance { job_hash: job.hash.clone(), machine_hash: machine.hash.clone() };
+    let planned = plan_turning(&job.spec, &machine, None).map_err(|error| blame::blame(&job, &machine, &error))?;
+    let pages = pages_from_plan(&planned.plan, &provenance);
+    Ok(PreparedTurning { job, planned, machine, provenance, pages })
+}
+
+/// How insert and surface of a job stand to each other, at every height of the insert.
+fn clearance_map(job: &TurnedJob, insert: &InsertDescription) -> Result<ClearanceMap, InsertClearanceError> {
+    let (from_mm, to_mm) = job.spec.turned_mm;
+    ClearanceMap::new(&job.spec.surface, from_mm.min(to_mm), from_mm.max(to_mm), Flank::of(insert))
+}
+
+/// A job of any kind, planned and ready to send.
+#[derive(Debug, Clone)]
+pub enum AnyPrepared {
+    /// Lobes that are ground.
+    Ground(Box<PreparedJob>),
+    /// A part that is turned.
+    Turned(Box<PreparedTurning>),
+}
+
+/// Finds, reads and plans a job of any kind; see [`super::prepare`] and [`plan_turned`].
+///
+/// # Errors
+/// Everything that cannot be made.
+pub fn prepare_any(name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Result<AnyPrepared, ConfigError> {
+    match any_job::load(name, overrides)? {
+        AnyJob::Ground(job) => plan(*job, machine).map(|prepared| AnyPrepared::Ground(Box::new(prepared))),
+        AnyJob::Turned(job) => plan_turned(*job, machine).map(|prepared| AnyPrepared::Turned(Box::new(prepared))),
+    }
+}
+
+impl AnyPrepared {
+    /// Hash of its first plan, 64 hexadecimal digits.
+    #[must_use]
+    pub fn plan_hash(&self) -> &str {
+        match self {
+            Self::Ground(prepared) => prepared.plan_hash(),
+            Self::Turned(prepared) => prepared.plan_hash(),
+        }
+    }
+
+    /// Predicted duration of all of it (s).
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        match self {
+            Self::Ground(prepared) => prepared.duration_s(),
+            Self::Turned(prepared) => prepared.duration_s(),
+        }
+    }
+
+    /// One sentence about it.
+    #[must_use]
+    pub fn summary(&self) -> String {
+        match self {
+            Self::Ground(prepared) => prepared.summary(),
+            Self::Turned(prepared) => prepared.summary(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,125 @@
+use super::*;
+use crate::config::locate::{Located, locate};
+use crate::config::turning_file;
+use camwright::wheel::WheelNow;
+use std::path::Path;
+
+fn prepared(overrides: &[&str]) -> Result<PreparedTurning, ConfigError> {
+    let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
+    plan_turned(turning_file::load("turned_cam", &overrides)?, None)
+}
+
+fn refusal(overrides: &[&str]) -> String {
+    prepared(overrides).expect_err("it cannot be made").to_string()
+}
+
+#[test]
+fn the_shipped_part_is_planned_with_one_hash_and_ordinary_drives() {
+    let (first, again) = (prepared(&[]).unwrap(), prepared(&[]).unwrap());
+    eprintln!("{}", first.summary());
+    assert_eq!(first.plan_hash(), again.plan_hash());
+    assert_eq!(first.plan_hash().len(), 64);
+    assert!((20.0..60.0).contains(&first.duration_s()), "{}", first.duration_s());
+}
+
+#[test]
+fn every_refusal_names_the_file_and_the_line_of_what_causes_it() {
+    for (overrides, place, words) in [
+        (&["machine=cam_grinder"][..], "turned_cam.yaml: ", "the machine grinds with a wheel"),
+        (&["bar_radius_mm=24.0"], "turned_cam.yaml: ", "at least 24.5"),
+        (&["turned.from_mm=25.0"], "turned_cam.yaml: ", "the z at which turning begins is 25"),
+        (&["turned.to_mm=-1.0"], "turned_cam.yaml: ", "the z at which turning ends is -1"),
+        (&["roughing.stock_mm=4.0"], "turned_cam.yaml: ", "the stock (mm) is 4"),
+        (&["roughing.deepest_mm=0.001"], "turned_cam.yaml: ", "the number of roughing passes is"),
+        (&["roughing.leaves_mm=9.0"], "turned_cam.yaml: ", "the stock for finishing is 9"),
+        (&["finishing.along_z_mm=8.5"], "turned_cam.yaml: ", "the feed per turn is 8.5"),
+        (&["angles_per_turn=100"], "turned_cam.yaml: ", "the number of angles a turn is 100"),
+        (&["part_zero_mm=100.0"], "turned_cam.yaml: ", "z_axis goes to"),
+        (&["clearance_mm=100.0"], "turned_cam.yaml: ", "x_axis goes to"),
+        (&["spindle={law: constant, rpm: 590.0}"], "turned_cam.yaml: ", "the acceleration of x_axis"),
+        (&["finishing.along_z_mm=0.002", "form_grid.column_mm=0.02"], "turned_cam.yaml: ", "360 angles, 5"),
+    ] {
+        let error = refusal(overrides);
+        assert!(error.contains(place) && error.contains(words), "{overrides:?}: {error}");
+    }
+}
+
+/// Where nothing is set over the file, the line is told.
+#[test]
+fn a_refusal_points_to_the_line_of_the_file_that_was_read() {
+    let located = locate("jobs", "turned_cam", "yaml", None).unwrap();
+    let changed = |from: &str, to: &str| {
+        let text = located.text.replacen(from, to, 1);
+        assert_ne!(text, located.text, "{from}");
+        let line = text.lines().position(|line| line.contains(to.trim_end())).expect("what was put in") + 1;
+        let read = Located { path: located.path.clone(), text };
+        let error = turning_file::parse(&read, &[]).and_then(|job| plan_turned(job, None)).expect_err("refused");
+        (error, u64::try_from(line).expect("a line"))
+    };
+    for (from, to) in [
+        ("bar_radius_mm: 24.6", "bar_radius_mm: 24.1"),
+        ("deepest_mm: 3.0", "deepest_mm: 0.0005"),
+        ("turned: {from_mm: 24.0", "turned: {from_mm: 26.0"),
+        ("part_zero_mm: 2.0 ", "part_zero_mm: 90.0 "),
+        ("from_mm: 20.0", "from_mm: 3.0"),
+        ("rise_mm: 4.5}", "rise_mm: 4.6}"),
+        ("profile: low", "profile: lower"),
+    ] {
+        let (error, line) = changed(from, to);
+        assert_eq!(error.place.file, located.path, "{error}");
+        let found = error.place.line.expect("a line");
+        // What is wrong with a lift is told where the lift begins.
+        assert!(found == line || (found + 2 >= line && to.starts_with("rise")), "{to}: {error}");
+    }
+}
+
+/// An insert at the height of the axis does not clear a cam like this; the sentence says where, and what height would do.
+#[test]
+fn an_insert_at_a_height_at_which_it_touches_is_blamed_on_its_machine() {
+    let job = turning_file::load("turned_cam", &[]).unwrap();
+    let at = |height_mm: f64| {
+        let mut job = job.clone();
+        job.machine = job.machine.with_overrides(&[format!("insert.height_mm={height_mm}")]).unwrap();
+        plan_turned(job, None).expect_err("it touches, scrapes or misses").to_string()
+    };
+    for (height_mm, words) in [
+        (0.0, "0.000 mm below centre the flank clears the surface by"),
+        (14.0, "-14.000 mm below centre the flank clears the surface by"),
+        (-19.9, "the surface lies at"),
+        (-25.0, "the part has a radius of"),
+    ] {
+        let error = at(height_mm);
+        assert!(error.contains(words) && error.contains("z = "), "{height_mm}: {error}");
+        assert!(error.contains("below centre it clears this surface, best at"), "{height_mm}: {error}");
+        assert!(error.starts_with("lathe"), "{error}");
+    }
+}
+
+#[test]
+fn a_cell_with_another_machine_is_refused_and_the_same_machine_is_taken() {
+    let job = || turning_file::load("turned_cam", &[]).unwrap();
+    let now = |name: &str| {
+        let machine = crate::config::machine_file::parse(
+            Path::new(name),
+            &locate("machines", name, "yaml", None).unwrap().text,
+            &[],
+        );
+        let description = machine.unwrap().description;
+        MachineNow { wheel: WheelNow::dressed(description.wheel.new_radius_mm), description }
+    };
+    let error = plan_turned(job(), Some(&now("cam_grinder"))).expect_err("another machine").to_string();
+    assert!(error.contains("turned_cam.yaml:6: the job is for machine lathe, the cell has cam_grinder"), "{error}");
+    let prepared = plan_turned(job(), Some(&now("lathe"))).unwrap();
+    assert_eq!(prepared.plan_hash(), plan_turned(job(), None).unwrap().plan_hash());
+}
+
+#[test]
+fn any_job_is_planned_by_its_schema() {
+    let turned = prepare_any("turned_cam", &[], None).unwrap();
+    assert!(matches!(turned, AnyPrepared::Turned(_)));
+    assert!(turned.summary().starts_with("turned_cam: 3 passes, "), "{}", turned.summary());
+    let ground = prepare_any("eccentric", &[], None).unwrap();
+    assert!(matches!(ground, AnyPrepared::Ground(_)));
+    assert_eq!((turned.plan_hash().len(), ground.plan_hash().len()), (64, 64));
+    assert!(ground.duration_s() > 1.0 && ground.summary().starts_with("eccentric: 1 lobes"), "{}", ground.summary());
+}
