@@ -46,7 +46,9 @@ pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result};
 pub use rehearse::{Outlines, RehearsalFailed, rehearse_job, rehearse_job_on, rehearse_outlines_on};
 pub use times::{TimeCompared, compare_times};
 pub use turn_summary::{BoundSummary, RemovalClass};
-pub use turning::{AnyPrepared, PreparedTurning, plan_turned, prepare_any};
+pub use turning::{
+    AnyPrepared, PreparedTurning, plan_turned, prepare_any, raw_bar, rehearse_turned, rehearse_turned_on, turned_form,
+};
 
 use crate::config::ConfigError;
 use crate::config::job_file::{self, Job};

@@ -18,7 +18,13 @@ fn with_surface(surface: &str) -> Result<TurnedJob, Vec<String>> {
 
 #[test]
 fn what_is_left_out_has_its_default() {
-    let job = with(&[]).unwrap();
+    let located = locate("jobs", "turned_cam", "yaml", None).expect("it is shipped");
+    let text = located
+        .text
+        .lines()
+        .filter(|line| !line.starts_with("tolerance_um"))
+        .fold(String::new(), |all, line| all + line + "\n");
+    let job = parse(&Located { text, ..located }, &[]).unwrap();
     assert_eq!((job.spec.angles, job.spec.speed), (360, TurningSpeed::Fastest));
     assert!((job.tolerance_mm - 0.002).abs() < 1e-15 && (job.spec.clearance_mm - 1.0).abs() < 1e-15);
     assert_eq!((job.grid.azimuths, job.grid.columns), (720, 1201), "ten columns in a feed of 0.2 mm, over 24 mm");

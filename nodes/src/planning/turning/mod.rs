@@ -5,6 +5,9 @@
 //! ```
 
 mod blame;
+mod rehearse;
+
+pub use rehearse::{raw_bar, rehearse_turned, rehearse_turned_on, turned_form};
 
 use super::{MachineNow, PreparedJob, fits_cell, hash_of, plan};
 use crate::config::ConfigError;

@@ -1,6 +1,10 @@
 use super::*;
 use crate::config::locate::{Located, locate};
 use crate::config::turning_file;
+use camwright::interpolator::Outcome;
+use camwright::machine::description::Effect;
+use camwright::machine::turned_part::{PartGrid, TurnedPart};
+use camwright::units::um_from_mm;
 use camwright::wheel::WheelNow;
 use std::path::Path;
 
@@ -122,4 +126,36 @@ fn any_job_is_planned_by_its_schema() {
     assert!(matches!(ground, AnyPrepared::Ground(_)));
     assert_eq!((turned.plan_hash().len(), ground.plan_hash().len()), (64, 64));
     assert!(ground.duration_s() > 1.0 && ground.summary().starts_with("eccentric: 1 lobes"), "{}", ground.summary());
+}
+
+/// The whole job, from the pages that would be sent: what ideal drives leave is the cusps of the feed, f²/8 · (1/R + κ) where the section
+/// curves by κ; ordinary drives lag, and good ones less.
+#[test]
+fn ideal_drives_leave_the_cusps_of_the_feed_and_ordinary_ones_some_micrometres() {
+    let prepared = prepared(&[]).unwrap();
+    let um = |machine: &MachineDescription| {
+        let (rehearsed, part) = rehearse_turned_on(&prepared, machine).unwrap();
+        assert_eq!(rehearsed.outcome, Outcome::Completed);
+        let map = turned_form(&prepared, &part).unwrap();
+        (um_from_mm(map.lowest().deviation_mm), um_from_mm(map.highest().deviation_mm))
+    };
+    let ideal = Effect::ALL.iter().fold(prepared.machine.clone(), |machine, effect| machine.without(*effect));
+    let good = prepared.machine.clone().with_good_drives().expect("the lathe has them");
+    let (ideal, own, good) = (um(&ideal), um(&prepared.machine), um(&good));
+    eprintln!("ideal drives {ideal:.3?} um, ordinary {own:.3?} um, good {good:.3?} um");
+    let cusp_um = um_from_mm(0.2 * 0.2 / 8.0 / 8.0);
+    assert!(ideal.0 > -0.05 && ideal.1 > cusp_um && ideal.1 < 2.0 * cusp_um, "{ideal:?}, cusps {cusp_um}");
+    let off = |(low, high): (f64, f64)| f64::max(-low, high - cusp_um);
+    let allowed_um = um_from_mm(prepared.job.tolerance_mm);
+    assert!(off(good) < off(own) && off(own) < allowed_um, "{own:?} {good:?}, allowed {allowed_um}");
+    assert!(off(own) > 1.0, "{own:?}");
+}
+
+#[test]
+fn a_part_on_another_grid_has_no_form() {
+    let prepared = prepared(&[]).unwrap();
+    let grid = PartGrid { from_mm: 100.0, to_mm: 110.0, columns: 10, ..prepared.job.grid };
+    let part = TurnedPart::round("other".into(), grid, 20.0).unwrap();
+    let error = turned_form(&prepared, &part).expect_err("elsewhere").to_string();
+    assert_eq!(error, "the part has no column from 0 to 24 mm");
 }
