@@ -4,8 +4,9 @@
 //! cargo run --release -p camwright --example turning_bench
 //! ```
 //!
-//! For a formula, cams along z and a grid of radii: the surface, the path (hollows, contacts, the look at places between the knots), and
-//! the fastest spindle with its forward check on a grid eight times finer. The last lines are 360 angles of 2000 turns.
+//! For a formula, cams along z and a grid of radii: the surface, the path (hollows, contacts, the look at places between the knots), the
+//! fastest spindle with its forward check on a grid eight times finer, and the law of a spindle whose speed varies, which knows that too.
+//! The last lines are 360 angles of 2000 turns.
 #![allow(clippy::print_stdout, reason = "a command: its output is the benchmark")]
 #![allow(clippy::disallowed_methods, reason = "a benchmark measures time")]
 
@@ -24,6 +25,8 @@ const LIMITS: AxisLimits = AxisLimits {
     z: MotionLimits { velocity: 200.0, acceleration: 5e3, jerk: 5e5 },
     spindle_rad_s: 300.0,
 };
+
+const SPINDLE: MotionLimits = MotionLimits { velocity: 300.0, acceleration: 600.0, jerk: 6e4 };
 
 const FEED_MM: f64 = 0.01;
 
@@ -47,11 +50,15 @@ fn plan(name: &str, make: impl Fn() -> Surface, turns: u32) -> Result<(), Box<dy
     let begin = Instant::now();
     let speed = path.fastest_spindle(&LIMITS)?;
     let checked = begin.elapsed();
+    let constant = path.spindle_law(SPINDLE.velocity, &LIMITS, SPINDLE)?;
+    let begin = Instant::now();
+    let varied = path.varied_spindle_law(&LIMITS, SPINDLE)?;
+    let laws = begin.elapsed();
     let points = path.x().knots().len();
     let whole = made + planned + checked;
     println!(
         "{name:<14} {turns:>5} turns {points:>7} points: surface {:>6.1} ms, path {:>6.1} ms, speed and its check {:>6.1} ms, \
-         in all {:>6.1} ms, {:>5.0} ns a point; {:.1} rad/s by {:?}",
+         in all {:>6.1} ms, {:>5.0} ns a point; {:.1} rad/s by {:?}; varied law {:>6.1} ms, {:.2} times as fast",
         made.as_secs_f64() * 1e3,
         planned.as_secs_f64() * 1e3,
         checked.as_secs_f64() * 1e3,
@@ -59,6 +66,8 @@ fn plan(name: &str, make: impl Fn() -> Surface, turns: u32) -> Result<(), Box<dy
         whole.as_secs_f64() * 1e9 / points as f64,
         speed.rad_s,
         speed.bound,
+        laws.as_secs_f64() * 1e3,
+        constant.law.end() / varied.law.end(),
     );
     Ok(())
 }

@@ -40,6 +40,17 @@ impl SpiralMotion<'_> {
         axes[Axis::Z.index()] = chain(self.advance.sample(c.value), c);
         axes
     }
+
+    /// Position of one axis at a time, as of [`Self::at`] (rad or mm).
+    #[must_use]
+    pub fn position(&self, axis: Axis, time_s: f64) -> f64 {
+        let c_rad = self.law.sample(time_s).value;
+        match axis {
+            Axis::C => c_rad,
+            Axis::X => self.path.sample(c_rad).value,
+            Axis::Z => self.advance.sample(c_rad).value,
+        }
+    }
 }
 
 impl Plan {

@@ -11,6 +11,8 @@ pub enum TurningSpeed {
     Fastest,
     /// At this speed (rad/s).
     Constant(f64),
+    /// As fast as the axes allow everywhere, faster where X works less.
+    Varied,
 }
 
 /// A part to be turned that is not round.

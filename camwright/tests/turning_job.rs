@@ -56,7 +56,7 @@ fn planned(job: &TurningJob, machine: &MachineDescription) -> PlannedTurning {
 fn turned(job: &TurningJob, machine: &MachineDescription) -> TurnedPart {
     let plan = planned(job, machine).plan;
     let mut lathe = Machine::new(machine.clone(), LastingState::new(machine)).expect("a lathe");
-    let grid = PartGrid { azimuths: 720, columns: 401, from_mm: 0.0, to_mm: LENGTH_MM };
+    let grid = PartGrid { azimuths: 720, columns: 401, from_mm: 0.0, to_mm: job.turned_mm.0 };
     let bar = TurnedPart::round("bar".into(), grid, job.bar_radius_mm).expect("a bar");
     lathe.load_turned_part(bar, job.part_zero_mm).expect("a lathe");
     let motion = Prepared::new(Motion::Plan(Arc::new(plan)), machine).unwrap_or_else(|error| panic!("{error}"));
@@ -161,4 +161,46 @@ fn a_part_that_this_machine_cannot_turn_is_refused_with_its_reason() {
     assert!(matches!(refused(&TurningJob { passes, ..cam() }, &machine), TurningError::Passes(_)));
     let far = TurningJob { part_zero_mm: 1e5, ..cam() };
     assert!(matches!(refused(&far, &machine), TurningError::Check(_)), "beyond Z's soft limit");
+}
+
+fn low_and_high_cam() -> TurningJob {
+    TurningJob {
+        surface: solids::low_and_high_cam(),
+        turned_mm: (12.0, 1.0),
+        bar_radius_mm: 24.7,
+        passes: Passes { stock_mm: 4.9, finish_mm: 0.4, deepest_mm: 4.6, rough_feed: Feed::AlongZ(0.4) },
+        ..cam()
+    }
+}
+
+/// What a varied speed gains is told; the part comes out the same. On one cam the spindle's own limit holds it everywhere.
+#[test]
+fn a_spindle_whose_speed_varies_turns_the_same_part_sooner() {
+    let machine = ideal();
+    for (name, job, gain) in [("a cam", cam(), 1.01), ("a low and a high cam", low_and_high_cam(), 6.0)] {
+        let varied = TurningJob { speed: TurningSpeed::Varied, ..job.clone() };
+        let (constant, planned) = (planned(&job, &machine), planned(&varied, &machine));
+        for (before, pass) in constant.passes.iter().zip(&planned.passes) {
+            let (low, high) = pass.speed_range_rad_s();
+            println!(
+                "{name}: {:.2} s at {low:.2} to {high:.2} rad/s instead of {:.2} s at {:.2} rad/s: {:?}",
+                pass.spindle.law.end(),
+                before.spindle.law.end(),
+                before.spindle.rad_s,
+                pass.spindle.bounds
+            );
+            assert!(before.spindle.law.end() > gain * pass.spindle.law.end());
+            assert_eq!(before.speed_range_rad_s(), (before.spindle.rad_s, before.spindle.rad_s));
+            assert_eq!((before.bound, before.path.accuracy()), (pass.bound, pass.path.accuracy()));
+        }
+        assert!(planned.report.max_ratio() <= 1.0 + 1e-6);
+        let grid = |part: &TurnedPart| {
+            let (from, to) = job.turned_mm;
+            let design = |azimuth, z| job.surface.point(azimuth, z);
+            FormMap::new(part, design, from.min(to), from.max(to)).expect("a map")
+        };
+        let map = grid(&turned(&varied, &machine));
+        println!("{name}: {:.3} to {:.3} um", 1e3 * map.lowest().deviation_mm, 1e3 * map.highest().deviation_mm);
+        assert!(map.lowest().deviation_mm > -1e-4, "{:?}", map.lowest());
+    }
 }

@@ -13,8 +13,8 @@
 //! a feed beyond what is to be turned, so that every azimuth of it has been passed; there X draws the insert out of the groove that it
 //! stands in.
 //!
-//! A pass turns at constant speed, but for the run-up and the run-down of C, and uses [`MOVE_SHARE`] of what the axes may do: the rest is
-//! left to an override that changes, and to a stop on the path.
+//! A pass turns at constant speed, or at one that varies as the axes allow, from rest to rest, and uses [`MOVE_SHARE`] of what the axes may
+//! do: the rest is left to an override that changes, and to a stop on the path.
 
 use super::PlanStart;
 use super::error::PlanError;
@@ -131,12 +131,20 @@ pub struct PlannedPass {
     pub depth_mm: f64,
     /// Where the insert's centre runs over the turned angle.
     pub path: InsertPath,
-    /// How the spindle turns: at constant speed, but for the run-up and the run-down.
+    /// How the spindle turns: at constant or varied speed, but for the run-up and the run-down.
     pub spindle: SpindleLaw,
-    /// What holds its speed down where it is the fastest.
+    /// What holds the fastest constant speed down; where the speed varies, [`SpindleLaw::bounds`] say what holds it along which share.
     pub bound: SpeedBound,
     /// Turns of C.
     pub turns: f64,
+}
+
+impl PlannedPass {
+    /// Slowest and fastest speed of the spindle between run-up and run-down (rad/s).
+    #[must_use]
+    pub fn speed_range_rad_s(&self) -> (f64, f64) {
+        self.spindle.range_rad_s
+    }
 }
 
 /// A part planned to be turned.
@@ -292,19 +300,18 @@ fn plan_pass(
     let limits = |axis: Axis| machine.axis(axis).limits.with_share(MOVE_SHARE);
     let c = limits(Axis::C);
     let most = AxisLimits { x: limits(Axis::X), z: limits(Axis::Z), spindle_rad_s: c.velocity };
-    let wanted_rad_s = match job.speed {
-        TurningSpeed::Fastest => c.velocity,
-        TurningSpeed::Constant(wanted) => wanted,
-    };
-    let spindle = path.spindle_law(wanted_rad_s, &most, c).map_err(wrong)?;
+    let spindle = match job.speed {
+        TurningSpeed::Fastest => path.spindle_law(c.velocity, &most, c),
+        TurningSpeed::Constant(wanted_rad_s) => path.spindle_law(wanted_rad_s, &most, c),
+        TurningSpeed::Varied => path.varied_spindle_law(&most, c),
+    }
+    .map_err(wrong)?;
     let bound = spindle.fastest.bound;
-    if job.speed != TurningSpeed::Fastest && spindle.rad_s < wanted_rad_s * (1.0 - 1e-9) {
-        return Err(TurningError::TooFast {
-            pass,
-            wanted_rpm: rpm_from_rad_s(wanted_rad_s),
-            fastest_rpm: rpm_from_rad_s(spindle.rad_s),
-            bound,
-        });
+    if let TurningSpeed::Constant(wanted_rad_s) = job.speed
+        && spindle.rad_s < wanted_rad_s * (1.0 - 1e-9)
+    {
+        let (wanted_rpm, fastest_rpm) = (rpm_from_rad_s(wanted_rad_s), rpm_from_rad_s(spindle.rad_s));
+        return Err(TurningError::TooFast { pass, wanted_rpm, fastest_rpm, bound });
     }
     let turns = (path.x().end() - path.x().start()) / TURN_RAD;
     Ok(PlannedPass { depth_mm, path, spindle, bound, turns })

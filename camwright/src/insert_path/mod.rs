@@ -16,16 +16,18 @@
 //! Stock for a pass to come is left as a parallel to the section: a path for R + stock, driven with the insert of radius R.
 
 mod along_curve;
+mod cells;
 mod contact;
 mod hollow;
 mod passes;
 mod rates;
 mod spindle;
+mod varied;
 
 pub use hollow::Hollow;
 pub use passes::{Pass, PassStep, Passes};
 pub use rates::{AxisLimits, PathRates, PathUse, Rates, SpeedBound, SpindleSpeed};
-pub use spindle::SpindleLaw;
+pub use spindle::{BoundShare, SpindleLaw};
 
 use crate::numeric::hermite::{HermiteError, HermiteSpline, Knot, Sample};
 use crate::numeric::range::least_and_most;

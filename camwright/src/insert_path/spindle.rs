@@ -4,22 +4,36 @@
 //! of the whole path these are bounds wherever on the path the part stands, so the ramp is proven without walking it. Its speed is
 //! ω₁(3u² − 2u³) over u = t/T, which one quintic over time holds exactly; T is the shortest that keeps all bounds.
 
-use super::{AxisLimits, InsertPath, InsertPathError, Rates, SpindleSpeed};
+use super::{AxisLimits, InsertPath, InsertPathError, SpeedBound, SpindleSpeed};
 use crate::machine::description::MotionLimits;
 use crate::numeric::hermite::{HermiteError, HermiteSpline, Knot};
 use alloc::vec;
+use alloc::vec::Vec;
 
 /// How C turns along a path.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpindleLaw {
     /// Angle since the path begins over time (rad over s), from rest to rest; it ends where the path does.
     pub law: HermiteSpline,
-    /// Speed in between (rad/s).
+    /// Speed in between (rad/s); of a varied one the slowest.
     pub rad_s: f64,
-    /// Time in which it runs up, and in which it comes to rest (s).
+    /// Slowest and fastest in between (rad/s).
+    pub range_rad_s: (f64, f64),
+    /// Time in which it runs up, and in which it comes to rest (s); where they differ the longer one.
     pub ramp_s: f64,
+    /// What holds the speed, by how much of the way in between; of a constant one what holds the fastest.
+    pub bounds: Vec<BoundShare>,
     /// The fastest constant speed that the slides and C allow, and what holds it.
     pub fastest: SpindleSpeed,
+}
+
+/// What holds the speed of the spindle, and along which share of the way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoundShare {
+    /// What.
+    pub bound: SpeedBound,
+    /// Share, 0 to 1.
+    pub share: f64,
 }
 
 /// Share of the fastest speed that is turned at most: at all of it a slide at its jerk limit would leave nothing for the ramp.
@@ -61,30 +75,22 @@ impl InsertPath {
         let fastest =
             self.fastest_at(&rates, &AxisLimits { spindle_rad_s: limits.spindle_rad_s.min(c.velocity), ..*limits })?;
         let mut rad_s = spindle_rad_s.min(SHARE * fastest.rad_s);
+        let slides =
+            [rates.x, rates.z].map(|rates| [rates.velocity, rates.acceleration, rates.jerk].map(|most| most.value));
         let way = self.x().end() - self.x().start();
         for _ in 0..MOST_TRIES {
-            let keeps = |ramp_s: f64| {
-                let slides = [(&rates.x, &limits.x), (&rates.z, &limits.z)];
-                keeps(rad_s, ramp_s, &c)
-                    && slides.iter().all(|(rates, limits)| slide_keeps(rates, limits, rad_s, ramp_s))
-            };
-            let (mut low, mut high) = RAMP_S;
-            if !keeps(high) {
+            let Some(ramp_s) = ramp_s(rad_s, &slides, limits, &c) else {
                 let (what, value) = ("the time in which the spindle runs up", f64::INFINITY);
                 return Err(InsertPathError::BadNumber {
                     what,
                     value,
                     allowed: "up to 1e4 s: limits are too small for the path",
                 });
-            }
-            while high > 1.001 * low {
-                let middle = libm::sqrt(low * high);
-                if keeps(middle) { high = middle } else { low = middle }
-            }
+            };
             // Either ramp covers half of what its time would at full speed.
-            let plateau_s = way / rad_s - high;
+            let plateau_s = way / rad_s - ramp_s;
             if plateau_s >= 0.0 {
-                let (ramp_s, ramp) = (high, 0.5 * rad_s * high);
+                let ramp = 0.5 * rad_s * ramp_s;
                 let knot = |at: f64, value: f64, first: f64| Knot { at, value, first, second: 0.0 };
                 let mut knots = vec![knot(0.0, 0.0, 0.0), knot(ramp_s, ramp, rad_s)];
                 if plateau_s > 1e-6 {
@@ -98,7 +104,15 @@ impl InsertPath {
                     value: ramp_s,
                     allowed: "finite",
                 };
-                return Ok(SpindleLaw { law: HermiteSpline::new(knots).map_err(bad)?, rad_s, ramp_s, fastest });
+                let bounds = vec![BoundShare { bound: fastest.bound, share: 1.0 }];
+                return Ok(SpindleLaw {
+                    law: HermiteSpline::new(knots).map_err(bad)?,
+                    rad_s,
+                    range_rad_s: (rad_s, rad_s),
+                    ramp_s,
+                    bounds,
+                    fastest,
+                });
             }
             rad_s *= 0.9;
         }
@@ -107,14 +121,31 @@ impl InsertPath {
     }
 }
 
+/// The shortest ramp to a speed (s) that keeps the limits of C and of both slides, whose derivatives over the turned angle have these
+/// largest magnitudes; `None` where hours would not do.
+pub(super) fn ramp_s(rad_s: f64, slides: &[[f64; 3]; 2], limits: &AxisLimits, c: &MotionLimits) -> Option<f64> {
+    let keeps = |ramp_s: f64| {
+        let slides = slides.iter().zip([&limits.x, &limits.z]);
+        keeps(rad_s, ramp_s, c) && slides.into_iter().all(|(most, limits)| slide_keeps(most, limits, rad_s, ramp_s))
+    };
+    let (mut low, mut high) = RAMP_S;
+    if !keeps(high) {
+        return None;
+    }
+    while high > 1.001 * low {
+        let middle = libm::sqrt(low * high);
+        if keeps(middle) { high = middle } else { low = middle }
+    }
+    Some(high)
+}
+
 /// Whether C itself keeps its limits: the acceleration is largest midway, the jerk at both ends.
 fn keeps(rad_s: f64, ramp_s: f64, c: &MotionLimits) -> bool {
     1.5 * rad_s / ramp_s <= SPARE * c.acceleration && 6.0 * rad_s / (ramp_s * ramp_s) <= SPARE * c.jerk
 }
 
 /// Whether a slide keeps its limits all along the ramp.
-fn slide_keeps(rates: &Rates, limits: &MotionLimits, rad_s: f64, ramp_s: f64) -> bool {
-    let (v, a, j) = (rates.velocity.value, rates.acceleration.value, rates.jerk.value);
+fn slide_keeps(&[v, a, j]: &[f64; 3], limits: &MotionLimits, rad_s: f64, ramp_s: f64) -> bool {
     (0..=PLACES).all(|place| {
         let u = f64::from(place) / f64::from(PLACES);
         let speed = rad_s * u * u * (3.0 - 2.0 * u);

@@ -12,3 +12,4 @@ pub mod periodic_spline;
 pub mod range;
 pub mod tube;
 pub mod uniform_hermite;
+pub mod windows;

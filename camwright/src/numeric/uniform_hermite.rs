@@ -2,6 +2,7 @@
 //! hundreds of thousands of knots.
 
 use super::hermite::{HermiteError, HermiteSpline, Knot, Sample, quintic};
+use super::range::least_and_most;
 use alloc::vec::Vec;
 
 /// Value, first and second derivative at a knot.
@@ -91,12 +92,18 @@ impl UniformHermite {
         HermiteSpline::new((0..self.knots.len()).map(|index| self.knot(index)).collect())
     }
 
-    /// Magnitudes that the first three derivatives do not exceed between a knot and the next: a derivative lies within the hull of its
-    /// Bézier points, which are differences of those of the quintic.
+    /// Magnitudes that the first three derivatives do not exceed between a knot and the next, see [`Self::hulls`].
     #[must_use]
     pub fn bounds(&self, left: usize) -> [f64; 3] {
+        self.hulls(left).map(|(least, most)| least.abs().max(most.abs()))
+    }
+
+    /// Least and largest that the first three derivatives are at most between a knot and the next: a derivative lies within the hull of
+    /// its Bézier points, which are differences of those of the quintic.
+    #[must_use]
+    pub fn hulls(&self, left: usize) -> [(f64, f64); 3] {
         let (Some(&[a, a1, a2]), Some(&[b, b1, b2])) = (self.knots.get(left), self.knots.get(left + 1)) else {
-            return [0.0; 3];
+            return [(0.0, 0.0); 3];
         };
         let h = self.step;
         let rise = b - a;
@@ -110,8 +117,11 @@ impl UniformHermite {
         ];
         let d2 = [d[1] - d[0], d[2] - d[1], d[3] - d[2], d[4] - d[3]];
         let d3 = [d2[1] - d2[0], d2[2] - d2[1], d2[3] - d2[2]];
-        let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-        [5.0 * largest(&d) / h, 20.0 * largest(&d2) / (h * h), 60.0 * largest(&d3) / (h * h * h)]
+        let hull = |values: &[f64], times: f64, per: f64| {
+            let (least, most) = least_and_most(values.iter().copied());
+            (times * least / per, times * most / per)
+        };
+        [hull(&d, 5.0, h), hull(&d2, 20.0, h * h), hull(&d3, 60.0, h * h * h)]
     }
 
     fn knot(&self, index: usize) -> Knot {

@@ -3,17 +3,67 @@
 use super::{PlanFault, Walk, larger, within};
 use crate::machine::description::Axis;
 use crate::numeric::differences::largest_derivatives;
+use crate::numeric::hermite::HermiteSpline;
 use crate::plan::SpiralSegment;
 use crate::speed_plan::{LimitUse, Quantity};
+use crate::spiral_motion::SpiralMotion;
 use crate::units::TURN_RAD;
+use alloc::vec::Vec;
 use core::cell::Cell;
 
-/// Points between two knots of a spiral's path at which X and Z are differenced.
+/// Points between two knots at which a spiral is differenced: of its path X and Z, of its law C.
 const PARTS: f64 = 8.0;
 /// Shortest step (s): the rounding of a metre in a third difference is 2e-12 mm over its cube.
 const SHORTEST_STEP_S: f64 = 1e-5;
-/// Share of the limit of C's jerk that the rounding of its angle may show in a third difference.
-const ROUNDING_SHARE: f64 = 1e-7;
+/// Share of the limit of C's jerk that the rounding of its angle may show in a third difference: where the law has few knots, and at most.
+const ROUNDING_SHARES: (f64, f64) = (1e-7, 1e-4);
+/// Within a stretch the speed of C changes by this factor at most, or between two knots of its law.
+const SPEEDS_APART: f64 = 2.0;
+
+/// Part of a law in which a step of the same length passes similar angles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Stretch {
+    from_s: f64,
+    to_s: f64,
+    /// Slowest and fastest of the fastest speeds from knot to knot (rad/s).
+    speeds_rad_s: (f64, f64),
+    /// From one knot of the law to the next (s), where that is least.
+    knots_s: f64,
+}
+
+impl Stretch {
+    fn all(law: &HermiteSpline) -> Vec<Self> {
+        let mut stretches: Vec<Self> = Vec::new();
+        for pair in law.knots().windows(2) {
+            let (from_s, to_s) = (pair[0].at, pair[1].at);
+            let middle = law.sample(0.5 * (from_s + to_s)).first;
+            let rad_s = pair[0].first.max(pair[1].first).max(middle);
+            let knots_s = to_s - from_s;
+            match stretches.last_mut() {
+                Some(last) if rad_s.max(last.speeds_rad_s.1) <= SPEEDS_APART * rad_s.min(last.speeds_rad_s.0) => {
+                    last.to_s = to_s;
+                    last.speeds_rad_s = (rad_s.min(last.speeds_rad_s.0), rad_s.max(last.speeds_rad_s.1));
+                    last.knots_s = knots_s.min(last.knots_s);
+                }
+                _ => stretches.push(Self { from_s, to_s, speeds_rad_s: (rad_s, rad_s), knots_s }),
+            }
+        }
+        stretches
+    }
+
+    /// Step at which an axis is differenced here (s).
+    #[allow(clippy::cast_precision_loss, reason = "counts of knots are far below 2^53")]
+    fn step_s(&self, axis: Axis, motion: &SpiralMotion<'_>, jerk: f64) -> f64 {
+        if axis == Axis::C {
+            // 8 ε |c| / step³ in the third difference.
+            let step = |share: f64| libm::cbrt(8.0 * f64::EPSILON * motion.angle_rad().abs() / (share * jerk));
+            let whole = step(ROUNDING_SHARES.0).max(motion.duration_s() / 65_536.0);
+            return whole.min(self.knots_s / PARTS).max(step(ROUNDING_SHARES.1));
+        }
+        let knots = motion.path.knots().len() as f64;
+        (motion.angle_rad() / (PARTS * knots * self.speeds_rad_s.1)).max(SHORTEST_STEP_S)
+    }
+}
 
 impl Walk<'_> {
     pub(super) fn spiral(&mut self, spiral: &SpiralSegment) -> Result<LimitUse, PlanFault> {
@@ -39,30 +89,28 @@ impl Walk<'_> {
                 return Err(PlanFault::BadSpeed { speed_rad_s: end.first, time_s: end.at });
             }
         }
+        let stretches = Stretch::all(motion.law);
         let mut worst: Option<LimitUse> = None;
         for axis in Axis::ALL {
             let description = self.machine.axis(axis);
-            #[allow(clippy::cast_precision_loss, reason = "counts of knots are far below 2^53")]
-            let step = if axis == Axis::C {
-                // 8 ε |c| / step³ in the third difference.
-                let rounding = 8.0 * f64::EPSILON * last.value.abs() / (ROUNDING_SHARE * description.limits.jerk);
-                libm::cbrt(rounding).max(end_s / 65_536.0)
-            } else {
-                (end_s / (PARTS * motion.path.knots().len() as f64)).max(SHORTEST_STEP_S)
-            };
             let range = Cell::new((f64::INFINITY, f64::NEG_INFINITY));
             let at = |t: f64| {
-                let value = motion.at(t.clamp(0.0, end_s))[axis.index()].value;
+                let value = motion.position(axis, t.clamp(0.0, end_s));
                 let (low, high) = range.get();
                 range.set((low.min(value), high.max(value)));
                 value
             };
-            let extremes = largest_derivatives(at, -3.0 * step, end_s + 3.0 * step, step);
-            for (quantity, extreme) in Quantity::ALL.into_iter().zip(extremes) {
-                let allowed = quantity.limit(&description.limits);
-                let angle_rad = motion.law.sample(extreme.at).value;
-                let found = LimitUse { axis, quantity, value: extreme.value, allowed, angle_rad, time_s: extreme.at };
-                worst = larger(worst, found);
+            for stretch in &stretches {
+                let step = stretch.step_s(axis, &motion, description.limits.jerk);
+                // Differences that reach from one stretch into the next are in both.
+                let extremes = largest_derivatives(at, stretch.from_s - 3.0 * step, stretch.to_s + 3.0 * step, step);
+                for (quantity, extreme) in Quantity::ALL.into_iter().zip(extremes) {
+                    let allowed = quantity.limit(&description.limits);
+                    let angle_rad = motion.law.sample(extreme.at).value;
+                    let found =
+                        LimitUse { axis, quantity, value: extreme.value, allowed, angle_rad, time_s: extreme.at };
+                    worst = larger(worst, found);
+                }
             }
             if axis != Axis::C {
                 let (low, high) = range.get();

@@ -38,6 +38,16 @@ pub(crate) fn cam_along_z() -> Surface {
     Surface::cams(&cams).expect("two cams")
 }
 
+/// Lift 1 mm from 0 to 4 mm, 4.5 mm and 17° on from 9 to 13 mm: the blend is hollower than an insert of 8 mm, which goes over a crest there.
+pub(crate) fn low_and_high_cam() -> Surface {
+    let (low, high) = (raised_cosine(1.0), raised_cosine(4.5));
+    let cams = [
+        CamAlong { contour: &low, phase_rad: 0.5, from_mm: 0.0, to_mm: 4.0 },
+        CamAlong { contour: &high, phase_rad: 0.8, from_mm: 9.0, to_mm: 13.0 },
+    ];
+    Surface::cams(&cams).expect("two cams")
+}
+
 /// Triangles with their corners on a surface, `angles` a turn from `phase_rad` on, in `bands` along z, with both end faces.
 pub(crate) fn mesh_of(surface: &Surface, angles: u32, bands: u32, phase_rad: f64) -> Vec<Triangle> {
     let (from, to) = surface.ends_mm();
