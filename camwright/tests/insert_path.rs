@@ -548,3 +548,26 @@ fn what_cannot_be_planned_is_refused() {
     }
     assert!(path.keeps(f64::NAN, &AxisLimits { x: limits, z: limits, spindle_rad_s: 1.0 }).is_err());
 }
+
+/// On a cylinder it is f²/8R, and the surface's normal leans by asin(H/r) out of the rake plane. A cone is as steep along z as its section
+/// in a plane through the axis, where nothing leans.
+#[test]
+fn the_highest_cusp_is_that_of_its_section_seen_along_the_normal() {
+    let on = |solid: Solid, plane_y_mm: f64| {
+        let surface = Surface::solid(solid, -40.0, 40.0).expect("a solid");
+        let path = InsertPath::new(&surface, &PathRequest { plane_y_mm, ..request(20.0, 10.0) }).expect("a path");
+        path.highest_cusp(&surface, 0.0, 10.0).expect("a cusp").height_mm
+    };
+    let flat = 0.4 * 0.4 / 8.0 / 6.0;
+    let cylinder = on(CYLINDER, Y);
+    assert!((cylinder - flat * (1.0 - Y * Y / 400.0).sqrt()).abs() < 1e-12, "{cylinder}");
+    let slope = Along { per_mm: 0.25, ..Along::constant(20.0) };
+    let cone = Solid::EllipticCone { first_mm: slope, second_mm: slope, azimuth_rad: 0.0 };
+    let cone = on(cone, 0.0);
+    assert!((cone - flat * 1.0625).abs() < 1e-12, "{cone}");
+    // The eccentric: its centre stands farthest from the rake plane where the disc leans least, 21 mm in radius.
+    let least = on(ECCENTRIC, Y);
+    let lean = |azimuth: f64| (1.0 - ((Y - 2.5 * azimuth.sin()) / 21.0).powi(2)).sqrt();
+    let wanted = (0..3600).map(|i| flat * lean(f64::from(i) / 3600.0 * TURN_RAD)).fold(0.0, f64::max);
+    assert!((least / wanted - 1.0).abs() < 1e-3, "{least} {wanted}");
+}

@@ -71,20 +71,21 @@ fn form(job: &TurningJob, part: &TurnedPart) -> FormMap {
     FormMap::new(part, |azimuth, z| job.surface.point(azimuth, z), 0.0, LENGTH_MM).expect("a map")
 }
 
-/// What is left is the cusps of the feed, f²/8R: besides them half a count of X and C, and what the sweep interpolates.
+/// What is left is the cusps of the feed: besides them half a count of X and C, and what the sweep interpolates.
 #[test]
 fn ideal_drives_leave_the_cusps_of_the_feed_and_nothing_else() {
     let (job, machine) = (cam(), ideal());
     let map = form(&job, &turned(&job, &machine));
-    let cusp_mm = FEED_MM * FEED_MM / 8.0 / machine.insert.expect("a lathe").radius_mm;
+    let path = &planned(&job, &machine).passes[2].path;
+    let cusp_mm = path.highest_cusp(&job.surface, 0.0, LENGTH_MM).expect("a cusp").height_mm;
     let (high, low) = (map.highest(), map.lowest());
     println!(
-        "ideal drives: {:.3} to {:.3} um, cusps {:.3} um",
+        "ideal drives: {:.3} to {:.3} um, highest cusp in theory {:.3} um",
         1e3 * low.deviation_mm,
         1e3 * high.deviation_mm,
         1e3 * cusp_mm
     );
-    assert!(high.deviation_mm < cusp_mm + 5e-5 && low.deviation_mm > -5e-5, "{low:?} {high:?}");
+    assert!((high.deviation_mm - cusp_mm).abs() < 2e-5 && low.deviation_mm > -2e-5, "{low:?} {high:?} {cusp_mm}");
 }
 
 /// They lag: some micrometres, which good ones would not leave.

@@ -18,12 +18,14 @@
 mod along_curve;
 mod cells;
 mod contact;
+mod cusp;
 mod hollow;
 mod passes;
 mod rates;
 mod spindle;
 mod varied;
 
+pub use cusp::Cusp;
 pub use hollow::Hollow;
 pub use passes::{Pass, PassStep, Passes};
 pub use rates::{AxisLimits, PathRates, PathUse, Rates, SpeedBound, SpindleSpeed};

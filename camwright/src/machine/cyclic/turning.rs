@@ -23,6 +23,12 @@ impl Machine {
         self.turned.as_ref().map(|clamped| &clamped.part)
     }
 
+    /// Where the insert's centre stands along that part when Z is 0 (mm); 0 without one.
+    #[must_use]
+    pub fn part_zero_mm(&self) -> f64 {
+        self.turned.as_ref().map_or(0.0, |clamped| clamped.zero_mm)
+    }
+
     /// Whether a part is in the machine.
     pub(super) fn has_part(&self) -> bool {
         !self.part.is_empty() || self.turned.is_some()

@@ -33,6 +33,8 @@ pub use insert::{Insert, InsertMove, InsertPose};
 pub const MIN_AZIMUTHS: usize = 16;
 /// Fewest columns along it.
 pub const MIN_COLUMNS: usize = 2;
+/// Most cells: 720 azimuths at 2900 places. Their radii are 17 MB, which have to be carried away after every part.
+pub const MOST_CELLS: usize = 1 << 21;
 
 /// Columns whose largest radius is looked at anew in one [`TurnedPart::refresh`]. More narrow down sooner what a tool can reach, and cost
 /// every tick a column's length each.
@@ -52,6 +54,20 @@ pub enum TurnedPartError {
         azimuths: usize,
         /// Columns given.
         columns: usize,
+    },
+    /// More cells than a machine carries.
+    #[error(
+        "part {name}: {azimuths} azimuths and {columns} columns are {cells} cells, at most {MOST_CELLS} are allowed"
+    )]
+    TooMany {
+        /// Part.
+        name: String,
+        /// Azimuths given.
+        azimuths: usize,
+        /// Columns given.
+        columns: usize,
+        /// Cells of both, as far as that can be counted.
+        cells: usize,
     },
     /// Columns that lie nowhere.
     #[error("part {name}: columns from {from_mm} to {to_mm} mm, which must increase and be finite")]
@@ -136,10 +152,28 @@ impl PartGrid {
         self.from_mm + (self.to_mm - self.from_mm) * share
     }
 
-    /// Cells in all.
+    /// Cells in all, as far as that can be counted.
     #[must_use]
     pub fn cells(&self) -> usize {
-        self.azimuths * self.columns
+        self.azimuths.saturating_mul(self.columns)
+    }
+
+    /// Whether a part can have this grid.
+    ///
+    /// # Errors
+    /// Too few or too many cells, columns that lie nowhere.
+    pub fn check(&self, name: &str) -> Result<(), TurnedPartError> {
+        let (Self { azimuths, columns, from_mm, to_mm }, name) = (*self, String::from(name));
+        if azimuths < MIN_AZIMUTHS || columns < MIN_COLUMNS {
+            return Err(TurnedPartError::TooFew { name, azimuths, columns });
+        }
+        if self.cells() > MOST_CELLS {
+            return Err(TurnedPartError::TooMany { name, azimuths, columns, cells: self.cells() });
+        }
+        if !(from_mm < to_mm && from_mm.is_finite() && to_mm.is_finite()) {
+            return Err(TurnedPartError::Range { name, from_mm, to_mm });
+        }
+        Ok(())
     }
 }
 
@@ -196,13 +230,8 @@ impl TurnedPart {
     /// # Errors
     /// A grid that is none, another number of radii than cells, a radius that is not positive.
     pub fn new(name: String, grid: PartGrid, radii: Vec<f64>) -> Result<Self, TurnedPartError> {
-        let PartGrid { azimuths, columns, from_mm, to_mm } = grid;
-        if azimuths < MIN_AZIMUTHS || columns < MIN_COLUMNS {
-            return Err(TurnedPartError::TooFew { name, azimuths, columns });
-        }
-        if !(from_mm < to_mm && from_mm.is_finite() && to_mm.is_finite()) {
-            return Err(TurnedPartError::Range { name, from_mm, to_mm });
-        }
+        grid.check(&name)?;
+        let azimuths = grid.azimuths;
         if radii.len() != grid.cells() {
             return Err(TurnedPartError::Count { name, radii: radii.len(), cells: grid.cells() });
         }
@@ -226,7 +255,8 @@ impl TurnedPart {
     /// # Errors
     /// See [`TurnedPart::new`].
     pub fn round(name: String, grid: PartGrid, radius_mm: f64) -> Result<Self, TurnedPartError> {
-        // A grid that is none is refused below, whatever it holds.
+        // Before memory is taken for it.
+        grid.check(&name)?;
         let radii = alloc::vec![radius_mm; grid.cells()];
         Self::new(name, grid, radii)
     }
