@@ -4,98 +4,17 @@
 mod support;
 
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
+use support::processes::{Operator, Processes, RUN_JOB, SUCCEEDED, fresh_bag, in_domain, judge};
 use support::{Domain, Guarded, PATIENCE, Peer, PeerEnv, peer_env};
 
-const RUN_JOB: &str = "camwright_msgs/action/RunJob";
 /// A real job in few turns: the eccentric disc, with the wheel that is mounted.
 const JOB: &str = "eccentric";
 const SHORT: [&str; 3] = ["wheel_radius_mm=60.0", "infeed.per_block_um=0.05", "infeed.spark_out_turns=6"];
-/// Numbers of `action_msgs/GoalStatus`.
-const SUCCEEDED: u64 = 4;
+/// Number of `action_msgs/GoalStatus`.
 const CANCELED: u64 = 5;
 
-/// Recorder, machine, interpolator and planner, each a process, in a namespace.
-struct Cell {
-    nodes: Vec<(&'static str, Guarded)>,
-    bag: PathBuf,
-}
-
-impl Cell {
-    fn start(domain: &Domain, namespace: &str, bag: &Path) -> Self {
-        let directory = format!("bag_dir:={}", bag.display());
-        let binaries: [(&'static str, &str, &[&str]); 4] = [
-            ("run_logger", env!("CARGO_BIN_EXE_run_logger"), &[&directory, "use_sim_time:=true"]),
-            ("machine_sim", env!("CARGO_BIN_EXE_machine_sim"), &["pace:=fast", "state_file:=none"]),
-            ("axis_interpolator", env!("CARGO_BIN_EXE_axis_interpolator"), &[]),
-            ("job_planner", env!("CARGO_BIN_EXE_job_planner"), &[]),
-        ];
-        let start = |(name, binary, parameters): (&'static str, &str, &[&str])| {
-            let mut command = in_domain(binary, domain);
-            command.args(["--ros-args", "-r", &format!("__ns:={namespace}")]);
-            for parameter in parameters {
-                command.args(["-p", parameter]);
-            }
-            (name, Guarded::start(name, &mut command))
-        };
-        Self { nodes: binaries.map(start).into(), bag: bag.to_owned() }
-    }
-
-    /// Ctrl-C to every node, the recorder last: each ends well.
-    fn end(mut self) -> PathBuf {
-        for (name, node) in self.nodes.iter_mut().rev() {
-            assert!(node.is_running(), "{name} has ended by itself{}", node.complaint());
-            node.interrupt();
-            let status = node.wait(PATIENCE);
-            assert!(status.success(), "{name} ends with {status} on Ctrl-C{}", node.complaint());
-        }
-        self.bag
-    }
-}
-
-fn in_domain(binary: &str, domain: &Domain) -> Command {
-    let mut command = Command::new(binary);
-    command
-        .current_dir(support::repository())
-        .env("ROS_DOMAIN_ID", domain.id().to_string())
-        .env("XDG_STATE_HOME", env!("CARGO_TARGET_TMPDIR"))
-        .env_remove("ROS_NAMESPACE");
-    command
-}
-
-fn fresh_bag(name: &str) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("cell-{name}-{}", std::process::id()));
-    let _not_there = std::fs::remove_dir_all(&path);
-    path
-}
-
-/// What the peer does with the cell under a namespace.
-struct Operator<'a> {
-    peer: &'a mut Peer,
-    namespace: &'a str,
-}
-
 impl Operator<'_> {
-    fn name(&self, relative: &str) -> String {
-        format!("{}/{relative}", self.namespace)
-    }
-
-    fn subscribe(&mut self, topic: &str, kind: &str, qos: &str, keep: u32) {
-        let topic = self.name(topic);
-        self.peer.ask("subscribe", json!({ "topic": topic, "type": kind, "qos": qos, "keep": keep }));
-    }
-
-    fn message(&mut self, topic: &str) -> Value {
-        let topic = self.name(topic);
-        self.peer.message(&topic)
-    }
-
-    fn call(&mut self, service: &str, kind: &str, request: Value) -> Value {
-        let service = self.name(service);
-        self.peer.call(&service, kind, request)
-    }
-
     fn send_job(&mut self, overrides: &[&str]) -> Value {
         let action = self.name("job_planner/run_job");
         let goal = json!({ "job": JOB, "overrides": overrides });
@@ -136,11 +55,6 @@ impl Operator<'_> {
     fn wait_for_phase(&mut self, goal: &str, phase: &str) -> Value {
         let event = |event: &Value| event["goal"] == goal && event["data"]["phase_name"] == phase;
         self.peer.event("feedback", event)["data"].take()
-    }
-
-    fn result(&mut self, goal: &str) -> (u64, Value) {
-        let mut answer = self.peer.ask("result", json!({ "goal": goal, "timeout": PATIENCE.as_secs() }));
-        (answer["status"].as_u64().expect("a number"), answer["result"].take())
     }
 }
 
@@ -315,7 +229,7 @@ fn a_ros_2_user_looks_around_runs_a_job_cancels_another_and_reads_the_bag() {
     let domain = Domain::take();
     let bag = fresh_bag("four");
     let mut peer = Peer::start(env, &domain, "operator");
-    let cell = Cell::start(&domain, "/cell", &bag);
+    let cell = Processes::start(&domain, "/cell", &[], &bag);
     let mut operator = Operator { peer: &mut peer, namespace: "/cell" };
     look_around(&mut operator);
 
@@ -343,13 +257,6 @@ fn a_ros_2_user_looks_around_runs_a_job_cancels_another_and_reads_the_bag() {
     }
     hear_the_bag(env, &bag, count("/cell/joint_states"), &["/cell/joint_states", "/cell/machine/description"]);
     std::fs::remove_dir_all(&bag).expect("the bag is ours");
-}
-
-/// rosbags, mcap and mcap-ros2-support read every message and agree on every count.
-fn judge(env: &PeerEnv, domain: &Domain, bag: &Path) -> Value {
-    let output = env.python("judge_bag.py", domain).arg(bag).output().expect("the judges can be called");
-    assert!(output.status.success(), "the bag is refused: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).expect("a verdict in JSON")
 }
 
 /// An rclpy subscriber receives the messages when the bag is played.

@@ -10,6 +10,7 @@ mod env;
 mod folder;
 mod peer;
 mod process;
+pub mod processes;
 
 pub use domain::Domain;
 pub use env::{PeerEnv, in_ci, peer_env, repository, target_directory};

@@ -4,8 +4,11 @@ mod batch;
 mod check;
 mod plan;
 mod run;
+mod run_cell;
+mod run_client;
 mod run_report;
 mod setup;
+mod turned_report;
 
 use crate::ros::RosArgs;
 use clap::{Parser, Subcommand};

@@ -1,39 +1,22 @@
 //! `camwright run`: the whole cell in one process, or the job on a cell that runs already.
 
 use super::batch::Batch;
-use super::run_report::{Report, um};
-use crate::axis_interpolator::AxisInterpolator;
+use super::run_cell::Cell;
+use super::run_client::Client;
+use super::run_report::Report;
+use super::turned_report::TurnedReport;
+use crate::config::any_job::{self, AnyJob};
+use crate::config::job_file::{self, Job};
 use crate::config::locate::Located;
-use crate::config::{any_job, job_file};
-use crate::job_planner::JobPlanner;
-use crate::machine_sim::MachineSim;
-use crate::planning::{self, PreparedJob};
-use crate::ros::{
-    ClientGoal, GoalStatus, Lifecycle, Node, NodeOptions, ParameterValue, Qos, RosArgs, RosLayer, Shutdown,
-    Subscription, Transition,
-};
-use crate::run_logger::RunLogger;
+use crate::planning::{self, PreparedJob, PreparedTurning, TurnedInstead};
+use crate::ros::{GoalStatus, RosArgs, RosLayer, Shutdown};
 use crate::running::NodeError;
-use camwright::units::deg_from_rad;
-use camwright_msgs::camwright_msgs::action::{RunJob, RunJobFeedback, RunJobGoal, RunJobResult};
-use camwright_msgs::camwright_msgs::msg::{JobStatus, RecorderStatus};
-use camwright_msgs::camwright_msgs::srv::{FindPhase, FindPhaseRequest, LoadJob, LoadJobRequest};
-use camwright_msgs::lifecycle_msgs::msg::State;
-use camwright_msgs::lifecycle_msgs::srv::{GetState, GetStateRequest};
+use camwright_msgs::camwright_msgs::action::RunJobResult;
+use camwright_msgs::camwright_msgs::msg::JobStatus;
 use clap::{Args, ValueEnum};
-use indicatif::{ProgressBar, ProgressStyle};
-use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
-
-/// How long the nodes may take to find each other.
-const MEETING: Duration = Duration::from_secs(20);
-/// How long a cancelled job may take to come to rest.
-const STOPPING: Duration = Duration::from_secs(30);
-/// How long the search for the key-way may take at pace realtime.
-const FINDING: Duration = Duration::from_secs(120);
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 /// Arguments of `camwright run`.
 #[derive(Debug, Clone, Args, Default)]
@@ -80,18 +63,10 @@ pub(super) struct RunArgs {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Default)]
-enum PaceArg {
+pub(super) enum PaceArg {
     Realtime,
     #[default]
     Fast,
-}
-
-/// The four nodes in this process.
-struct Cell {
-    logger: RunLogger,
-    machine: MachineSim,
-    interpolator: AxisInterpolator,
-    planner: JobPlanner,
 }
 
 /// Entry point.
@@ -108,26 +83,24 @@ pub(super) fn main(args: &RunArgs, ros_args: &RosArgs) -> ExitCode {
 
 fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let mut args = args.clone();
-    args.set.extend(args.start_at.iter().map(|lobe| format!("start_at={lobe}")));
-    args.set.extend(args.identify_only.then(|| "identification.only=true".to_owned()));
     let started = Instant::now();
     let shutdown = Shutdown::on_signals()?;
     let job = args.job.clone().unwrap_or_else(|| "four_lobe_camshaft".to_owned());
     let bag = args.bag.clone().unwrap_or_else(|| default_bag(&job));
-    if args.forget_learned && job_file::load(&job, &args.set).is_ok_and(|job| job.spec.compensation.is_none()) {
-        return Err(NodeError::Parameter(format!("--forget-learned: job {job} does not learn (form_compensation)")));
+    // What is wrong with a job the planner says.
+    let turns = matches!(any_job::load(&job, &args.set), Ok(AnyJob::Turned(_)));
+    if turns {
+        fits_turning(&job, &args).map_err(NodeError::Parameter)?;
     }
-    let dry_run = job_file::load(&job, &args.set).is_ok_and(|job| job.spec.dry_run_mm.is_some());
-    if dry_run && args.parts > 1 {
-        return Err(NodeError::Parameter("--parts: a dry run makes no parts".into()));
-    }
-    if args.forget_stiffness && job_file::load(&job, &args.set).is_ok_and(|job| job.spec.identification.is_none()) {
-        return Err(NodeError::Parameter(format!(
-            "--forget-stiffness: job {job} does not measure it (identification)"
-        )));
-    }
+    args.set.extend(args.start_at.iter().map(|lobe| format!("start_at={lobe}")));
+    args.set.extend(args.identify_only.then(|| "identification.only=true".to_owned()));
+    let read = if turns { None } else { job_file::load(&job, &args.set).ok() };
+    read.iter().try_for_each(|read| fits_grinding(&job, read, &args)).map_err(NodeError::Parameter)?;
+    let dry_run = read.is_some_and(|job| job.spec.dry_run_mm.is_some());
     let client = Client::new(ros_args)?;
-    let cell = if args.attach { None } else { Some(Cell::start(&job, &args, ros_args, &bag)?) };
+    let machine = any_job::machine_of(&job, &args.set).unwrap_or_else(|| "cam_grinder".to_owned());
+    let start = || Cell::start(&machine, &args.set_machine, args.pace, ros_args, &bag);
+    let cell = if args.attach { None } else { Some(start()?) };
     client.meet(cell.is_some(), &shutdown)?;
     if args.find_phase {
         let found = client.find_phase(&job, &args.set)?;
@@ -135,14 +108,27 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     }
     let args = &args;
     let batch = if args.parts > 1 { Some(Batch::of(&client.node, args.parts, &job, &args.set)?) } else { None };
-    let (outcome, batch) = client.run_parts(&job, args, batch, &shutdown);
+    let (outcome, batch) = run_parts(&client, &job, args, batch, &shutdown);
     let planned_as = client.heard_job();
+    let turned = outcome.as_ref().ok().filter(|(_, result)| !result.turned.is_empty());
+    let form_map = turned.and_then(|(_, result)| client.form_map(result.last_tick));
     if let Some(cell) = cell {
         cell.stop();
     }
     client.node.shutdown();
     let (status, result) = outcome?;
     let took = started.elapsed();
+    let bag = (!args.attach).then_some(&bag);
+    if turns {
+        let (predicted_s, causes) = turned_again(&job, args, &result);
+        let report = TurnedReport { job: &job, status, result: &result, predicted_s, form_map, causes, bag, took };
+        if args.json {
+            report.print_json();
+        } else {
+            report.print();
+        }
+        return Ok(report.exit_code());
+    }
     let prepared = if result.success && !dry_run { planned_again(&job, args, planned_as.as_ref()) } else { None };
     // What only measures leaves no finished part whose errors had causes.
     let causes = prepared.as_ref().filter(|_| !args.identify_only);
@@ -150,7 +136,6 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     // The same plan, or what it predicts is not what was predicted.
     let same = prepared.as_ref().filter(|prepared| prepared.plan_hash() == result.plan_hash);
     let times = same.map(|prepared| planning::compare_times(prepared, &result.lobes, result.duration));
-    let bag = (!args.attach).then_some(&bag);
     let times = times.unwrap_or_default();
     let identifies = args.identify_only;
     let report = Report { job: &job, dry_run, status, result: &result, times, causes, batch, bag, took, identifies };
@@ -162,9 +147,58 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     Ok(report.exit_code())
 }
 
-/// The machine that a job names; what is wrong with the job the planner says.
-fn machine_of(job: &str, args: &RunArgs) -> String {
-    any_job::machine_of(job, &args.set).unwrap_or_else(|| "cam_grinder".to_owned())
+/// So many parts as are wanted, or until one fails; the outcome is the last one's.
+fn run_parts(
+    client: &Client,
+    job: &str,
+    args: &RunArgs,
+    mut batch: Option<Batch>,
+    shutdown: &Shutdown,
+) -> (Result<(GoalStatus, RunJobResult), NodeError>, Option<Batch>) {
+    let mut overrides = args.set.clone();
+    overrides.extend(args.forget_learned.then(|| "form_compensation.afresh=true".to_owned()));
+    overrides.extend(args.forget_stiffness.then(|| "identification.afresh=true".to_owned()));
+    loop {
+        let outcome = client.run_job(job, &overrides, shutdown);
+        overrides.clone_from(&args.set);
+        let goes_on = match (&outcome, &mut batch) {
+            (Ok((GoalStatus::Succeeded, result)), Some(batch)) if result.success => batch.take(result),
+            _ => false,
+        };
+        if !goes_on || shutdown.is_requested() {
+            return (outcome, batch);
+        }
+    }
+}
+
+/// What a job that grinds cannot be asked for.
+fn fits_grinding(job: &str, read: &Job, args: &RunArgs) -> Result<(), String> {
+    if args.forget_learned && read.spec.compensation.is_none() {
+        return Err(format!("--forget-learned: job {job} does not learn (form_compensation)"));
+    }
+    if args.parts > 1 && read.spec.dry_run_mm.is_some() {
+        return Err("--parts: a dry run makes no parts".into());
+    }
+    if args.forget_stiffness && read.spec.identification.is_none() {
+        return Err(format!("--forget-stiffness: job {job} does not measure it (identification)"));
+    }
+    Ok(())
+}
+
+/// What a job that turns cannot be asked for.
+fn fits_turning(job: &str, args: &RunArgs) -> Result<(), String> {
+    let asked = [
+        ("--parts", args.parts > 1, "the capability of a batch is told of ground lobes"),
+        ("--forget-learned", args.forget_learned, "it does not learn"),
+        ("--identify-only", args.identify_only, "it measures no stiffness"),
+        ("--forget-stiffness", args.forget_stiffness, "it measures no stiffness"),
+        ("--start-at", args.start_at.is_some(), "it has no lobes"),
+        ("--find-phase", args.find_phase, "it begins with a round bar"),
+    ];
+    match asked.iter().find(|(_, is_asked, _)| *is_asked) {
+        Some((flag, _, reason)) => Err(format!("{flag}: job {job} turns its part; {reason}")),
+        None => Ok(()),
+    }
 }
 
 fn default_bag(job: &str) -> PathBuf {
@@ -172,256 +206,6 @@ fn default_bag(job: &str) -> PathBuf {
         std::path::Path::new(job).file_stem().map_or_else(|| job.to_owned(), |stem| stem.to_string_lossy().into());
     let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     PathBuf::from("bags").join(format!("{name}_{seconds}"))
-}
-
-impl Cell {
-    fn start(job: &str, args: &RunArgs, ros_args: &RosArgs, bag: &std::path::Path) -> Result<Self, NodeError> {
-        let pace = match args.pace {
-            PaceArg::Realtime => "realtime",
-            PaceArg::Fast => "fast",
-        };
-        let text = |text: &str| ParameterValue::String(text.to_owned());
-        let args_of_cell = ros_args
-            .clone()
-            .with_parameter(None, "autostart", ParameterValue::Bool(false))
-            .with_default_parameter(Some("machine_sim"), "machine", text(&machine_of(job, args)))
-            .with_parameter(Some("machine_sim"), "pace", text(pace))
-            .with_parameter(
-                Some("machine_sim"),
-                "machine_overrides",
-                ParameterValue::StringArray(args.set_machine.clone()),
-            )
-            .with_parameter(Some("run_logger"), "bag_dir", text(&bag.to_string_lossy()))
-            // A bag lasts as long as the machine took, not as long as the computer did.
-            .with_parameter(Some("run_logger"), "use_sim_time", ParameterValue::Bool(args.pace == PaceArg::Fast));
-        let cell = Self {
-            logger: RunLogger::start(&args_of_cell)?,
-            machine: MachineSim::start(&args_of_cell)?,
-            interpolator: AxisInterpolator::start(&args_of_cell)?,
-            planner: JobPlanner::start(&args_of_cell)?,
-        };
-        // Recorder first, so that the bag begins before anything happens; then from the axes upwards.
-        for lifecycle in cell.lifecycles() {
-            lifecycle.trigger(Transition::Configure)?;
-            lifecycle.trigger(Transition::Activate)?;
-        }
-        Ok(cell)
-    }
-
-    fn lifecycles(&self) -> [&Lifecycle; 4] {
-        [self.logger.lifecycle(), self.machine.lifecycle(), self.interpolator.lifecycle(), self.planner.lifecycle()]
-    }
-
-    /// Ends the cell from the top down, the recorder last.
-    fn stop(self) {
-        self.planner.stop();
-        self.interpolator.stop();
-        self.machine.stop();
-        self.logger.stop();
-    }
-}
-
-/// What the client waits for: set by callbacks, watched by the main thread.
-#[derive(Debug, Default)]
-struct Heard {
-    recorder: Option<RecorderStatus>,
-    job: Option<JobStatus>,
-}
-
-/// The part of the command that talks to the cell like any other ROS client.
-struct Client {
-    node: Node,
-    action: crate::ros::ActionClient<RunJob>,
-    heard: Arc<(Mutex<Heard>, Condvar)>,
-    _spin: crate::ros::SpinThread,
-    _subscriptions: Vec<Subscription>,
-}
-
-impl Client {
-    fn new(ros_args: &RosArgs) -> Result<Self, NodeError> {
-        let node = Node::new(NodeOptions::new("camwright", ros_args))?;
-        let heard: Arc<(Mutex<Heard>, Condvar)> = Arc::default();
-        let for_recorder = Arc::clone(&heard);
-        let recorder =
-            node.subscribe::<RecorderStatus>("run_logger/status", &Qos::default_topic(), move |message, _| {
-                tell(&for_recorder, |heard| heard.recorder = Some(message));
-            })?;
-        let for_job = Arc::clone(&heard);
-        let job = node.subscribe::<JobStatus>("job_planner/job_status", &Qos::latched(1), move |message, _| {
-            tell(&for_job, |heard| heard.job = Some(message));
-        })?;
-        let action = node.action_client::<RunJob>("job_planner/run_job")?;
-        let spin = node.spin_in_thread()?;
-        Ok(Self { node, action, heard, _spin: spin, _subscriptions: vec![recorder, job] })
-    }
-
-    /// Waits until the planner can be asked and, with a recorder, until it records what matters.
-    fn meet(&self, with_recorder: bool, shutdown: &Shutdown) -> Result<(), NodeError> {
-        self.action.wait_for_server(MEETING)?;
-        for node in ["machine_sim", "axis_interpolator", "job_planner"] {
-            self.wait_active(node, shutdown)?;
-        }
-        if !with_recorder {
-            return Ok(());
-        }
-        let wanted = ["joint_states", "machine/stream", "machine/setpoints", "machine/part", "job_planner/plan"];
-        let wanted: Vec<String> =
-            wanted.iter().map(|topic| self.node.resolve_topic(topic)).collect::<Result<_, _>>()?;
-        let missing = |status: Option<&RecorderStatus>| -> Vec<&String> {
-            let recorded = |topic: &String| status.is_some_and(|s| s.topics.iter().any(|t| t.topic == *topic));
-            wanted.iter().filter(|topic| !recorded(topic)).collect()
-        };
-        let deadline = Instant::now() + MEETING;
-        let (mutex, changed) = &*self.heard;
-        let mut heard = mutex.lock().unwrap_or_else(PoisonError::into_inner);
-        loop {
-            let missing = missing(heard.recorder.as_ref());
-            if missing.is_empty() {
-                return Ok(());
-            }
-            let left = deadline.saturating_duration_since(Instant::now());
-            if left.is_zero() || shutdown.is_requested() {
-                return Err(NodeError::Parameter(format!("the recorder does not record {missing:?}")));
-            }
-            let slice = left.min(Duration::from_millis(200));
-            heard = changed.wait_timeout(heard, slice).unwrap_or_else(PoisonError::into_inner).0;
-        }
-    }
-
-    /// Waits until a node of the cell is active, which it becomes by itself or by its life cycle manager.
-    fn wait_active(&self, name: &str, shutdown: &Shutdown) -> Result<(), NodeError> {
-        let client = self.node.client::<GetState>(&format!("{name}/get_state"))?;
-        client.wait_for_service(MEETING)?;
-        let deadline = Instant::now() + MEETING;
-        loop {
-            let state = client.call(&GetStateRequest::default(), MEETING)?.current_state;
-            if state.id == State::PRIMARY_STATE_ACTIVE {
-                return Ok(());
-            }
-            if Instant::now() > deadline || shutdown.is_requested() {
-                return Err(NodeError::Parameter(format!("{name} is {}, not active", state.label)));
-            }
-            // Nothing says when a foreign manager acts; asking ten times a second costs nothing.
-            let _requested = shutdown.wait_timeout(Duration::from_millis(100));
-        }
-    }
-
-    /// Puts the raw part of a job in and finds the angle at which it is clamped; what the job must then be told.
-    fn find_phase(&self, job: &str, overrides: &[String]) -> Result<[String; 2], NodeError> {
-        let load = self.node.client::<LoadJob>("job_planner/load_job")?;
-        load.wait_for_service(MEETING)?;
-        let loaded = load.call(&LoadJobRequest { job: job.to_owned(), overrides: overrides.to_vec() }, STOPPING)?;
-        if !loaded.success {
-            return Err(NodeError::Parameter(format!("the job is refused, nothing moved: {}", loaded.message)));
-        }
-        let find = self.node.client::<FindPhase>("job_planner/find_phase")?;
-        find.wait_for_service(MEETING)?;
-        let found = find.call(&FindPhaseRequest { load_part: true, ..FindPhaseRequest::default() }, FINDING)?;
-        if !found.success {
-            return Err(NodeError::Parameter(format!("the part's phase was not found: {}", found.message)));
-        }
-        // The part stays as it is.
-        Ok([format!("part_phase_deg={:?}", deg_from_rad(found.phase)), "start_at=1".to_owned()])
-    }
-
-    /// So many parts as are wanted, or until one fails; the outcome is the last one's.
-    fn run_parts(
-        &self,
-        job: &str,
-        args: &RunArgs,
-        mut batch: Option<Batch>,
-        shutdown: &Shutdown,
-    ) -> (Result<(GoalStatus, RunJobResult), NodeError>, Option<Batch>) {
-        let mut overrides = args.set.clone();
-        overrides.extend(args.forget_learned.then(|| "form_compensation.afresh=true".to_owned()));
-        overrides.extend(args.forget_stiffness.then(|| "identification.afresh=true".to_owned()));
-        loop {
-            let outcome = self.run_job(job, &overrides, shutdown);
-            overrides.clone_from(&args.set);
-            let goes_on = match (&outcome, &mut batch) {
-                (Ok((GoalStatus::Succeeded, result)), Some(batch)) if result.success => batch.take(result),
-                _ => false,
-            };
-            if !goes_on || shutdown.is_requested() {
-                return (outcome, batch);
-            }
-        }
-    }
-
-    /// What the planner said of its job last.
-    fn heard_job(&self) -> Option<JobStatus> {
-        self.heard.0.lock().unwrap_or_else(PoisonError::into_inner).job.clone()
-    }
-
-    fn run_job(
-        &self,
-        job: &str,
-        overrides: &[String],
-        shutdown: &Shutdown,
-    ) -> Result<(GoalStatus, RunJobResult), NodeError> {
-        let progress = ProgressBar::new(1000);
-        let style = ProgressStyle::with_template("{bar:30} {msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
-        progress.set_style(style);
-        progress.set_message("planning");
-        let bar = progress.clone();
-        let goal = RunJobGoal { job: job.to_owned(), overrides: overrides.to_vec(), ..RunJobGoal::default() };
-        let goal = self.action.send_goal(goal, move |feedback| show(&bar, &feedback), MEETING)?;
-        if !goal.accepted() {
-            progress.finish_and_clear();
-            let (mutex, _) = &*self.heard;
-            let reason = mutex.lock().unwrap_or_else(PoisonError::into_inner).job.clone().map(|status| status.message);
-            let reason = reason.filter(|reason| !reason.is_empty()).unwrap_or_else(|| "no reason was given".into());
-            return Err(NodeError::Parameter(format!("the job is refused, nothing moved: {reason}")));
-        }
-        let outcome = wait_for_result(&goal, shutdown);
-        progress.finish_and_clear();
-        outcome
-    }
-}
-
-/// Waits for the result; a signal cancels the goal and waits for the axes to come to rest.
-fn wait_for_result(goal: &ClientGoal<RunJob>, shutdown: &Shutdown) -> Result<(GoalStatus, RunJobResult), NodeError> {
-    type Slot = Arc<(Mutex<Option<(GoalStatus, RunJobResult)>>, Condvar)>;
-    let slot: Slot = Arc::default();
-    let place = Arc::clone(&slot);
-    goal.result_with(move |status, result| {
-        let (mutex, changed) = &*place;
-        *mutex.lock().unwrap_or_else(PoisonError::into_inner) = Some((status, result));
-        changed.notify_all();
-    })?;
-    let (mutex, changed) = &*slot;
-    let mut given_up: Option<Instant> = None;
-    let mut result = mutex.lock().unwrap_or_else(PoisonError::into_inner);
-    loop {
-        if let Some(result) = result.take() {
-            return Ok(result);
-        }
-        if shutdown.is_requested() && given_up.is_none() {
-            given_up = Some(Instant::now() + STOPPING);
-            goal.cancel_with(|_| {})?;
-        }
-        if given_up.is_some_and(|end| Instant::now() > end) {
-            return Err(NodeError::Parameter("the cancelled job did not come to rest in time".into()));
-        }
-        result = changed.wait_timeout(result, Duration::from_millis(100)).unwrap_or_else(PoisonError::into_inner).0;
-    }
-}
-
-fn tell(heard: &(Mutex<Heard>, Condvar), change: impl FnOnce(&mut Heard)) {
-    change(&mut heard.0.lock().unwrap_or_else(PoisonError::into_inner));
-    heard.1.notify_all();
-}
-
-fn show(progress: &ProgressBar, feedback: &RunJobFeedback) {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a percentage")]
-    progress.set_position((feedback.percent.clamp(0.0, 100.0) * 10.0) as u64);
-    let mut text = format!("{:>3.0} %  {} {}", feedback.percent, feedback.lobe, feedback.phase_name);
-    if feedback.turns > 0.0 {
-        let _infallible = write!(text, ", turn {:.1} of {:.0}", feedback.turn, feedback.turns);
-        let _infallible = write!(text, ", stock {:.0} um", um(feedback.stock));
-    }
-    let _infallible = write!(text, ", {:.0} s left", feedback.time_left);
-    progress.set_message(text);
 }
 
 /// The same job without ROS, for the machine with its overrides. What it had learned and what was kept for it
@@ -439,4 +223,17 @@ fn planned_again(job: &str, args: &RunArgs, planned_as: Option<&JobStatus>) -> O
     };
     job.machine = job.machine.with_overrides(&args.set_machine).ok()?;
     planning::plan(job, None).ok()
+}
+
+/// The same turning job without ROS, if it plans as it was run: its predicted duration (s), and what it leaves on other machines.
+fn turned_again(job: &str, args: &RunArgs, result: &RunJobResult) -> (Option<f64>, Vec<TurnedInstead>) {
+    let again = || -> Option<PreparedTurning> {
+        let AnyJob::Turned(mut job) = any_job::load(job, &args.set).ok()? else { return None };
+        job.machine = job.machine.with_overrides(&args.set_machine).ok()?;
+        planning::plan_turned(*job, None).ok().filter(|prepared| prepared.plan_hash() == result.plan_hash)
+    };
+    match again().filter(|_| result.success) {
+        Some(prepared) => (Some(prepared.duration_s()), planning::turned_causes(&prepared).unwrap_or_default()),
+        None => (None, Vec::new()),
+    }
 }

@@ -9,7 +9,7 @@ use super::machine_file::{self, Machine};
 use super::surface_file::SurfaceFile;
 use super::yaml::Document;
 use camwright::insert_path::{Feed, Passes};
-use camwright::machine::turned_part::{MIN_AZIMUTHS, PartGrid};
+use camwright::machine::turned_part::{MIN_AZIMUTHS, MOST_CELLS, PartGrid};
 use camwright::surface::Surface;
 use camwright::turning_job::{TurningJob, TurningSpeed};
 use camwright::units::{mm_from_um, rad_s_from_rpm};
@@ -28,9 +28,8 @@ const AZIMUTHS: usize = 720;
 /// Columns of that grid within one feed: as many as show the height of a cusp to a fiftieth.
 const COLUMNS_PER_FEED: f64 = 10.0;
 
-/// Most azimuths, and most cells: 8 bytes each, more than once.
+/// Most azimuths.
 const MOST_AZIMUTHS: usize = 7200;
-const MOST_CELLS: f64 = 1.6e7;
 
 /// How far the form may be off besides the cusps of the feed (µm).
 const TOLERANCE_UM: f64 = 2.0;
@@ -335,13 +334,13 @@ fn grid(document: &Document, file: &TurningFile, feed: Feed) -> Result<PartGrid,
     let columns = ((to_mm - from_mm) / column_mm).ceil() + 1.0;
     #[allow(clippy::cast_precision_loss, reason = "a few thousand")]
     let cells = columns * azimuths as f64;
-    if columns >= 2.0 && cells <= MOST_CELLS {
+    if columns >= 2.0 && cells <= MOST_CELLS as f64 {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the bounds above")]
         return Ok(PartGrid { azimuths, columns: columns as usize, from_mm, to_mm });
     }
     if columns >= 2.0 {
         let message = format!(
-            "the part is simulated in columns of {column_mm:.6} mm with {azimuths} azimuths, {cells:.0} cells; at most {MOST_CELLS:.0} are \
+            "the part is simulated in columns of {column_mm:.6} mm with {azimuths} azimuths, {cells:.0} cells; at most {MOST_CELLS} are \
              allowed: larger columns (form_grid.column_mm), or fewer azimuths"
         );
         return Err(document.error("form_grid", message));

@@ -1,9 +1,10 @@
 //! What the planner says about its job, on `~/job_status`.
 
 use super::lock;
-use crate::planning::PreparedJob;
+use crate::planning::AnyPrepared;
 use crate::ros::{Node, Publisher, Qos, RosError};
-use camwright_msgs::camwright_msgs::msg::{JobStatus, LobeResult};
+use camwright_msgs::camwright_msgs::action::RunJobResult;
+use camwright_msgs::camwright_msgs::msg::JobStatus;
 use std::sync::Mutex;
 
 /// The latched status and what it said last.
@@ -49,13 +50,13 @@ impl Board {
     }
 
     /// A job is planned; `state` says what becomes of it.
-    pub(super) fn planned(&self, state: u8, prepared: &PreparedJob, message: &str) {
+    pub(super) fn planned(&self, state: u8, prepared: &AnyPrepared, message: &str) {
         self.set(|status| {
             *status = JobStatus {
                 state,
-                job: prepared.job.spec.name.clone(),
-                job_source: prepared.job.source.clone(),
-                job_hash: prepared.job.hash.clone(),
+                job: prepared.name().to_owned(),
+                job_source: prepared.source().to_owned(),
+                job_hash: prepared.job_hash().to_owned(),
                 plan_hash: prepared.plan_hash().to_owned(),
                 message: message.to_owned(),
                 ..JobStatus::default()
@@ -63,12 +64,21 @@ impl Board {
         });
     }
 
-    /// The job goes on in another way, or has ended.
-    pub(super) fn change(&self, state: u8, message: &str, lobes: &[LobeResult]) {
+    /// The job is being brought to rest.
+    pub(super) fn stopping(&self) {
+        self.set(|status| {
+            status.state = JobStatus::STOPPING;
+            status.message = "coming to rest".into();
+        });
+    }
+
+    /// The job has ended.
+    pub(super) fn ended(&self, state: u8, result: &RunJobResult) {
         self.set(|status| {
             status.state = state;
-            status.message = message.to_owned();
-            status.lobes = lobes.to_vec();
+            status.message.clone_from(&result.message);
+            status.lobes.clone_from(&result.lobes);
+            status.turned.clone_from(&result.turned);
         });
     }
 }

@@ -1,9 +1,12 @@
 //! The one job there can be: from a goal's request to its thread.
 
-use super::run::{Asker, Event, Run};
+use super::execution::{Asker, Event, Execution};
+use super::grinding_run::GrindingRun;
+use super::turning_run::TurningRun;
 use super::{Shared, lock, settings};
-use crate::config::job_file::{self, Job};
-use crate::planning::{self, MachineNow, PreparedJob};
+use crate::config::any_job::{self, AnyJob};
+use crate::config::job_file::Job;
+use crate::planning::{self, AnyPrepared, MachineNow};
 use crate::ros::{ActionHandler, GoalDecider, GoalDecision, GoalHandle, GoalId, RosError};
 use camwright::machine::description::MachineDescription;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal, RunJobResult};
@@ -25,7 +28,7 @@ pub(super) enum Course {
     /// A goal is being decided on.
     Deciding(String),
     /// A goal was accepted; its thread is about to start.
-    Prepared(Box<PreparedJob>),
+    Prepared(Box<AnyPrepared>),
     /// A job runs; its thread listens here.
     Running(String, mpsc::Sender<Event>),
 }
@@ -35,7 +38,7 @@ impl fmt::Display for Course {
         match self {
             Course::Idle => f.write_str("idle"),
             Course::Deciding(job) => write!(f, "job {job} is being planned"),
-            Course::Prepared(prepared) => write!(f, "job {} is about to start", prepared.job.spec.name),
+            Course::Prepared(prepared) => write!(f, "job {} is about to start", prepared.name()),
             Course::Running(job, _) => write!(f, "job {job} is running"),
         }
     }
@@ -51,7 +54,7 @@ pub(super) struct Loaded {
     /// Overrides as used, the parameters' included.
     used: Vec<String>,
     machine: Option<MachineNow>,
-    prepared: PreparedJob,
+    prepared: AnyPrepared,
 }
 
 impl Shared {
@@ -80,7 +83,8 @@ impl Shared {
     /// The overrides of a job as it is planned: the parameters', the request's, and what its parts have taught.
     pub(super) fn used(&self, name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Vec<String> {
         let mut used = settings::overrides(self.node.parameters(), overrides);
-        let Ok(job) = job_file::load(name, &used) else { return used };
+        // What parts have taught, and where they are clamped, is of jobs that grind.
+        let Ok(AnyJob::Ground(job)) = any_job::load(name, &used) else { return used };
         // A job on the part as it is; what somebody says of its phase counts more.
         let is_said = used.iter().any(|pair| pair.starts_with("part_phase_deg="));
         if (job.starts_in_the_middle || job.spec.dry_run_mm.is_some()) && !is_said {
@@ -120,7 +124,7 @@ impl Shared {
     }
 
     /// Plans a job for the machine as it is now, or takes the loaded plan if nothing has changed since.
-    fn prepare(&self, name: &str, overrides: &[String], machine: Option<MachineNow>) -> Result<PreparedJob, String> {
+    fn prepare(&self, name: &str, overrides: &[String], machine: Option<MachineNow>) -> Result<AnyPrepared, String> {
         let used = self.used(name, overrides, machine.as_ref());
         let loaded = lock(&self.loaded);
         let same = |loaded: &&Loaded| loaded.name == name && loaded.used == used && loaded.machine == machine;
@@ -128,21 +132,21 @@ impl Shared {
             return Ok(loaded.prepared.clone());
         }
         drop(loaded);
-        planning::prepare(name, &used, machine.as_ref()).map_err(|error| error.to_string())
+        planning::prepare_any(name, &used, machine.as_ref()).map_err(|error| error.to_string())
     }
 
     /// The loaded job, or that of the parameter, planned for the machine as it is.
-    pub(super) fn prepare_usual(&self, machine: MachineNow) -> Result<PreparedJob, String> {
+    pub(super) fn prepare_usual(&self, machine: MachineNow) -> Result<AnyPrepared, String> {
         let (name, overrides) = self.wanted("", &[]);
         self.prepare(&name, &overrides, Some(machine))
     }
 
     /// Plans a job and keeps it, for `load_job`.
-    pub(super) fn load(&self, job: &str, overrides: &[String]) -> Result<PreparedJob, String> {
+    pub(super) fn load(&self, job: &str, overrides: &[String]) -> Result<AnyPrepared, String> {
         let (name, overrides) = self.wanted(job, overrides);
         let machine = lock(&self.machine).clone();
         let used = self.used(&name, &overrides, machine.as_ref());
-        let prepared = planning::prepare(&name, &used, machine.as_ref()).map_err(|error| error.to_string())?;
+        let prepared = planning::prepare_any(&name, &used, machine.as_ref()).map_err(|error| error.to_string())?;
         if matches!(*lock(&self.course), Course::Idle) {
             self.board.planned(JobStatus::IDLE, &prepared, &format!("loaded {}", prepared.summary()));
         }
@@ -156,7 +160,7 @@ impl Shared {
     }
 
     /// Everything that stands between a goal and its first motion.
-    pub(super) fn decide(&self, name: &str, overrides: &[String]) -> Result<PreparedJob, String> {
+    pub(super) fn decide(&self, name: &str, overrides: &[String]) -> Result<AnyPrepared, String> {
         let there = |outcome: Result<(), RosError>| outcome.map_err(|error| error.to_string());
         there(self.load_lobe.wait_for_service(MEETING))?;
         there(self.execute.wait_for_server(MEETING))?;
@@ -172,18 +176,32 @@ impl Shared {
     pub(super) fn start(
         self: &Arc<Self>,
         course: &mut Course,
-        prepared: PreparedJob,
+        prepared: AnyPrepared,
         asker: Asker,
     ) -> Result<(), String> {
         let (events, inbox) = mpsc::channel();
-        let name = prepared.job.spec.name.clone();
-        let run = Run::new(Arc::clone(self), prepared, asker, events.clone(), inbox);
-        let thread = std::thread::Builder::new().name("job".into()).spawn(move || run.run());
+        let name = prepared.name().to_owned();
+        let execution = Execution::new(Arc::clone(self), &prepared, asker, events.clone(), inbox);
+        let thread = std::thread::Builder::new().name("job".into()).spawn(move || run(execution, prepared));
         let thread = thread.map_err(|error| format!("no thread for the job: {error}"))?;
         *course = Course::Running(name, events);
         // The one before has ended: it set the course to idle as its last act.
         *lock(&self.run) = Some(thread);
         Ok(())
+    }
+}
+
+/// A job from its start to its end, on a thread of its own.
+fn run(execution: Execution, prepared: AnyPrepared) {
+    let shared = Arc::clone(&execution.shared);
+    let logger = shared.node.logger();
+    let _current = logger.enter();
+    let started = prepared.summary();
+    shared.board.planned(JobStatus::EXECUTING, &prepared, &started);
+    logger.info(&format!("job {started}"));
+    match prepared {
+        AnyPrepared::Ground(prepared) => GrindingRun::new(execution, *prepared).run(),
+        AnyPrepared::Turned(prepared) => TurningRun::new(execution, *prepared).run(),
     }
 }
 

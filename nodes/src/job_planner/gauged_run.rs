@@ -1,7 +1,8 @@
 //! What a job that runs learns from the gauge: the stock of its journals, the stiffness at them, and how their runout is corrected.
 
+use super::execution::Failure;
+use super::grinding_run::GrindingRun;
 use super::lock;
-use super::run::{Failure, Run};
 use crate::planning::{self, MeasuredContacts, PreparedCorrection};
 use camwright::cycle::{Contact, rests_rad};
 use camwright::runout::journal::LOG_ENDS_RAD;
@@ -11,23 +12,23 @@ use std::time::Duration;
 /// How long readings may be on their way.
 const READING: Duration = Duration::from_secs(20);
 
-impl Run {
+impl GrindingRun {
     /// Measures the stock, and plans the job anew for it.
     pub(super) fn measure_stock(&mut self, result: &mut RunJobResult) -> Result<(), Failure> {
         let Some(measuring) = self.prepared.measuring.clone() else { return Ok(()) };
-        self.publish(&measuring.pages)?;
-        self.arm_faults()?;
+        self.execution.publish(&measuring.pages)?;
+        self.execution.arm_faults()?;
         self.listen();
-        let ended = self.execute(measuring.plan_hash(), 0.0, self.prepared.measuring_s())?;
-        self.note(result, ended)?;
+        let measuring_s = self.prepared.measuring_s();
+        self.execute(result, measuring.plan_hash(), 0.0, measuring_s)?;
         let logs = self.logs(&measuring.planned.read_to_rad, "turn under it")?;
         let stock = planning::for_stock(&self.prepared, &logs)
             .map_err(|error| Failure::Failed(format!("{error}; the wheel has not left its home position")))?;
         for told in stock.told.iter().chain([&stock.saved]) {
-            self.shared.node.logger().info(told);
+            self.execution.shared.node.logger().info(told);
         }
         (self.prepared, self.saved) = (stock.prepared, Some(stock.saved));
-        lock(&self.times).next_half();
+        lock(&self.execution.times).next_half();
         Ok(())
     }
 
@@ -36,8 +37,8 @@ impl Run {
         let spec = &self.prepared.job.spec;
         let listens = (spec.correction.is_some() || spec.measure_stock.is_some()) && spec.dry_run_mm.is_none();
         match self.prepared.machine.gauge.filter(|_| listens) {
-            Some(gauge) => self.shared.gaugings.listen(gauge.behind_wheel_rad, gauge.second_behind_wheel_rad),
-            None => self.shared.gaugings.stop(),
+            Some(gauge) => self.execution.shared.gaugings.listen(gauge.behind_wheel_rad, gauge.second_behind_wheel_rad),
+            None => self.execution.shared.gaugings.stop(),
         }
     }
 
@@ -45,12 +46,12 @@ impl Run {
     fn logs(&self, until_rad: &[f64], of: &str) -> Result<Vec<Contact>, Failure> {
         let names = self.prepared.planned.lobes.iter().map(|lobe| lobe.design.name.as_str());
         let wanted: Vec<(&str, f64)> = names.zip(until_rad.iter().copied()).collect();
-        let logs = self.shared.gaugings.wait(&wanted, READING).map_err(|missing| {
+        let logs = self.execution.shared.gaugings.wait(&wanted, READING).map_err(|missing| {
             Failure::Failed(format!(
                 "the gauge did not read lobe {missing} to the end of its {of}; the wheel is clear of the part"
             ))
         })?;
-        self.shared.gaugings.stop();
+        self.execution.shared.gaugings.stop();
         Ok(logs)
     }
 
@@ -66,7 +67,7 @@ impl Run {
         let logs = self.ground_logs()?;
         let measured = planning::measured_contacts(&self.prepared, &logs)
             .map_err(|error| Failure::Failed(format!("{error}; the wheel is clear of the part")))?;
-        measured.told(&self.prepared).iter().for_each(|told| self.shared.node.logger().info(told));
+        measured.told(&self.prepared).iter().for_each(|told| self.execution.shared.node.logger().info(told));
         self.keep(&measured);
         Ok(measured)
     }
@@ -76,8 +77,8 @@ impl Run {
         if measured.contacts.iter().all(Option::is_none) {
             return;
         }
-        let logger = self.shared.node.logger();
-        match self.shared.stiffness.keep(&self.prepared, measured) {
+        let logger = self.execution.shared.node.logger();
+        match self.execution.shared.stiffness.keep(&self.prepared, measured) {
             Ok(kept) => {
                 logger.info(&format!(
                     "the stiffness at {} journals is kept for {}",
@@ -99,10 +100,10 @@ impl Run {
         let correction = planning::correct(&self.prepared, &logs)
             .map_err(|error| Failure::Failed(format!("{error}; the wheel is clear of the part")))?;
         for told in correction.told(&self.prepared) {
-            self.shared.node.logger().info(&told);
+            self.execution.shared.node.logger().info(&told);
         }
         self.keep(&correction.measured);
-        self.shared.node.logger().info(&format!(
+        self.execution.shared.node.logger().info(&format!(
             "second half: {:.2} s, plan {:.12}",
             correction.planned.plan.duration_s,
             correction.plan_hash()

@@ -1,7 +1,7 @@
 //! Measuring the stiffness of the machine on the journals of a job, and telling what is kept: `~/identify_stiffness`, `~/get_stiffness`.
 
 use super::course::Course;
-use super::run::Asker;
+use super::execution::Asker;
 use super::services::deferred;
 use super::{Shared, lock, settings};
 use crate::config::job_file;

@@ -5,20 +5,26 @@
 
 mod board;
 mod course;
+mod execution;
 mod gauged_run;
 mod gaugings;
+mod grinding_run;
 mod identify;
 mod learned;
+mod loading;
 mod lobe_ticks;
 pub(crate) mod parts;
-mod run;
+mod preview;
 mod services;
 mod settings;
 mod setup;
 mod stiffness;
+mod turned_parts;
+mod turning_run;
 
 use crate::config::machine_file;
 use crate::convert::mm_from_m;
+use crate::machine_sim::MOST_PAGES;
 use crate::planning::MachineNow;
 use crate::ros::{
     ActionClient, ActionServer, Client, Diagnostics, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Publisher, Qos,
@@ -29,9 +35,10 @@ use board::Board;
 use camwright::wheel::WheelNow;
 use camwright_msgs::camwright_msgs::action::{ExecutePlan, RunJob};
 use camwright_msgs::camwright_msgs::msg::{
-    Alarm, GaugeReading, MachineAlarms, MachineDescription as DescriptionMessage, PartLobe, PlanPage,
+    Alarm, FormMap, GaugeReading, MachineAlarms, MachineDescription as DescriptionMessage, PartLobe, PlanPage,
+    TurnedPage,
 };
-use camwright_msgs::camwright_msgs::srv::{InjectFault, LoadLobe};
+use camwright_msgs::camwright_msgs::srv::{InjectFault, LoadBar, LoadLobe};
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use course::{Course, Loaded, RunHandler};
 use gaugings::Gaugings;
@@ -44,6 +51,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use stiffness::StiffnessStore;
+use turned_parts::TurnedParts;
 
 /// Pages of plans that a late joiner still gets: some ten plans.
 const PLAN_DEPTH: u32 = 256;
@@ -77,6 +85,7 @@ struct Shared {
     machine: Mutex<Option<MachineNow>>,
     alarms: Mutex<Vec<Alarm>>,
     parts: Parts,
+    turned_parts: TurnedParts,
     gaugings: Gaugings,
     /// What was learned from the parts of each job.
     learned: LearnedStore,
@@ -92,9 +101,11 @@ struct Shared {
     /// The way to the planning thread; gone when the node ends.
     work: Mutex<Option<mpsc::Sender<Work>>>,
     plan: Publisher<PlanPage>,
+    form_map: Publisher<FormMap>,
     /// Set-up work, and what it found of the part.
     setup: Setup,
     load_lobe: Client<LoadLobe>,
+    load_bar: Client<LoadBar>,
     inject_fault: Client<InjectFault>,
     execute: ActionClient<ExecutePlan>,
 }
@@ -139,6 +150,7 @@ impl JobPlanner {
             machine: Mutex::default(),
             alarms: Mutex::default(),
             parts: Parts::default(),
+            turned_parts: TurnedParts::default(),
             gaugings: Gaugings::default(),
             learned: LearnedStore::new(&node.parameters().string(settings::LEARNED_DIR)),
             stiffness: StiffnessStore::new(&node.parameters().string(settings::LEARNED_DIR)),
@@ -148,8 +160,10 @@ impl JobPlanner {
             run: Mutex::default(),
             work: Mutex::new(Some(work)),
             plan: node.publisher("~/plan", &Qos::latched(PLAN_DEPTH))?,
+            form_map: node.publisher("~/form_map", &Qos::latched(1))?,
             setup: Setup::new(&node)?,
             load_lobe: node.client("machine/load_lobe")?,
+            load_bar: node.client("machine/load_bar")?,
             inject_fault: node.client("machine/inject_fault")?,
             execute: node.action_client("axis_interpolator/execute_plan")?,
             node: node.clone(),
@@ -282,6 +296,10 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
     let this = Arc::clone(shared);
     let part = node.subscribe::<PartLobe>("machine/part", &Qos::latched(32), move |lobe, _| this.parts.take(lobe))?;
     let this = Arc::clone(shared);
+    let turned = node.subscribe::<TurnedPage>("machine/turned_part", &Qos::latched(MOST_PAGES), move |page, _| {
+        this.turned_parts.take(&page);
+    })?;
+    let this = Arc::clone(shared);
     let alarms = node.subscribe::<MachineAlarms>("machine/alarms", &Qos::latched(1), move |message, _| {
         *lock(&this.alarms) = message.alarms;
     })?;
@@ -293,5 +311,5 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
             this.gaugings.take(&reading);
         },
     )?;
-    Ok(vec![description, part, alarms, gauge])
+    Ok(vec![description, part, turned, alarms, gauge])
 }

@@ -2,11 +2,12 @@
 //! thread of its own, and holds the one place that a job has; `~/stop` ends it.
 
 use super::course::Course;
-use super::run::Event;
+use super::execution::Event;
+use super::loading::NotPutIn;
 use super::{Shared, lock};
 use crate::convert::plan::{Provenance, pages_from_plan};
 use crate::convert::{m_from_mm, mm_from_m, si_from_core};
-use crate::planning::{self, MachineNow, PreparedJob};
+use crate::planning::{AnyPrepared, MachineNow, PreparedJob};
 use crate::ros::{ActionClient, GoalStatus, Node, Responder, RosError, ServiceHandle};
 use camwright::cycle::plan_dress;
 use camwright::machine::description::{Axis, MachineDescription};
@@ -15,8 +16,8 @@ use camwright_msgs::camwright_msgs::action::{
     ExecutePlanGoal, Home, HomeGoal, MoveTo, MoveToGoal, Probe, ProbeGoal, ProbeResult,
 };
 use camwright_msgs::camwright_msgs::srv::{
-    Dress, DressRequest, DressResponse, FindPhase, FindPhaseRequest, FindPhaseResponse, LoadLobeRequest, TouchOff,
-    TouchOffRequest, TouchOffResponse,
+    Dress, DressRequest, DressResponse, FindPhase, FindPhaseRequest, FindPhaseResponse, TouchOff, TouchOffRequest,
+    TouchOffResponse,
 };
 use camwright_msgs::{Action, Service};
 use std::sync::atomic::Ordering;
@@ -30,9 +31,6 @@ const MEETING: Duration = Duration::from_secs(5);
 /// How often it is looked for while it executes, and how long it may be out of sight.
 const WATCH: Duration = Duration::from_millis(200);
 const OUT_OF_SIGHT: Duration = Duration::from_secs(5);
-/// How long the machine may take to come to rest before it takes a new part.
-const AT_REST: Duration = Duration::from_secs(5);
-const BETWEEN_ATTEMPTS: Duration = Duration::from_millis(50);
 
 /// By how much a touch-off may correct the zero of X unless the request says otherwise, and at most (mm): more is another wheel, or
 /// another part.
@@ -74,15 +72,6 @@ impl Setup {
     pub(super) fn forget_phase(&self) {
         *lock(&self.phase_rad) = None;
     }
-}
-
-/// Why a part was not put in.
-#[derive(Debug)]
-pub(super) enum NotPutIn {
-    /// Somebody wished so.
-    Cancelled,
-    /// The machine does not take it, or does not answer.
-    Refused(String),
 }
 
 /// Why set-up work did not come to its end.
@@ -268,7 +257,12 @@ impl Work {
 
     /// The loaded job, or that of the parameter, for the machine as it is.
     fn job(&self) -> Result<PreparedJob, Failed> {
-        Ok(self.shared.prepare_usual(self.machine()?)?)
+        match self.shared.prepare_usual(self.machine()?)? {
+            AnyPrepared::Ground(prepared) => Ok(*prepared),
+            AnyPrepared::Turned(prepared) => {
+                Err(format!("job {} turns its part; a lobe is asked for", prepared.job.spec.name).into())
+            }
+        }
     }
 
     fn dress(&self, request: &DressRequest) -> Result<DressResponse, Failed> {
@@ -459,34 +453,4 @@ impl Work {
 /// A probe that found its edge.
 fn found(result: ProbeResult) -> Result<ProbeResult, Failed> {
     if result.found { Ok(result) } else { Err(Failed { message: result.message, alarm: result.alarm }) }
-}
-
-impl Shared {
-    /// Puts the raw part of a job between the centres, in the place of another.
-    pub(super) fn put_in(&self, prepared: &PreparedJob, is_cancelled: &dyn Fn() -> bool) -> Result<(), NotPutIn> {
-        let refused = NotPutIn::Refused;
-        self.setup.forget_phase();
-        self.parts.clear();
-        for index in 0..prepared.planned.lobes.len() {
-            let request = LoadLobeRequest { clear: index == 0, lobe: planning::raw_lobe(prepared, index) };
-            let end = Instant::now() + AT_REST;
-            loop {
-                if is_cancelled() {
-                    return Err(NotPutIn::Cancelled);
-                }
-                let response = self.load_lobe.call(&request, ANSWER).map_err(|error| refused(error.to_string()))?;
-                if response.success {
-                    // The machine reports what was ground, not what was put in.
-                    self.parts.take(request.lobe);
-                    break;
-                }
-                // The job before may just have ended: its last axis is still settling.
-                if Instant::now() >= end {
-                    return Err(refused(format!("the machine does not take the part: {}", response.message)));
-                }
-                std::thread::sleep(BETWEEN_ATTEMPTS);
-            }
-        }
-        Ok(())
-    }
 }

@@ -3,10 +3,12 @@
 mod clock_outlet;
 mod faults;
 pub mod lasting;
+mod loading;
 mod part;
 mod pump;
 mod ticker;
 
+pub(crate) use part::MOST_PAGES;
 pub use pump::WHEEL_JOINT;
 pub(crate) use pump::{cut_of, input_name, input_named};
 pub use ticker::Pace;
@@ -14,7 +16,7 @@ pub use ticker::Pace;
 use crate::config::{locate::locate, machine_file};
 use crate::convert::setpoints::chunk_from_trajectory;
 use crate::convert::time::TickClock;
-use crate::convert::{m_from_mm, mm_from_m, si_from_core};
+use crate::convert::{m_from_mm, si_from_core};
 use crate::cyclic::{Sender, Waker, ring};
 use crate::ros::{
     Diagnostics, Level, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Parameter, Publisher, Qos, Responder,
@@ -29,11 +31,12 @@ use camwright_msgs::camwright_msgs::msg::{
     AxisDescription, MachineCommand as CommandMessage, MachineDescription as DescriptionMessage, MachineStream,
     RecorderStatus, StationDescription,
 };
-use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultResponse, LoadLobe, LoadLobeResponse};
+use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultResponse};
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
-use part::{LobeRefused, RawLobe, Snapshot};
+use loading::Loads;
+use part::Snapshot;
 use pump::{Context, Outlets, Pump};
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -147,10 +150,10 @@ impl MachineSim {
             pace: if pace == Pace::Fast { MachineStream::PACE_FAST } else { MachineStream::PACE_REALTIME },
             stream_period_ticks: u64::from(file.description.feedback_delay_ticks / 10).max(1),
         };
-        let pump = Pump::new(context, Outlets::new(&node, pace == Pace::Fast, file.description.gauge.is_some())?);
+        let pump = Pump::new(context, Outlets::new(&node, pace == Pace::Fast, &file.description)?);
 
         let resets: Waiting<Trigger> = Waiting::default();
-        let loads: Waiting<LoadLobe> = Waiting::default();
+        let loads = Loads::default();
         let mut threads = Threads::default();
         let ticker_waker = waker.clone();
         threads.spawn("machine cycle", move || ticker.run(&ticker_waker))?;
@@ -309,7 +312,7 @@ fn services(
     description: &MachineDescription,
     inlet: &Inlet,
     resets: &Waiting<Trigger>,
-    loads: &Waiting<LoadLobe>,
+    loads: &Loads,
 ) -> Result<Vec<ServiceHandle>, NodeError> {
     let (way, waiting) = (inlet.clone(), Arc::clone(resets));
     let reset = node.service_deferred::<Trigger>("machine/reset", move |_, responder| {
@@ -338,19 +341,8 @@ fn services(
             Err(error) => InjectFaultResponse { success: false, message: error.to_string() },
         }
     })?;
-    let (way, waiting) = (inlet.clone(), Arc::clone(loads));
-    let load = node.service_deferred::<LoadLobe>("machine/load_lobe", move |request, responder| {
-        push(&waiting, responder);
-        way.send(Inbound::Lobe(Box::new(RawLobe {
-            clear: request.clear,
-            name: request.lobe.name,
-            station: request.lobe.station,
-            width_mm: mm_from_m(request.lobe.width),
-            key_way_rad: request.lobe.key_way,
-            radii_mm: request.lobe.radius.iter().map(|radius| mm_from_m(*radius)).collect(),
-        })));
-    })?;
-    Ok(vec![reset, estop, inject, load])
+    let [lobe, bar] = loading::offer(node, inlet, loads)?;
+    Ok(vec![reset, estop, inject, lobe, bar])
 }
 
 /// What is told when the wheel or the parts have changed.
@@ -378,10 +370,10 @@ fn answers(
     node: &Node,
     inlet: &Inlet,
     resets: &Waiting<Trigger>,
-    loads: &Waiting<LoadLobe>,
+    loads: &Loads,
     known: Known,
 ) -> impl FnMut(Outbound) + Send + 'static {
-    let (node, inlet, resets, loads) = (node.clone(), inlet.clone(), Arc::clone(resets), Arc::clone(loads));
+    let (node, inlet, resets, loads) = (node.clone(), inlet.clone(), Arc::clone(resets), loads.clone());
     move |message| match message {
         Outbound::ResetDone(outcome) => {
             let (success, message) = match outcome {
@@ -392,16 +384,7 @@ fn answers(
                 responder.send(&TriggerResponse { success, message });
             }
         }
-        Outbound::LobeDone(outcome, lobe) => {
-            let (success, message) = match outcome {
-                Ok(()) => (true, String::new()),
-                Err(LobeRefused::Moving) => (false, format!("lobe {}: the machine is not at rest", lobe.name)),
-                Err(LobeRefused::Part(error)) => (false, error.to_string()),
-            };
-            if let Some(responder) = pop(&loads) {
-                responder.send(&LoadLobeResponse { success, message });
-            }
-        }
+        message @ (Outbound::LobeDone(..) | Outbound::BarDone(..)) => loads.answer(message),
         Outbound::Refused(error, writer, chunk) => {
             drop(chunk);
             node.log(Level::Warn, &format!("setpoints of {} refused: {error}", node.who(&writer)));

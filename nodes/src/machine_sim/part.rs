@@ -1,6 +1,11 @@
 //! The part on its way to the cyclic thread and back.
 
+use crate::convert::m_from_mm;
+use crate::convert::time::TickClock;
+use camwright::machine::turned_part::{MOST_CELLS, PartGrid, TurnedPart, TurnedPartError};
 use camwright::machine::workpiece::{CutAt, LobeError};
+use camwright_msgs::camwright_msgs::msg::TurnedPage;
+use thiserror::Error;
 
 /// A lobe of a raw part, on its way to the machine.
 #[derive(Debug)]
@@ -14,6 +19,15 @@ pub(super) struct RawLobe {
     pub(super) radii_mm: Vec<f64>,
 }
 
+/// A bar on its way to a lathe.
+#[derive(Debug)]
+pub(super) struct RawBar {
+    pub(super) name: String,
+    pub(super) part_zero_mm: f64,
+    /// Gone once the machine has it.
+    pub(super) part: Option<TurnedPart>,
+}
+
 /// The part as it stands, copied into room that the pump made.
 #[derive(Debug, Default)]
 pub(super) struct Snapshot {
@@ -21,6 +35,8 @@ pub(super) struct Snapshot {
     pub(super) finished: bool,
     pub(super) key_way_rad: f64,
     pub(super) lobes: Vec<SnapshotLobe>,
+    /// The part of a lathe.
+    pub(super) turned: Option<SnapshotTurned>,
 }
 
 /// One lobe of a snapshot.
@@ -34,9 +50,61 @@ pub(super) struct SnapshotLobe {
     pub(super) cut: Vec<CutAt>,
 }
 
+/// The turned part of a snapshot.
+#[derive(Debug, Clone)]
+pub(super) struct SnapshotTurned {
+    pub(super) name: String,
+    pub(super) grid: PartGrid,
+    pub(super) part_zero_mm: f64,
+    /// All azimuths of the first column first.
+    pub(super) radii_mm: Vec<f64>,
+}
+
 /// Why a lobe was not put in.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum LobeRefused {
     Moving,
     Part(LobeError),
+}
+
+/// Why a bar was not put in.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub(super) enum BarRefused {
+    #[error("the machine is not at rest")]
+    Moving,
+    #[error("the machine has it already")]
+    Gone,
+    #[error(transparent)]
+    Part(TurnedPartError),
+}
+
+/// Radii of a page: 32 kB.
+const RADII_OF_A_PAGE: usize = 4096;
+
+/// Most pages of a turned part: a late reader still gets all of them.
+pub(crate) const MOST_PAGES: u32 = 512;
+
+const _: () = assert!(MOST_PAGES as usize * RADII_OF_A_PAGE == MOST_CELLS);
+
+impl SnapshotTurned {
+    /// Its pages, as of a tick.
+    pub(super) fn pages(&self, tick: u64, finished: bool, clock: TickClock) -> impl Iterator<Item = TurnedPage> {
+        let count = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
+        let pages = self.radii_mm.len().div_ceil(RADII_OF_A_PAGE);
+        self.radii_mm.chunks(RADII_OF_A_PAGE).enumerate().map(move |(page, radii)| TurnedPage {
+            stamp: clock.stamp(tick),
+            tick,
+            name: self.name.clone(),
+            finished,
+            part_zero: m_from_mm(self.part_zero_mm),
+            azimuths: count(self.grid.azimuths),
+            columns: count(self.grid.columns),
+            from_z: m_from_mm(self.grid.from_mm),
+            to_z: m_from_mm(self.grid.to_mm),
+            page: count(page),
+            pages: count(pages),
+            first: (page * RADII_OF_A_PAGE) as u64,
+            radius: radii.iter().map(|radius| m_from_mm(*radius)).collect(),
+        })
+    }
 }

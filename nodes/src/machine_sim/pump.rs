@@ -1,7 +1,7 @@
 //! From what the cyclic thread reports to messages: joint states, I/O, alarms, credit, the part.
 
 use super::clock_outlet::ClockOutlet;
-use super::part::{LobeRefused, RawLobe, Snapshot};
+use super::part::{LobeRefused, MOST_PAGES, RawLobe, Snapshot};
 use super::ticker::Outbound;
 use crate::convert::gauge::readings;
 use crate::convert::time::TickClock;
@@ -14,7 +14,7 @@ use camwright::machine::report::{IoState, MotionState, TickReport};
 use camwright::machine::workpiece::CutAt;
 use camwright::setpoint::{Input, Latch as CoreLatch};
 use camwright_msgs::camwright_msgs::msg::{
-    Alarm, GaugeReading, Latch, MachineAlarms, MachineIo, MachineStream, PartLobe,
+    Alarm, GaugeReading, Latch, MachineAlarms, MachineIo, MachineStream, PartLobe, TurnedPage,
 };
 use camwright_msgs::sensor_msgs::msg::JointState;
 use std::time::Duration;
@@ -34,12 +34,15 @@ pub(super) struct Outlets {
     io: Publisher<MachineIo>,
     alarms: Publisher<MachineAlarms>,
     part: Publisher<PartLobe>,
+    /// The part of a lathe.
+    turned: Option<Publisher<TurnedPage>>,
     gauge: Option<Publisher<GaugeReading>>,
     clock: Option<ClockOutlet>,
 }
 
 impl Outlets {
-    pub(super) fn new(node: &Node, publishes_clock: bool, has_gauge: bool) -> Result<Self, RosError> {
+    pub(super) fn new(node: &Node, publishes_clock: bool, machine: &MachineDescription) -> Result<Self, RosError> {
+        let turned = || node.publisher("machine/turned_part", &Qos::latched(MOST_PAGES));
         let gauge = || node.publisher("machine/gauge", &Qos::default_topic().keep_last(JOINT_STATE_DEPTH));
         Ok(Self {
             joint_states: node.publisher("joint_states", &Qos::default_topic().keep_last(JOINT_STATE_DEPTH))?,
@@ -47,7 +50,8 @@ impl Outlets {
             io: node.publisher("machine/io", &Qos::default_topic().keep_last(1000))?,
             alarms: node.publisher("machine/alarms", &Qos::latched(1))?,
             part: node.publisher("machine/part", &Qos::latched(32))?,
-            gauge: has_gauge.then(gauge).transpose()?,
+            turned: machine.is_lathe().then(turned).transpose()?,
+            gauge: machine.gauge.is_some().then(gauge).transpose()?,
             clock: publishes_clock.then(|| ClockOutlet::new(node)).transpose()?,
         })
     }
@@ -233,6 +237,10 @@ impl Pump {
     }
 
     fn part(&self, snapshot: &Snapshot) -> Result<(), RosError> {
+        if let (Some(outlet), Some(turned)) = (&self.outlets.turned, &snapshot.turned) {
+            let pages = turned.pages(snapshot.tick, snapshot.finished, self.context.clock);
+            pages.into_iter().try_for_each(|page| outlet.publish(&page))?;
+        }
         for lobe in &snapshot.lobes {
             let common_mm = lobe.width_mm.min(self.context.description.wheel.width_mm);
             self.outlets.part.publish(&PartLobe {

@@ -1,7 +1,7 @@
 //! The machine's cyclic thread: one tick after the other, at the pace of the clock or of the setpoints.
 
 use super::faults::Faults;
-use super::part::{LobeRefused, RawLobe, Snapshot, SnapshotLobe};
+use super::part::{BarRefused, LobeRefused, RawBar, RawLobe, Snapshot, SnapshotLobe, SnapshotTurned};
 use super::pump::StreamState;
 use crate::convert::setpoints::ChunkBuffer;
 use crate::cyclic::{Receiver, Sender, Waker};
@@ -61,6 +61,7 @@ pub(super) enum Inbound {
     Fault(Fault, u64),
     Reset,
     Lobe(Box<RawLobe>),
+    Bar(Box<RawBar>),
     Snapshot(Box<Snapshot>),
     Active(bool),
 }
@@ -72,6 +73,7 @@ pub(super) enum Outbound {
     Tick(TickReport, StreamState),
     ResetDone(Result<(), ResetRefused>),
     LobeDone(Result<(), LobeRefused>, Box<RawLobe>),
+    BarDone(Result<(), BarRefused>, Box<RawBar>),
     Snapshot(Box<Snapshot>),
     /// A chunk was refused; the pump tells and drops it.
     Refused(ChunkError, [u8; 16], Box<ChunkBuffer>),
@@ -350,6 +352,10 @@ impl Ticker {
                     let outcome = self.load(&mut lobe);
                     self.send(Outbound::LobeDone(outcome, lobe));
                 }
+                Inbound::Bar(mut bar) => {
+                    let outcome = self.clamp(&mut bar);
+                    self.send(Outbound::BarDone(outcome, bar));
+                }
                 Inbound::Snapshot(mut snapshot) => {
                     self.copy_part(&mut snapshot);
                     self.send(Outbound::Snapshot(snapshot));
@@ -453,8 +459,12 @@ impl Ticker {
         self.send(Outbound::ResetDone(outcome));
     }
 
+    fn takes_part(&self) -> bool {
+        self.machine.is_at_rest() && !self.buffer.has_setpoints()
+    }
+
     fn load(&mut self, lobe: &mut RawLobe) -> Result<(), LobeRefused> {
-        if !self.machine.is_at_rest() || self.buffer.has_setpoints() {
+        if !self.takes_part() {
             return Err(LobeRefused::Moving);
         }
         if lobe.clear {
@@ -463,6 +473,14 @@ impl Ticker {
         let radii = std::mem::take(&mut lobe.radii_mm);
         self.machine.set_key_way(lobe.key_way_rad);
         self.machine.load_lobe(&lobe.name, &lobe.station, lobe.width_mm, radii).map_err(LobeRefused::Part)
+    }
+
+    fn clamp(&mut self, bar: &mut RawBar) -> Result<(), BarRefused> {
+        if !self.takes_part() {
+            return Err(BarRefused::Moving);
+        }
+        let part = bar.part.take().ok_or(BarRefused::Gone)?;
+        self.machine.load_turned_part(part, bar.part_zero_mm).map_err(BarRefused::Part)
     }
 
     fn copy_part(&self, snapshot: &mut Snapshot) {
@@ -478,6 +496,12 @@ impl Ticker {
             radii_mm: lobe.radii_mm().to_vec(),
             cut: lobe.cut_record().map_or_else(Vec::new, |record| record.degrees().to_vec()),
         }));
+        snapshot.turned = self.machine.turned_part().map(|part| SnapshotTurned {
+            name: part.name().to_owned(),
+            grid: *part.grid(),
+            part_zero_mm: self.machine.part_zero_mm(),
+            radii_mm: part.radii_mm().to_vec(),
+        });
     }
 
     fn send(&mut self, message: Outbound) {

@@ -50,6 +50,21 @@ fn effects(machine: &MachineDescription) -> Vec<Effect> {
     Effect::ALL.into_iter().filter(has).collect()
 }
 
+/// What is left out one after the other: each of some effects, and last all of them.
+fn each_and_all(all: Vec<Effect>) -> Vec<Vec<Effect>> {
+    let mut left_out: Vec<Vec<Effect>> = all.iter().map(|effect| vec![*effect]).collect();
+    // One alone is all of them already.
+    if all.len() > 1 {
+        left_out.push(all);
+    }
+    left_out
+}
+
+/// What is left out of a machine one after the other: each effect that it has, and last all of them.
+pub(super) fn left_out(machine: &MachineDescription) -> Vec<Vec<Effect>> {
+    each_and_all(effects(machine))
+}
+
 /// What a job leaves without each effect that its machine has, and last without all of them: what is left then are the counts of the
 /// setpoints and the grid of the part. And what it leaves with the good drives that its machine file describes, at once and after what
 /// some parts have taught it there. The rehearsals run beside each other, one thread a processor.
@@ -60,11 +75,7 @@ pub fn causes(prepared: &PreparedJob) -> Result<Causes, RehearsalFailed> {
     let mut all = effects(&prepared.machine);
     // What a gauge finds by how the machine gives way cannot be found on one that does not.
     all.retain(|effect| *effect != Effect::Deflection || prepared.expected_correction.is_none());
-    let mut left_out: Vec<Vec<Effect>> = all.iter().map(|effect| vec![*effect]).collect();
-    // One alone is all of them already.
-    if all.len() > 1 {
-        left_out.push(all);
-    }
+    let left_out = each_and_all(all);
     let own = || prepared.machine.clone();
     let lacking = |effects: &Vec<Effect>| effects.iter().fold(own(), |machine, effect| machine.without(*effect));
     let good = own().with_good_drives();
@@ -91,7 +102,7 @@ pub fn causes(prepared: &PreparedJob) -> Result<Causes, RehearsalFailed> {
 }
 
 /// One result per input, in their order, on as many threads as there are processors.
-fn beside_each_other<I: Sync, O: Send, E: Send>(
+pub(super) fn beside_each_other<I: Sync, O: Send, E: Send>(
     inputs: &[I],
     work: impl Fn(&I) -> Result<O, E> + Sync,
 ) -> Result<Vec<O>, E> {

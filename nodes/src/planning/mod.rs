@@ -5,6 +5,7 @@
 //!                        └─► LobeDesign ─► blank outline, form of the ground lobe
 //! ```
 
+mod any_prepared;
 mod blame;
 mod capability;
 mod causes;
@@ -27,6 +28,7 @@ mod turn;
 mod turn_summary;
 mod turning;
 
+pub use any_prepared::{AnyPrepared, plan_any, prepare_any};
 pub use blame::blame;
 pub use capability::{LobeCapability, MeasuredLobe, capability, measure_lobe};
 pub use causes::{Causes, Instead, Without, causes};
@@ -47,7 +49,8 @@ pub use rehearse::{Outlines, RehearsalFailed, rehearse_job, rehearse_job_on, reh
 pub use times::{TimeCompared, compare_times};
 pub use turn_summary::{BoundSummary, RemovalClass};
 pub use turning::{
-    AnyPrepared, PreparedTurning, plan_turned, prepare_any, raw_bar, rehearse_turned, rehearse_turned_on, turned_form,
+    PreparedTurning, TurnedInstead, bar, form_map_message, plan_turned, raw_bar, rehearse_turned, rehearse_turned_on,
+    turned_causes, turned_form, turned_result, turning_s,
 };
 
 use crate::config::ConfigError;

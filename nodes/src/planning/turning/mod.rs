@@ -5,13 +5,16 @@
 //! ```
 
 mod blame;
+mod causes;
 mod rehearse;
+mod result;
 
+pub use causes::{TurnedInstead, turned_causes};
 pub use rehearse::{raw_bar, rehearse_turned, rehearse_turned_on, turned_form};
+pub use result::{bar, form_map_message, turned_result, turning_s};
 
-use super::{MachineNow, PreparedJob, fits_cell, hash_of, plan};
+use super::{MachineNow, fits_cell, hash_of};
 use crate::config::ConfigError;
-use crate::config::any_job::{self, AnyJob};
 use crate::config::turning_file::TurnedJob;
 use crate::convert::plan::{Provenance, pages_from_plan};
 use camwright::cycle::{PlannedTurning, plan_turning};
@@ -95,55 +98,6 @@ pub fn plan_turned(job: TurnedJob, machine: Option<&MachineNow>) -> Result<Prepa
 fn clearance_map(job: &TurnedJob, insert: &InsertDescription) -> Result<ClearanceMap, InsertClearanceError> {
     let (from_mm, to_mm) = job.spec.turned_mm;
     ClearanceMap::new(&job.spec.surface, from_mm.min(to_mm), from_mm.max(to_mm), Flank::of(insert))
-}
-
-/// A job of any kind, planned and ready to send.
-#[derive(Debug, Clone)]
-pub enum AnyPrepared {
-    /// Lobes that are ground.
-    Ground(Box<PreparedJob>),
-    /// A part that is turned.
-    Turned(Box<PreparedTurning>),
-}
-
-/// Finds, reads and plans a job of any kind; see [`super::prepare`] and [`plan_turned`].
-///
-/// # Errors
-/// Everything that cannot be made.
-pub fn prepare_any(name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Result<AnyPrepared, ConfigError> {
-    match any_job::load(name, overrides)? {
-        AnyJob::Ground(job) => plan(*job, machine).map(|prepared| AnyPrepared::Ground(Box::new(prepared))),
-        AnyJob::Turned(job) => plan_turned(*job, machine).map(|prepared| AnyPrepared::Turned(Box::new(prepared))),
-    }
-}
-
-impl AnyPrepared {
-    /// Hash of its first plan, 64 hexadecimal digits.
-    #[must_use]
-    pub fn plan_hash(&self) -> &str {
-        match self {
-            Self::Ground(prepared) => prepared.plan_hash(),
-            Self::Turned(prepared) => prepared.plan_hash(),
-        }
-    }
-
-    /// Predicted duration of all of it (s).
-    #[must_use]
-    pub fn duration_s(&self) -> f64 {
-        match self {
-            Self::Ground(prepared) => prepared.duration_s(),
-            Self::Turned(prepared) => prepared.duration_s(),
-        }
-    }
-
-    /// One sentence about it.
-    #[must_use]
-    pub fn summary(&self) -> String {
-        match self {
-            Self::Ground(prepared) => prepared.summary(),
-            Self::Turned(prepared) => prepared.summary(),
-        }
-    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 use super::*;
 use crate::config::locate::{Located, locate};
 use crate::config::turning_file;
+use crate::planning::{AnyPrepared, prepare_any};
 use camwright::interpolator::Outcome;
 use camwright::machine::description::Effect;
 use camwright::machine::turned_part::{PartGrid, TurnedPart};
