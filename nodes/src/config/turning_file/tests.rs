@@ -99,7 +99,7 @@ fn values_out_of_their_range_are_refused() {
         (&["spindle.rpm=100.0"], "spindle.rpm is about law: constant"),
         (&["spindle={law: constant, rpm: -100.0}"], "spindle.rpm is -100; it must be a positive number"),
         (&["turned.from_mm=0.0"], "turned from 0 to 0 mm; the two must differ"),
-        (&["form_grid.column_mm=0.00001"], "at most 16000000 are allowed"),
+        (&["form_grid.column_mm=0.00001"], "at most 2097152 are allowed"),
         (&["faults=[{kind: no_such_fault, at_s: 1.0}]"], "no_such_fault"),
         (&["wheel_radius_mm=60.0"], "wheel_radius_mm"),
         (&["surface.profiles.low.gauge={kind: flat}"], "profile low: gauge is about lobes that are ground"),
