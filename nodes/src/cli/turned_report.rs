@@ -95,14 +95,14 @@ impl TurnedReport<'_> {
     fn verdict(&self) -> String {
         match (self.part(), self.status) {
             (Some(part), GoalStatus::Succeeded) => format!(
-                "{}: {}, worst form error {:+.3} um at {:.1} deg, z {:.2} mm (allowed {:.3} um: {} um and the cusps of the feed, {:.3} um)",
+                "{}: {}, worst form error {:+.3} um at {:.1} deg, z {:.2} mm (allowed {:.3} um: {:.3} um and the cusps of the feed, {:.3} um)",
                 if self.is_good() { "GOOD" } else { "NOT GOOD" },
                 self.job,
                 um(part.form_error_max),
                 deg_from_rad(part.form_error_max_azimuth),
                 mm_from_m(part.form_error_max_z),
                 um(part.form_error_allowed),
-                (um(part.form_error_allowed - part.cusp_height_theory) * 1e3).round() / 1e3,
+                um(part.form_error_allowed - part.cusp_height_theory),
                 um(part.cusp_height_theory),
             ),
             _ => format!("NOT COMPLETE: {}, {:?}", self.job, self.status),
