@@ -88,9 +88,11 @@ fn a_ros_2_user_turns_a_part_that_is_not_round_and_reads_its_form() {
     let turned = &result["turned"][0];
     let number = |field: &str| turned[field].as_f64().expect("a number");
     let (worst, allowed) = (number("form_error_max"), number("form_error_allowed"));
-    assert!(worst.abs() <= allowed && allowed < 5e-6, "{turned}");
-    let theory = 0.3e-3_f64.powi(2) / 8.0 / 8e-3;
-    assert!((number("cusp_height_theory") - theory).abs() < 1e-9, "{turned}");
+    assert!(worst.abs() <= allowed, "{turned}");
+    // Here the generatrix is straight: f²/8R in the rake plane, and less along the normal that leans out of it.
+    let (theory, in_plane) = (number("cusp_height_theory"), 0.3e-3_f64.powi(2) / 8.0 / 8e-3);
+    assert!(theory < in_plane && theory > 0.6 * in_plane && theory < number("cusp_height") + 1e-9, "{turned}");
+    assert!((allowed - theory - 10e-6).abs() < 1e-12, "{turned}");
 
     let map = operator.message("job_planner/form_map");
     let fields =
