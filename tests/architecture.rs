@@ -47,6 +47,7 @@ const ORDER: &[&[&str]] = &[
     &["cycle"],
     &["machine"],
     &["rehearsal"],
+    &["turning_drives"],
     &["cell"],
     &["fault_campaign"],
 ];

@@ -39,6 +39,7 @@ pub mod speed_plan;
 pub mod spiral_motion;
 pub mod surface;
 pub mod tool_path;
+pub mod turning_drives;
 pub mod turning_job;
 pub mod units;
 pub mod wheel;

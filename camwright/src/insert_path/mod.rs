@@ -27,7 +27,7 @@ mod varied;
 
 pub use cusp::Cusp;
 pub use hollow::Hollow;
-pub use passes::{Pass, PassStep, Passes};
+pub use passes::{Pass, PassStep, Passes, cusp_mm};
 pub use rates::{AxisLimits, PathRates, PathUse, Rates, SpeedBound, SpindleSpeed};
 pub use spindle::{BoundShare, SpindleLaw};
 
@@ -421,12 +421,11 @@ impl InsertPath {
         high - low
     }
 
-    /// Height of the cusps that the feed leaves between two turns (mm): R − √(R² − f²/4), where the section does not curve.
+    /// Height of the cusps that its feed leaves (mm), see [`cusp_mm`].
     #[must_use]
     pub fn cusp_mm(&self) -> f64 {
         let (Feed::AlongZ(feed) | Feed::AlongCurve(feed)) = self.request.feed;
-        let (r, half) = (self.request.insert_radius_mm, 0.5 * feed);
-        r - libm::sqrt((r - half) * (r + half))
+        cusp_mm(self.request.insert_radius_mm, feed)
     }
 
     /// Looks at places spread over the whole path: between knots against the exact contact, and against the section itself, all of whose

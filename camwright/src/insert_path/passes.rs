@@ -40,6 +40,13 @@ pub struct Pass {
 /// Most passes.
 const MOST: f64 = 1000.0;
 
+/// Height of the cusps that a feed leaves between two turns (mm): R − √(R² − f²/4), where the section does not curve.
+#[must_use]
+pub fn cusp_mm(insert_radius_mm: f64, feed_mm: f64) -> f64 {
+    let (r, half) = (insert_radius_mm, 0.5 * feed_mm);
+    r - libm::sqrt((r - half) * (r + half))
+}
+
 impl Passes {
     /// What every pass leaves on the section (mm), the last one nothing: roughing passes of equal depth, no deeper than allowed, then
     /// finishing.

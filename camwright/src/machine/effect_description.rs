@@ -1,6 +1,6 @@
 //! The same machine without what leaves an error on the part, or with other drives.
 
-use crate::machine::description::{DriveSettings, MachineDescription, WheelDescription};
+use crate::machine::description::{Axis, DriveSettings, MachineDescription, WheelDescription};
 
 /// What leaves an error on the part, and can be left out of a simulation to see how much.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,6 +67,14 @@ impl MachineDescription {
         for axis in &mut self.axes {
             axis.drive = axis.good_drive.unwrap_or(axis.drive);
         }
+        Some(self)
+    }
+
+    /// This machine with the good drive of one axis; `None` where that has none.
+    #[must_use]
+    pub fn with_good_drive(mut self, axis: Axis) -> Option<Self> {
+        let axis = &mut self.axes[axis.index()];
+        axis.drive = axis.good_drive?;
         Some(self)
     }
 
