@@ -18,6 +18,18 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
+/// What the recorder must have found before anything moves.
+const GRINDING_RECORD: [&str; 5] =
+    ["joint_states", "machine/stream", "machine/setpoints", "machine/part", "job_planner/plan"];
+const TURNING_RECORD: [&str; 6] = [
+    "joint_states",
+    "machine/stream",
+    "machine/setpoints",
+    "machine/turned_part",
+    "job_planner/plan",
+    "job_planner/form_map",
+];
+
 /// Arguments of `camwright run`.
 #[derive(Debug, Clone, Args, Default)]
 pub(super) struct RunArgs {
@@ -101,7 +113,7 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let machine = any_job::machine_of(&job, &args.set).unwrap_or_else(|| "cam_grinder".to_owned());
     let start = || Cell::start(&machine, &args.set_machine, args.pace, ros_args, &bag);
     let cell = if args.attach { None } else { Some(start()?) };
-    client.meet(cell.is_some(), &shutdown)?;
+    client.meet(cell.is_some().then_some(if turns { &TURNING_RECORD } else { &GRINDING_RECORD }), &shutdown)?;
     if args.find_phase {
         let found = client.find_phase(&job, &args.set)?;
         args.set.extend(found);

@@ -62,16 +62,13 @@ impl Client {
         Ok(Self { node, action, heard, _spin: spin, _subscriptions: vec![recorder, job, map] })
     }
 
-    /// Waits until the planner can be asked and, with a recorder, until it records what matters.
-    pub(super) fn meet(&self, with_recorder: bool, shutdown: &Shutdown) -> Result<(), NodeError> {
+    /// Waits until the planner can be asked and, with a recorder of ours, until it records what matters.
+    pub(super) fn meet(&self, recorded: Option<&[&str]>, shutdown: &Shutdown) -> Result<(), NodeError> {
         self.action.wait_for_server(MEETING)?;
         for node in ["machine_sim", "axis_interpolator", "job_planner"] {
             self.wait_active(node, shutdown)?;
         }
-        if !with_recorder {
-            return Ok(());
-        }
-        let wanted = ["joint_states", "machine/stream", "machine/setpoints", "machine/part", "job_planner/plan"];
+        let Some(wanted) = recorded else { return Ok(()) };
         let wanted: Vec<String> =
             wanted.iter().map(|topic| self.node.resolve_topic(topic)).collect::<Result<_, _>>()?;
         let missing = |status: Option<&RecorderStatus>| -> Vec<&String> {
