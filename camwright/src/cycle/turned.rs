@@ -47,7 +47,9 @@ pub enum TurningError {
     /// The machine grinds.
     #[error("the machine grinds with a wheel; turning needs a lathe, which has an insert")]
     NotALathe,
-    /// A lathe whose spindle counts backwards.
+    /// A lathe whose spindle counts up while it turns the part the other way. The edge cuts only what comes towards its rake face, so C would
+    /// have to count down all along a spiral; the laws of C count up, since X and Z are functions of the angle that has passed. A drive can
+    /// be set to count the other way, and then the description says 1.
     #[error("rotation_sense is -1; a lathe turns its part past the insert while c_axis counts up, which is 1")]
     TurnsBackwards,
     /// A number out of its range.

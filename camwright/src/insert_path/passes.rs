@@ -1,4 +1,10 @@
 //! Several passes: roughing of equal depth, then finishing.
+//!
+//! Depth is measured where the insert cuts: along the section's normal in the rake plane, between the parallels to the section that two
+//! passes leave. In space, square to the surface, it is less wherever that leans away from the rake plane. A pass leaves its parallel but
+//! for the cusps of its own feed, f²/8R higher, and for hollows that R and the stock together do not reach into, both of which the next
+//! pass takes besides. The first pass meets the bar, which is no parallel: it takes at most its depth where the stock is at least what the bar
+//! stands beyond the part, as a turning job must say, and less, or nothing, elsewhere.
 
 use super::{Feed, InsertPath, InsertPathError, PathRequest};
 use crate::surface::Surface;
@@ -20,7 +26,7 @@ pub struct Passes {
 /// What one pass takes off and how it advances.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PassStep {
-    /// What it takes off, along the section's normal in the rake plane (mm).
+    /// What it takes off at most, along the section's normal in the rake plane (mm), besides what the feed before left.
     pub depth_mm: f64,
     /// What it leaves on the section (mm).
     pub stock_mm: f64,

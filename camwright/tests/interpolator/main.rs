@@ -7,11 +7,14 @@ mod feedback;
 mod homing;
 mod on_the_machine;
 mod setup;
+#[path = "../solids/mod.rs"]
+mod solids;
 mod sparking_out;
 mod spirals;
 mod tails;
 mod trajectories;
 mod turning_on;
+mod varied;
 
 use bench::{Bench, PER_MM, SAFE_X, TURN, cut_only, machine, whole_job};
 use camwright::interpolator::{InterpolatorAlarm, Motion, Outcome, PrepareError, Prepared, State};
