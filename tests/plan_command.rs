@@ -314,3 +314,146 @@ fn a_job_that_cannot_be_made_leaves_no_files() {
     assert!(errors.contains("whole turns are needed"), "{errors}");
     assert!(!out.exists());
 }
+
+fn number(value: &serde_json::Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("a number: {value}"))
+}
+
+/// A cylinder about an axis beside the spindle's has its circle in every plane: with its centre at (cx, cy) the rake plane y₀ meets it at
+/// x = cx + √(r² − (y₀ − cy)²), and the insert's centre stands its radius farther out.
+#[test]
+fn an_eccentric_part_is_turned_along_the_closed_form() {
+    let folder = Folder::new("plan-turned-eccentric");
+    let (r, e, azimuth_deg, insert, plane, zero) = (21.0_f64, 2.5, 40.0_f64, 8.0, -14.0_f64, 2.0);
+    let surface = format!(
+        "surface={{kind: eccentric, from_mm: 0.0, to_mm: 10.0, radius_mm: {r}, eccentricity_mm: {e}, azimuth_deg: {azimuth_deg}}}"
+    );
+    let set = [surface, "turned={from_mm: 10.0, to_mm: 0.0}".into(), "finishing.along_z_mm=0.4".into()];
+    let summary = planned("turned_cam", folder.path(), &set);
+    let passes = summary["passes"].as_array().expect("passes");
+    for (index, pass) in passes.iter().enumerate() {
+        let leaves = number(&pass["leaves_mm"]);
+        let (header, rows) = table(&folder.join(&format!("pass_{}/insert_path.csv", index + 1)));
+        assert_eq!(header, "turned_deg,x_mm,z_mm,x_mm_rad,x_mm_rad2,z_mm_rad,z_mm_rad2,z_axis_mm");
+        for row in &rows {
+            let (sin, cos) = (azimuth_deg - row[0]).to_radians().sin_cos();
+            let (cx, cy, dx, dy) = (e * cos, e * sin, e * sin, -e * cos);
+            let chord = (r * r - (plane - cy).powi(2)).sqrt();
+            assert!((row[1] - (cx + chord + insert + leaves)).abs() < 1e-9, "{} deg: {}", row[0], row[1]);
+            assert!((row[3] - (dx + (plane - cy) * dy / chord)).abs() < 1e-8, "{} deg: {}", row[0], row[3]);
+            assert!((row[7] - (row[2] - zero)).abs() < 1e-12);
+        }
+        // One feed a turn, from outside of the end to beyond the other.
+        let (first, last) = (&rows[0], &rows[rows.len() - 1]);
+        let feed = number(&pass["feed_mm"]);
+        assert!((last[2] - first[2] + feed * (last[0] - first[0]) / 360.0).abs() < 1e-9, "{first:?} {last:?}");
+        assert!(first[2] > 10.0 && last[2] < 0.0, "{first:?} {last:?}");
+    }
+    assert_eq!(passes.iter().map(|pass| number(&pass["leaves_mm"])).next_back(), Some(0.0));
+}
+
+#[test]
+fn every_file_of_a_turned_part_has_its_columns_and_agrees_with_the_others() {
+    let folder = Folder::new("plan-turned-files");
+    let summary = planned("turned_cam", folder.path(), &[]);
+    let written: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.join("summary.json")).expect("summary.json"))
+            .expect("JSON");
+    assert_eq!(summary, written, "what is printed is what is written");
+    for key in ["job_hash", "machine_hash", "plan_hash"] {
+        assert_eq!(summary[key].as_str().expect("text").len(), 64, "{key}");
+    }
+    let passes = summary["passes"].as_array().expect("passes");
+    assert_eq!(passes.len(), 3);
+    let depths: f64 = passes.iter().map(|pass| number(&pass["depth_mm"])).sum();
+    let stock = (24.6_f64.powi(2) - 196.0).sqrt() - (400.0_f64 - 196.0).sqrt();
+    assert!((depths - stock).abs() < 0.01, "{depths} {stock}");
+    for (index, pass) in passes.iter().enumerate() {
+        assert_eq!(pass["limits"].as_array().expect("limits").len(), 9);
+        for limit in pass["limits"].as_array().expect("limits") {
+            assert!(number(&limit["ratio"]) <= 1.0, "{limit}");
+            assert!(limit["axis"] != "x_axis" || number(&limit["ratio"]) > 0.1, "X works: {limit}");
+        }
+        let feed = number(&pass["feed_mm"]);
+        assert!((number(&pass["cusp_um"]) - 1e3 * feed * feed / 8.0 / 8.0).abs() < 1e-3, "{pass}");
+        let (_, rows) = table(&folder.join(&format!("pass_{}/insert_path.csv", index + 1)));
+        let x = |of: fn(f64, f64) -> f64, from: f64| rows.iter().map(|row| row[1]).fold(from, of);
+        let (low, high) = (x(f64::min, f64::INFINITY), x(f64::max, 0.0));
+        assert!((number(&pass["x_mm"][0]) - low).abs() < 1e-12 && (number(&pass["x_mm"][1]) - high).abs() < 1e-12);
+        // Derivatives are those of the positions: to their fourth difference.
+        for triple in rows.windows(3).step_by(17) {
+            let step = (triple[1][0] - triple[0][0]).to_radians();
+            let first = (triple[2][1] - triple[0][1]) / (2.0 * step);
+            assert!((first - triple[1][3]).abs() < 1e-2, "{} {first}", triple[1][3]);
+        }
+    }
+    let cusp = |pass: &serde_json::Value| number(&pass["highest_cusp"]["height_um"]);
+    assert!(
+        cusp(&passes[2]) > number(&passes[2]["cusp_um"]) && cusp(&passes[2]) < 2.0,
+        "a section that bulges: {}",
+        passes[2]
+    );
+    assert!(passes[0].get("highest_cusp").is_none());
+    let (header, rows) = table(&folder.join("clearance.csv"));
+    assert_eq!(
+        header,
+        "turned_deg,clearance_deg,clearance_z_mm,clearance_azimuth_deg,approach_deg,approach_z_mm,approach_azimuth_deg"
+    );
+    assert_eq!(rows.len(), 360);
+    let clearance = &summary["clearance"];
+    for (column, key) in [(1, "clearance"), (4, "approach")] {
+        let least = rows.iter().map(|row| row[column]).fold(f64::INFINITY, f64::min);
+        // Looked at on other places of the same surface.
+        assert!((least - number(&clearance[key]["angle_deg"])).abs() < 0.1, "{key}: {least} {clearance}");
+        assert!(least > number(&clearance[key]["least_deg"]));
+    }
+    assert!((number(&clearance["offset_angle_deg"]) - (14.0_f64 / 20.0).asin().to_degrees()).abs() < 1e-3);
+    assert_eq!((&clearance["is_offset_preferred"], &clearance["is_offset_allowed"]), (&true.into(), &true.into()));
+    let heights = &clearance["heights"];
+    assert!(number(&heights["from_mm"]) < 14.0 && number(&heights["to_mm"]) > 14.0, "{heights}");
+}
+
+/// The surface that is written is one that can be read: the same part, to what a spline through its radii leaves.
+#[test]
+fn the_surface_that_is_written_plans_to_the_same_path() {
+    let folder = Folder::new("plan-turned-again");
+    let (first, again) = (folder.join("first"), folder.join("again"));
+    let a = planned("turned_cam", &first, &[]);
+    let grid = format!("surface={{kind: grid, file: {:?}}}", first.join("surface.csv").display().to_string());
+    let b = planned("turned_cam", &again, &[grid]);
+    assert_ne!(a["job_hash"], b["job_hash"], "another job");
+    let path = |out: &Path| table(&out.join("pass_3/insert_path.csv")).1;
+    let (one, other) = (path(&first), path(&again));
+    assert_eq!(one.len(), other.len());
+    let off = one.iter().zip(&other).map(|(one, other)| (one[1] - other[1]).abs()).fold(0.0, f64::max);
+    println!("the path through surface.csv is {off:.2e} mm off");
+    // A hundredth of the tolerance of its form.
+    assert!(off < 1e-4, "{off} mm");
+}
+
+#[test]
+fn a_turned_part_is_drawn_and_told_in_text_and_one_that_cannot_be_made_leaves_no_files() {
+    let folder = Folder::new("plan-turned-plots");
+    let out = folder.join("drawn");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
+    command.args(["plan", "turned_cam", "--plots", "--set", "spindle={law: varied}", "--out"]).arg(&out);
+    let output = command.output().expect("camwright runs");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    for words in
+        ["0.2 per z", "what holds the spindle's speed", "clearance ", "of x_axis", "heights   from", "plan      "]
+    {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    for name in ["section", "x_axis", "clearance"] {
+        let svg = std::fs::read_to_string(out.join(format!("{name}.svg"))).expect("a drawing");
+        assert!(svg.contains("<title>turned_cam · turned") && !svg.contains("NaN"), "{name}");
+        assert!(std::fs::read(out.join(format!("{name}.png"))).expect("a drawing").starts_with(b"\x89PNG"));
+    }
+    let out = folder.join("refused");
+    let output = plan("turned_cam", &out, &["bar_radius_mm=24.0".into()]);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{errors}");
+    assert!(errors.contains("the part's largest radius"), "{errors}");
+    assert!(!out.exists());
+}

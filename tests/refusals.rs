@@ -253,6 +253,123 @@ fn the_default_job_is_clean() {
     assert_eq!(code, 0, "{text}");
 }
 
+/// A turning job with one thing wrong, in its own file or in the machine's, which both stand in the folder; `{line}` of what is expected is
+/// that of the change.
+fn turned_is_refused(name: &str, file: &str, (from, to): (&str, &str), expected: &[&str]) {
+    let folder = Folder::new(&format!("refusals-turned-{name}"));
+    let changed = |of: &str, path: &str| {
+        let text = params(path);
+        let is_changed = of == file;
+        assert!(!is_changed || text.contains(from), "{from} is not in {path}");
+        folder.write(of, &if is_changed { text.replacen(from, to, 1) } else { text })
+    };
+    changed("lathe.yaml", "machines/lathe.yaml");
+    let job = changed("job.yaml", "jobs/turned_cam.yaml");
+    let text = std::fs::read_to_string(folder.join(file)).expect("it was written");
+    let line = text.lines().position(|line| line.contains(to)).expect("what was changed") + 1;
+    let (code, told) = check(&job);
+    assert_eq!(code, 2, "{name} must be refused: {told}");
+    let place = format!("{file}:{line}: ");
+    assert!(told.contains(&place), "{name}: {place} is not told: {told}");
+    for words in expected {
+        assert!(told.contains(words), "{name}: {words:?} is not told: {told}");
+    }
+}
+
+#[test]
+fn a_turning_job_that_cannot_be_made_is_refused_where_it_is_wrong() {
+    for (name, change, expected) in [
+        (
+            "bar",
+            ("bar_radius_mm: 24.6", "bar_radius_mm: 24.1"),
+            &["the bar's radius (mm) is 24.1", "at least 24.5"][..],
+        ),
+        ("key", ("deepest_mm: 3.0", "deepest: 3.0"), &["deepest", "deepest_mm"]),
+        ("passes", ("deepest_mm: 3.0", "deepest_mm: 0.001"), &["the number of roughing passes", "up to 1000"]),
+        ("feed", ("finishing: {along_z_mm: 0.2}", "finishing: {}"), &["one of along_z_mm and along_curve_mm"]),
+        ("spindle", ("law: fastest", "law: quickest"), &["quickest", "fastest"]),
+        ("zero", ("part_zero_mm: 2.0 ", "part_zero_mm: 90.0 "), &["z_axis", "soft limits are -20 to 300 mm"]),
+        ("profile", ("profile: low", "profile: lower"), &["there is no profile lower; the surface has high, low"]),
+        ("kind", ("kind: cams", "kind: cam"), &["cams, cylinder, eccentric, elliptic_cone, lobed, grid, mesh"]),
+        ("schema", ("turning_job/1", "turning/1"), &["\"camwright/job/1\" or \"camwright/turning_job/1\""]),
+        ("newer", ("turning_job/1", "turning_job/2"), &["version 2", "up to version 1"]),
+        ("end", ("to_mm: 24.0", "to_mm: 19.0"), &["the part ends at z = 19 mm, it must end above z = 20 mm"]),
+        ("machine", ("machine: lathe", "machine: cam_grinder"), &["the machine grinds with a wheel"]),
+    ] {
+        turned_is_refused(name, "job.yaml", change, expected);
+    }
+}
+
+/// The insert at another height touches, scrapes or misses; told are the angle of C, the place along the part, and what would do.
+#[test]
+fn an_insert_that_does_not_clear_the_part_is_refused_at_its_height() {
+    for (name, height, words) in [
+        ("centre", "height_mm: 0.0 ", "the flank clears the surface by"),
+        ("above", "height_mm: 12.0 ", "the flank clears the surface by"),
+        ("low", "height_mm: -19.9 ", "the surface lies at"),
+        ("beside", "height_mm: -21.0 ", "the part has a radius of"),
+    ] {
+        let expected = [words, " deg", "z = ", "below centre it clears this surface, best at"];
+        turned_is_refused(name, "lathe.yaml", ("height_mm: -14.0 ", height), &expected);
+    }
+    turned_is_refused(
+        "backwards",
+        "lathe.yaml",
+        ("rotation_sense: 1", "rotation_sense: -1"),
+        &["rotation_sense is -1"],
+    );
+}
+
+#[test]
+fn the_default_turning_job_is_clean_and_says_how_the_insert_stands() {
+    let (code, text) = check(Path::new("turned_cam"));
+    assert_eq!(code, 0, "{text}");
+    for words in ["turned_cam: 3 passes, ", "offset angle 44.4", "within the 40 to 60 deg", "heights   from"] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+}
+
+/// A hollow that the insert bridges is told as a warning; material is left in it.
+#[test]
+fn a_hollow_that_the_insert_bridges_is_a_warning() {
+    let folder = Folder::new("refusals-turned-hollow");
+    let job = params("jobs/turned_cam.yaml").replacen("from_mm: 20.0", "from_mm: 12.0", 1);
+    let (code, text) = check(&folder.write("job.yaml", &job));
+    assert_eq!(code, 1, "{text}");
+    assert!(text.contains("warning: ") && text.contains("job.yaml:9: the insert bridges a hollow: at C "), "{text}");
+}
+
+/// How a mesh was read is told; one that is broken is refused with its file.
+#[test]
+fn a_mesh_is_told_or_refused_with_its_file() {
+    let folder = Folder::new("refusals-turned-mesh");
+    let corner = |i: u32, k: u32| {
+        let (sin, cos) = (f64::from(i % 72) * std::f64::consts::TAU / 72.0).sin_cos();
+        format!("vertex {} {} {}\n", 24.0 * cos, 24.0 * sin, 2.0 * f64::from(k))
+    };
+    let facet =
+        |corners: [String; 3]| format!("facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n", corners.concat());
+    let mut facets = Vec::new();
+    for (i, k) in (0..72).flat_map(|i| (0..12).map(move |k| (i, k))) {
+        facets.push(facet([corner(i, k), corner(i + 1, k), corner(i + 1, k + 1)]));
+        facets.push(facet([corner(i, k), corner(i + 1, k + 1), corner(i, k + 1)]));
+    }
+    let at = |text: &str, from: &str| text.find(from).expect("a key");
+    let job = params("jobs/turned_cam.yaml");
+    let surface = "surface: {kind: mesh, file: part.stl, unit: mm}\n\n";
+    let job = format!("{}{surface}{}", &job[..at(&job, "surface:")], &job[at(&job, "turned:")..]);
+    let path = folder.write("job.yaml", &job);
+    folder.write("part.stl", &format!("solid cylinder\n{}endsolid\n", facets.concat()));
+    let (code, text) = check(&path);
+    assert_eq!(code, 0, "{text}");
+    // A chord of 5° is 24 (1 − cos 2.5°) = 22.8 µm inside at its middle, two thirds of that at the middle of a triangle.
+    assert!(text.contains("part.stl: 1728 triangles") && text.contains("flat faces up to 20.3"), "{text}");
+    facets.remove(100);
+    folder.write("part.stl", &format!("solid cylinder\n{}endsolid\n", facets.concat()));
+    let (code, text) = check(&path);
+    assert!(code == 2 && text.contains("part.stl: the triangles cover 0.999421 of the turn"), "{text}");
+}
+
 /// The service says the same sentence as the rejected goal's status, and the cell has not stirred.
 #[test]
 fn the_service_and_the_action_refuse_the_same_with_nothing_moved() {

@@ -189,8 +189,8 @@ pub struct Heights {
     pub least_radius_mm: f64,
 }
 
-/// Offset angles that the patent asks for, and those it prefers (deg).
-const OFFSET_DEG: [(f64, f64); 2] = [(40.0, 60.0), (20.0, 70.0)];
+/// Offset angles that the patent prefers, and those it asks for (deg).
+pub const OFFSET_DEG: [(f64, f64); 2] = [(40.0, 60.0), (20.0, 70.0)];
 
 /// How far the surface may enter the flank (mm): what the section itself is exact to.
 const INSIDE_MM: f64 = 1e-4;

@@ -3,6 +3,7 @@
 mod batch;
 mod check;
 mod plan;
+mod plan_turned;
 mod run;
 mod run_cell;
 mod run_client;
@@ -29,7 +30,7 @@ struct Cli {
 enum CommandLine {
     /// Run a job on the whole cell, in this process, and leave a bag.
     Run(run::RunArgs),
-    /// Plan a job without ROS and write contour, tool path and speed plan of every lobe.
+    /// Plan a job without ROS and write contour, tool path and speed plan of every lobe, or the insert's path of every pass.
     Plan(plan::PlanArgs),
     /// Check a job or a lift table: every finding with file, line, value and bound.
     Check(check::CheckArgs),

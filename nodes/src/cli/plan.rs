@@ -1,8 +1,10 @@
 //! `camwright plan`: plans a job without ROS and writes what came out.
 
-use crate::planning::{self, BoundSummary, PassSummary, RemovalClass};
+use super::plan_turned;
+use crate::planning::{self, AnyPrepared, BoundSummary, PassSummary, RemovalClass};
+use serde::Serialize;
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Most arcs of one bound in the text; `summary.json` has them all.
@@ -13,14 +15,16 @@ const MOST_ARCS: usize = 6;
 pub(super) struct PlanArgs {
     /// Name or path of a job file
     job: String,
-    /// Folder for `summary.json` and, per lobe, `contour.csv`, `tool_path.csv` and `speed_plan.csv`
+    /// Folder for `summary.json` and, per lobe, `contour.csv`, `tool_path.csv` and `speed_plan.csv`; of a turned part
+    /// `surface.csv`, `clearance.csv` and, per pass, `insert_path.csv`
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Sets a key over the file, for example `infeed.total_mm=0.72` or `lobes.I1.phase_deg=75`
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Draws every lobe, as SVG and PNG: contour with wheel and path; X and its derivatives over C; speed, acceleration and
-    /// jerk of C and X with their limits; removal rate with its bound. Colours show what sets the speed
+    /// jerk of C and X with their limits; removal rate with its bound. Colours show what sets the speed. Of a turned part: its
+    /// sections with the insert, X with its limits, clearances
     #[arg(long)]
     plots: bool,
     /// Writes the summary to stdout as JSON instead of text
@@ -32,12 +36,15 @@ pub(super) struct PlanArgs {
 pub(super) fn main(args: &PlanArgs) -> ExitCode {
     let progress = |text: &str| drop(writeln!(io::stderr(), "{text}"));
     progress(&format!("planning {}", args.job));
-    let done = planning::prepare(&args.job, &args.set, None).and_then(|prepared| {
-        planning::write(&prepared, &args.out, args.plots, |path| progress(&format!("writing {}", path.display())))
+    let telling = |path: &Path| progress(&format!("writing {}", path.display()));
+    let done = planning::prepare_any(&args.job, &args.set, None).and_then(|prepared| match prepared {
+        AnyPrepared::Ground(prepared) => planning::write(&prepared, &args.out, args.plots, telling)
+            .map(|summary| if args.json { as_json(&summary) } else { as_text(&summary) }),
+        AnyPrepared::Turned(prepared) => planning::write_turning(&prepared, &args.out, args.plots, telling)
+            .map(|summary| if args.json { as_json(&summary) } else { plan_turned::as_text(&summary) }),
     });
     match done {
-        Ok(summary) => {
-            let text = if args.json { as_json(&summary) } else { as_text(&summary) };
+        Ok(text) => {
             // A reader that went away (`| head`) is no failure of ours.
             let _ = writeln!(io::stdout(), "{}", text.trim_end());
             ExitCode::SUCCESS
@@ -49,7 +56,7 @@ pub(super) fn main(args: &PlanArgs) -> ExitCode {
     }
 }
 
-fn as_json(summary: &planning::Summary) -> String {
+fn as_json(summary: &impl Serialize) -> String {
     serde_json::to_string_pretty(summary).unwrap_or_default()
 }
 

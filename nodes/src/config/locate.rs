@@ -2,6 +2,8 @@
 //! the copy inside the binary.
 
 use super::{ConfigError, Place};
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// The files of `params/` as they were when the program was built.
@@ -30,11 +32,80 @@ pub struct Located {
     pub text: String,
 }
 
+/// A file that may be no text, with its bytes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LocatedBytes {
+    /// Where it was found.
+    pub path: PathBuf,
+    /// What it holds.
+    pub bytes: Vec<u8>,
+}
+
+/// Where a file is.
+enum Found {
+    File(PathBuf),
+    BuiltIn(PathBuf, &'static str),
+}
+
 /// Finds a params file of a kind (`jobs`, `machines`, `lifts`) by name or path and reads it.
 ///
 /// # Errors
 /// A file that does not exist in any of the places, cannot be read, or is not UTF-8.
 pub fn locate(kind: &str, name: &str, extension: &str, relative_to: Option<&Path>) -> Result<Located, ConfigError> {
+    match find(kind, name, extension, relative_to)? {
+        Found::File(path) => {
+            let text = std::fs::read_to_string(&path).map_err(|error| unreadable(&path, &error))?;
+            Ok(Located { path, text })
+        }
+        Found::BuiltIn(path, text) => Ok(Located { path, text: text.to_owned() }),
+    }
+}
+
+/// The same for a file that may be no text and is refused if it is larger than so many bytes, before it is read.
+///
+/// # Errors
+/// A file that does not exist in any of the places, cannot be read, or is too large.
+pub fn locate_bytes(
+    kind: &str,
+    name: &str,
+    extension: &str,
+    relative_to: Option<&Path>,
+    most: u64,
+) -> Result<LocatedBytes, ConfigError> {
+    let path = match find(kind, name, extension, relative_to)? {
+        Found::File(path) => path,
+        Found::BuiltIn(path, text) => return Ok(LocatedBytes { path, bytes: text.as_bytes().to_vec() }),
+    };
+    let too_large =
+        |length: u64| ConfigError::at(Place::file(&path), format!("has {length} bytes, at most {most} are read"));
+    let file = File::open(&path).map_err(|error| unreadable(&path, &error))?;
+    let length = file.metadata().map_err(|error| unreadable(&path, &error))?.len();
+    if length > most {
+        return Err(too_large(length));
+    }
+    let mut bytes = Vec::new();
+    // What grows while it is read, or has no length, is bounded too.
+    file.take(most + 1).read_to_end(&mut bytes).map_err(|error| unreadable(&path, &error))?;
+    if bytes.len() as u64 > most {
+        return Err(too_large(bytes.len() as u64));
+    }
+    Ok(LocatedBytes { path, bytes })
+}
+
+/// Bytes as text, or the line in which they are none.
+pub(super) fn text_of<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str, ConfigError> {
+    std::str::from_utf8(bytes).map_err(|error| {
+        let before = bytes.get(..error.valid_up_to()).unwrap_or_default();
+        let line = before.iter().filter(|byte| **byte == b'\n').count() as u64 + 1;
+        ConfigError::at(Place::line(path, line), "is not UTF-8")
+    })
+}
+
+fn unreadable(path: &Path, error: &std::io::Error) -> ConfigError {
+    ConfigError::at(Place::file(path), format!("cannot be read: {error}"))
+}
+
+fn find(kind: &str, name: &str, extension: &str, relative_to: Option<&Path>) -> Result<Found, ConfigError> {
     let with_extension =
         if name.ends_with(&format!(".{extension}")) { name.to_owned() } else { format!("{name}.{extension}") };
     let mut candidates = vec![PathBuf::from(name), PathBuf::from(&with_extension)];
@@ -53,20 +124,17 @@ pub fn locate(kind: &str, name: &str, extension: &str, relative_to: Option<&Path
         candidates.push(root.join(kind).join(&with_extension));
     }
     if let Some(path) = candidates.into_iter().find(|path| path.is_file()) {
-        let text = std::fs::read_to_string(&path)
-            .map_err(|error| ConfigError::at(Place::file(&path), format!("cannot be read: {error}")))?;
-        return Ok(Located { path, text });
+        return Ok(Found::File(path));
     }
     let built_in = |key: &str| BUILT_IN.iter().find(|(path, _)| *path == key);
     if let Some((path, text)) = built_in(&format!("{kind}/{with_extension}")).or_else(|| built_in(&with_extension)) {
-        return Ok(Located { path: PathBuf::from(format!("built-in:{path}")), text: (*text).to_owned() });
+        return Ok(Found::BuiltIn(PathBuf::from(format!("built-in:{path}")), text));
     }
     let known = list(kind).join(", ");
+    let known = if known.is_empty() { String::new() } else { format!("; known {kind}: {known}") };
     Err(ConfigError::at(
         Place::file(Path::new(name)),
-        format!(
-            "not found as given, in ./params/{kind}, in share/camwright/params/{kind} or built in; known {kind}: {known}"
-        ),
+        format!("not found as given, in ./params/{kind}, in share/camwright/params/{kind} or built in{known}"),
     ))
 }
 
@@ -117,6 +185,17 @@ mod tests {
                 assert!(BUILT_IN.iter().any(|(path, _)| *path == key), "{key} is not in BUILT_IN");
             }
         }
+    }
+
+    #[test]
+    fn a_file_that_is_too_large_is_refused_before_it_is_read() {
+        let path = std::env::temp_dir().join(format!("camwright-large-{}", std::process::id()));
+        std::fs::write(&path, [7; 100]).unwrap();
+        let name = path.display().to_string();
+        assert_eq!(locate_bytes("surfaces", &name, "stl", None, 100).unwrap().bytes.len(), 100);
+        let error = locate_bytes("surfaces", &name, "stl", None, 99).unwrap_err().to_string();
+        assert!(error.ends_with("has 100 bytes, at most 99 are read"), "{error}");
+        std::fs::remove_file(&path).unwrap();
     }
 
     #[test]

@@ -1,18 +1,24 @@
 //! The surface of a part that is turned: what a job writes under `surface`, and the shape it means.
 
-use super::ConfigError;
+use super::grid_text;
 use super::hash::FileHash;
 use super::lift_file::ProfileLift;
+use super::locate::{LocatedBytes, locate_bytes};
 use super::profile_file::{self, ProfileFile, contour_key};
+use super::stl;
 use super::yaml::Document;
+use super::{ConfigError, Place};
 use camwright::contour::Contour;
+use camwright::lift::LengthUnit;
 use camwright::surface::cams::CamAlong;
+use camwright::surface::mesh::{MeshReading, surface_of};
 use camwright::surface::solid::{Along, Harmonic, Solid};
 use camwright::surface::{Surface, SurfaceError};
 use camwright::units::rad_from_deg;
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, Deserializer, MapAccess, Visitor};
 use std::fmt;
+use std::path::PathBuf;
 
 /// `surface` as written, by its `kind`.
 #[derive(Debug)]
@@ -22,10 +28,12 @@ pub(super) enum SurfaceFile {
     Eccentric(EccentricFile),
     EllipticCone(EllipticConeFile),
     Lobed(LobedFile),
+    Grid(GridFile),
+    Mesh(MeshFile),
 }
 
 /// The kinds of surfaces.
-const KINDS: &str = "cams, cylinder, eccentric, elliptic_cone, lobed";
+const KINDS: &str = "cams, cylinder, eccentric, elliptic_cone, lobed, grid, mesh";
 
 /// A job file of which nothing but the surface is looked at.
 #[derive(Debug, Deserialize)]
@@ -87,6 +95,91 @@ pub(super) struct LobedFile {
     to_mm: f64,
     mean_mm: Ends,
     waves: Vec<WaveFile>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct GridFile {
+    #[serde(rename = "kind")]
+    _kind: String,
+    file: String,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MeshFile {
+    #[serde(rename = "kind")]
+    _kind: String,
+    file: String,
+    unit: LengthFile,
+    #[serde(default)]
+    axis: AxisFile,
+}
+
+/// What a length of a file is, which says no unit itself.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum LengthFile {
+    Mm,
+    Inch,
+    M,
+}
+
+impl LengthFile {
+    fn mm(self) -> f64 {
+        match self {
+            Self::Mm => 1.0,
+            Self::Inch => LengthUnit::Inch.mm(),
+            Self::M => 1000.0,
+        }
+    }
+}
+
+/// Which axis of a file is that of the part; the next one, in the order x, y, z, x, points to the key-way.
+#[derive(Debug, Default, Clone, Copy)]
+enum AxisFile {
+    X,
+    Y,
+    #[default]
+    Z,
+}
+
+impl AxisFile {
+    fn turned(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::X => [y, z, x],
+            Self::Y => [z, x, y],
+            Self::Z => [x, y, z],
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for AxisFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(AxisVisitor)
+    }
+}
+
+struct AxisVisitor;
+
+impl Visitor<'_> for AxisVisitor {
+    type Value = AxisFile;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("x, y or z")
+    }
+    fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<AxisFile, E> {
+        match name {
+            "x" => Ok(AxisFile::X),
+            "y" => Ok(AxisFile::Y),
+            "z" => Ok(AxisFile::Z),
+            other => Err(E::invalid_value(serde::de::Unexpected::Str(other), &self)),
+        }
+    }
+    /// To YAML a bare `y` is a yes.
+    fn visit_bool<E: serde::de::Error>(self, is_yes: bool) -> Result<AxisFile, E> {
+        if is_yes { Ok(AxisFile::Y) } else { Err(E::invalid_value(serde::de::Unexpected::Bool(is_yes), &self)) }
+    }
 }
 
 /// A length of the part that is one cam.
@@ -175,6 +268,14 @@ pub(super) struct ReadSurface {
     pub(super) surface: Surface,
     /// The lifts that it was made of, with the names of their profiles.
     pub(super) lifts: Vec<(String, ProfileLift)>,
+    /// How a mesh was read, and from which file.
+    pub(super) mesh: Option<(PathBuf, MeshReading)>,
+}
+
+impl From<Surface> for ReadSurface {
+    fn from(surface: Surface) -> Self {
+        Self { surface, lifts: Vec::new(), mesh: None }
+    }
 }
 
 impl SurfaceFile {
@@ -190,6 +291,8 @@ impl SurfaceFile {
             Some("eccentric") => only(document).map(Self::Eccentric),
             Some("elliptic_cone") => only(document).map(Self::EllipticCone),
             Some("lobed") => only(document).map(Self::Lobed),
+            Some("grid") => only(document).map(Self::Grid),
+            Some("mesh") => only(document).map(Self::Mesh),
             Some(other) => {
                 let message = format!("surface.kind is {other:?}, it must be one of {KINDS}");
                 Err(document.error("surface.kind", message))
@@ -202,6 +305,8 @@ impl SurfaceFile {
     pub(super) fn read(&self, document: &Document, hash: &mut FileHash) -> Result<ReadSurface, Vec<ConfigError>> {
         let (solid, from_mm, to_mm) = match self {
             Self::Cams(file) => return read_cams(document, file, hash),
+            Self::Grid(file) => return read_grid(document, file, hash),
+            Self::Mesh(file) => return read_mesh(document, file, hash),
             Self::Cylinder(file) => (Solid::Cylinder { radius_mm: file.radius_mm }, file.from_mm, file.to_mm),
             Self::Eccentric(file) => {
                 let azimuth_rad = rad_from_deg(file.azimuth_deg);
@@ -227,7 +332,39 @@ impl SurfaceFile {
         };
         let surface = Surface::solid(solid, from_mm, to_mm)
             .map_err(|error| vec![document.error(solid_key(&error), error.to_string())])?;
-        Ok(ReadSurface { surface, lifts: Vec::new() })
+        Ok(surface.into())
+    }
+}
+
+/// A file that the surface names, as part of what the job is.
+fn named(
+    document: &Document,
+    name: &str,
+    extension: &str,
+    most: u64,
+    hash: &mut FileHash,
+) -> Result<LocatedBytes, Vec<ConfigError>> {
+    let located = locate_bytes("surfaces", name, extension, Some(&document.path), most)
+        .map_err(|error| vec![document.error("surface.file", error.to_string())])?;
+    hash.add(&located.bytes);
+    Ok(located)
+}
+
+fn read_grid(document: &Document, file: &GridFile, hash: &mut FileHash) -> Result<ReadSurface, Vec<ConfigError>> {
+    let LocatedBytes { path, bytes } = named(document, &file.file, "csv", grid_text::MOST_BYTES, hash)?;
+    grid_text::read(&path, &bytes).map(ReadSurface::from)
+}
+
+fn read_mesh(document: &Document, file: &MeshFile, hash: &mut FileHash) -> Result<ReadSurface, Vec<ConfigError>> {
+    let LocatedBytes { path, bytes } = named(document, &file.file, "stl", stl::MOST_BYTES, hash)?;
+    let mut triangles = stl::read(&path, &bytes).map_err(|error| vec![error])?;
+    drop(bytes);
+    for corner in triangles.iter_mut().flatten() {
+        *corner = file.axis.turned(corner.map(|length| length * file.unit.mm()));
+    }
+    match surface_of(&triangles) {
+        Ok((surface, reading)) => Ok(ReadSurface { surface, lifts: Vec::new(), mesh: Some((path, reading)) }),
+        Err(error) => Err(vec![ConfigError::at(Place::file(&path), error.to_string())]),
     }
 }
 
@@ -301,7 +438,7 @@ fn read_cams(document: &Document, file: &CamsFile, hash: &mut FileHash) -> Resul
     }
     let surface =
         Surface::cams(&along).map_err(|error| vec![document.error(&cam_key(cams, &error), error.to_string())])?;
-    Ok(ReadSurface { surface, lifts })
+    Ok(ReadSurface { surface, lifts, mesh: None })
 }
 
 /// The key of the cam that the core refuses.
@@ -327,3 +464,6 @@ fn cam_key(cams: &[CamFile], error: &SurfaceError) -> String {
         _ => "surface.cams".into(),
     }
 }
+
+#[cfg(test)]
+mod tests;

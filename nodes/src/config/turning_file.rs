@@ -11,10 +11,12 @@ use super::yaml::Document;
 use camwright::insert_path::{Feed, Passes};
 use camwright::machine::turned_part::{MIN_AZIMUTHS, MOST_CELLS, PartGrid};
 use camwright::surface::Surface;
+use camwright::surface::mesh::MeshReading;
 use camwright::turning_job::{TurningJob, TurningSpeed};
 use camwright::units::{mm_from_um, rad_s_from_rpm};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
+use std::path::PathBuf;
 
 /// Newest version of the schema that this program reads.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -104,6 +106,7 @@ enum SpindleLawFile {
     #[default]
     Fastest,
     Constant,
+    Varied,
 }
 
 #[derive(Debug, Default, Clone, Copy, Deserialize)]
@@ -138,6 +141,8 @@ pub struct TurnedJob {
     pub hash: String,
     /// Lifts of the profiles that its surface was made of, by their names.
     pub lifts: Vec<(String, ProfileLift)>,
+    /// The file of its surface and how that was read, if it is a mesh.
+    pub mesh: Option<(PathBuf, MeshReading)>,
     /// The machine it is for.
     pub machine: Machine,
     /// Faults that strike in it.
@@ -210,6 +215,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<TurnedJob, Vec<Co
         angles: file.angles_per_turn,
         speed: match (file.spindle.law, file.spindle.rpm) {
             (SpindleLawFile::Constant, Some(rpm)) => TurningSpeed::Constant(rad_s_from_rpm(rpm)),
+            (SpindleLawFile::Varied, _) => TurningSpeed::Varied,
             _ => TurningSpeed::Fastest,
         },
         clearance_mm: file.clearance_mm,
@@ -221,6 +227,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<TurnedJob, Vec<Co
         source: document.text.clone(),
         hash: hash.hex(),
         lifts: surface.lifts,
+        mesh: surface.mesh,
         machine,
         faults,
         grid,
@@ -273,8 +280,8 @@ fn ranges(document: &Document, file: &TurningFile) -> Vec<ConfigError> {
         (SpindleLawFile::Constant, None) => {
             refuse("spindle", "spindle.law constant needs spindle.rpm, the speed to turn at".into());
         }
-        (SpindleLawFile::Fastest, Some(_)) => {
-            refuse("spindle.rpm", "spindle.rpm is about law: constant; law: fastest takes what the axes allow".into());
+        (SpindleLawFile::Fastest | SpindleLawFile::Varied, Some(_)) => {
+            refuse("spindle.rpm", "spindle.rpm is about law: constant; the other laws take what the axes allow".into());
         }
         _ => {}
     }

@@ -14,21 +14,20 @@
 
 use super::cut_table::pass_rows;
 use super::dresses::{DressSummary, dresses};
+use super::files::Files;
 use super::giving_way::{self, GivingWay};
 use super::lifts::{self, LiftSummary};
 use super::plots::plots;
 use super::turn::Turn;
 use super::turn_summary::{BoundSummary, RemovalClass, bounds_used, law_name, removal_classes};
 use super::{PreparedJob, write_inspection};
-use crate::config::{ConfigError, Place};
-use crate::drawing::{png, svg};
+use crate::config::ConfigError;
 use camwright::cycle::PlannedLobe;
 use camwright::speed_plan::{LimitUse, SpeedPlan};
 use camwright::units::{TURN_RAD, deg_from_rad, rad_from_deg, wrap_turn};
 use serde::Serialize;
-use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::io::{self, Write};
+use std::path::Path;
 
 /// What `summary.json` says about a job.
 #[derive(Debug, Clone, Serialize)]
@@ -273,42 +272,26 @@ pub fn write(
     prepared: &PreparedJob,
     out: &Path,
     with_plots: bool,
-    mut progress: impl FnMut(&Path),
+    progress: impl FnMut(&Path),
 ) -> Result<Summary, ConfigError> {
     let summary = summary(prepared);
-    let mut file = |path: PathBuf, write: &dyn Fn(&mut dyn Write) -> io::Result<()>| -> Result<(), ConfigError> {
-        progress(&path);
-        let attempt = || -> io::Result<()> {
-            if let Some(folder) = path.parent() {
-                fs::create_dir_all(folder)?;
-            }
-            let mut to = BufWriter::new(File::create(&path)?);
-            write(&mut to)?;
-            to.flush()
-        };
-        attempt().map_err(|error| ConfigError::at(Place::file(&path), format!("cannot be written: {error}")))
-    };
+    let mut files = Files::new(progress);
     for (index, lobe) in prepared.planned.lobes.iter().enumerate() {
         let folder = out.join(&lobe.design.name);
-        file(folder.join("contour.csv"), &|to| write_contour(prepared, lobe, to))?;
-        file(folder.join("tool_path.csv"), &|to| write_tool_path(prepared, lobe, to))?;
+        files.write(&folder.join("contour.csv"), &|to| write_contour(prepared, lobe, to))?;
+        files.write(&folder.join("tool_path.csv"), &|to| write_tool_path(prepared, lobe, to))?;
         if let Some(inspection) = &prepared.inspections[index] {
             let blocks = prepared.job.spec.blocks_per_turn;
-            file(folder.join("inspection.csv"), &|to| write_inspection(inspection, blocks, to))?;
+            files.write(&folder.join("inspection.csv"), &|to| write_inspection(inspection, blocks, to))?;
         }
-        file(folder.join("speed_plan.csv"), &|to| write_speed_plan(prepared, index, lobe, to))?;
+        files.write(&folder.join("speed_plan.csv"), &|to| write_speed_plan(prepared, index, lobe, to))?;
         if with_plots {
             for plot in plots(prepared, index, &summary.lobes[index]) {
-                let path = |extension: &str| folder.join(format!("{}.{extension}", plot.name));
-                file(path("svg"), &|to| to.write_all(svg(&plot.drawing).as_bytes()))?;
-                file(path("png"), &|to| to.write_all(&png(&plot.drawing)?))?;
+                files.plot(&folder, &plot)?;
             }
         }
     }
-    file(out.join("summary.json"), &|to| {
-        serde_json::to_writer_pretty(&mut *to, &summary)?;
-        writeln!(to)
-    })?;
+    files.json(&out.join("summary.json"), &summary)?;
     Ok(summary)
 }
 

@@ -1,8 +1,10 @@
 //! Everything that can be said about a job or a lift table before anything moves.
 
+use super::turning::check_turned;
 use super::{MachineNow, PreparedJob, blame, giving_way, plan};
 use crate::config::ConfigError;
-use crate::config::job_file::{self, Job};
+use crate::config::any_job::{self, AnyJob};
+use crate::config::job_file::Job;
 use crate::config::lift_file;
 use crate::config::locate::{Located, locate};
 use camwright::cycle::PlannedLobe;
@@ -11,6 +13,7 @@ use camwright::job::{JobError, LobeSpec};
 use camwright::units::{deg_from_rad, um_from_mm};
 use camwright::wheel::WheelNow;
 use std::fmt;
+use std::path::{Path, PathBuf};
 
 /// How bad a finding is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -49,7 +52,7 @@ impl fmt::Display for Finding {
 #[derive(Debug, Clone)]
 pub struct Report {
     /// The file that was checked.
-    pub file: std::path::PathBuf,
+    pub file: PathBuf,
     /// Errors and warnings, errors first.
     pub findings: Vec<Finding>,
     /// One sentence about what it is, if it can be made.
@@ -71,9 +74,9 @@ impl Report {
         self.findings.iter().find(|finding| finding.severity == Severity::Error).map(|finding| &finding.error)
     }
 
-    fn refused(file: &Located, errors: Vec<ConfigError>) -> Self {
+    pub(super) fn refused(file: &Path, errors: Vec<ConfigError>) -> Self {
         let findings = errors.into_iter().map(|error| Finding { severity: Severity::Error, error }).collect();
-        Self { file: file.path.clone(), findings, summary: None, notes: Vec::new() }
+        Self { file: file.to_path_buf(), findings, summary: None, notes: Vec::new() }
     }
 }
 
@@ -83,7 +86,7 @@ impl Report {
 /// # Errors
 /// There is no such file.
 pub fn check(name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Result<Report, ConfigError> {
-    let extension = std::path::Path::new(name).extension().map(|extension| extension.to_string_lossy().to_lowercase());
+    let extension = Path::new(name).extension().map(|extension| extension.to_string_lossy().to_lowercase());
     let is_table = extension.is_some_and(|extension| ["csv", "txt", "tab", "tsv", "dat"].contains(&extension.as_str()));
     let table = || locate("lifts", name, "csv", None).map(|located| check_lift(&located, overrides));
     match if is_table { None } else { Some(locate("jobs", name, "yaml", None)) } {
@@ -94,9 +97,10 @@ pub fn check(name: &str, overrides: &[String], machine: Option<&MachineNow>) -> 
 }
 
 fn check_job(located: &Located, overrides: &[String], machine: Option<&MachineNow>) -> Report {
-    let job = match job_file::read(located, overrides) {
-        Ok(job) => job,
-        Err(errors) => return Report::refused(located, errors),
+    let job = match any_job::read(located, overrides) {
+        Ok(AnyJob::Ground(job)) => *job,
+        Ok(AnyJob::Turned(job)) => return check_turned(&located.path, *job, machine),
+        Err(errors) => return Report::refused(&located.path, errors),
     };
     let warnings = warnings(&job);
     match plan(job.clone(), machine) {
@@ -107,7 +111,7 @@ fn check_job(located: &Located, overrides: &[String], machine: Option<&MachineNo
             Report { file: located.path.clone(), findings, summary: Some(prepared.summary()), notes }
         }
         Err(first) => {
-            let mut report = Report::refused(located, all_errors(&job, machine, first));
+            let mut report = Report::refused(&located.path, all_errors(&job, machine, first));
             // Why a table makes no contour often shows in the jerk of its reading.
             report.notes = super::lifts::notes(&job, None);
             report.findings.extend(warnings);
@@ -160,7 +164,7 @@ fn all_errors(job: &Job, machine: Option<&MachineNow>, first: ConfigError) -> Ve
     errors
 }
 
-fn warning(error: ConfigError) -> Finding {
+pub(super) fn warning(error: ConfigError) -> Finding {
     Finding { severity: Severity::Warning, error }
 }
 
@@ -233,7 +237,7 @@ fn overlooked(prepared: &PreparedJob) -> Vec<Finding> {
 fn check_lift(located: &Located, overrides: &[String]) -> Report {
     let lift = match lift_file::read_alone(located, overrides) {
         Ok(lift) => lift,
-        Err(errors) => return Report::refused(located, errors),
+        Err(errors) => return Report::refused(&located.path, errors),
     };
     let summary = lift.table.as_ref().map(|table| {
         format!(

@@ -14,6 +14,7 @@ mod cut_table;
 mod dresses;
 mod dry_run;
 mod export;
+mod files;
 mod findings;
 mod giving_way;
 mod inspect;
@@ -49,8 +50,9 @@ pub use rehearse::{Outlines, RehearsalFailed, rehearse_job, rehearse_job_on, reh
 pub use times::{TimeCompared, compare_times};
 pub use turn_summary::{BoundSummary, RemovalClass};
 pub use turning::{
-    PreparedTurning, TurnedInstead, bar, form_map_message, plan_turned, raw_bar, rehearse_turned, rehearse_turned_on,
-    turned_causes, turned_form, turned_result, turning_s,
+    PreparedTurning, TurnedInstead, TurnedLimitSummary, TurnedPassSummary, TurningSummary, bar, form_map_message,
+    plan_turned, raw_bar, rehearse_turned, rehearse_turned_on, turned_causes, turned_form, turned_result,
+    turning_notes, turning_s, turning_summary, write_turning,
 };
 
 use crate::config::ConfigError;

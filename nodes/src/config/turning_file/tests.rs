@@ -32,6 +32,17 @@ fn what_is_left_out_has_its_default() {
     assert_eq!(job.hash.len(), 64);
 }
 
+#[test]
+fn every_law_of_the_spindle_means_its_speed() {
+    for (law, speed) in [
+        ("{law: fastest}", TurningSpeed::Fastest),
+        ("{law: varied}", TurningSpeed::Varied),
+        ("{law: constant, rpm: 60.0}", TurningSpeed::Constant(2.0 * std::f64::consts::PI)),
+    ] {
+        assert_eq!(with(&[&format!("spindle={law}")]).unwrap().spec.speed, speed);
+    }
+}
+
 /// The bar has a circle in the rake plane too: √(B² − H²), and the part its least radius there.
 #[test]
 fn stock_that_is_not_said_is_what_the_bar_has_over_the_part_in_the_rake_plane() {
@@ -97,6 +108,7 @@ fn values_out_of_their_range_are_refused() {
         (&["roughing.along_z_mm=null"], "roughing needs one of"),
         (&["roughing.leaves_mm=-0.1"], "roughing.leaves_mm is -0.1; it must be 0 to 1000"),
         (&["spindle.rpm=100.0"], "spindle.rpm is about law: constant"),
+        (&["spindle={law: varied, rpm: 100.0}"], "spindle.rpm is about law: constant"),
         (&["spindle={law: constant, rpm: -100.0}"], "spindle.rpm is -100; it must be a positive number"),
         (&["turned.from_mm=0.0"], "turned from 0 to 0 mm; the two must differ"),
         (&["form_grid.column_mm=0.00001"], "at most 2097152 are allowed"),

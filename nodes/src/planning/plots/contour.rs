@@ -31,22 +31,22 @@ const CENTRES: Pen = Pen::solid(Colour(0, 114, 178), 0.3);
 const METAL: Colour = Colour(240, 240, 236);
 
 /// A plane of the part on the paper: mm of the part, y up, turned.
-struct View {
-    frame: Frame,
-    centre: Point,
-    scale: f64,
-    turn_rad: f64,
+pub(super) struct View {
+    pub(super) frame: Frame,
+    pub(super) centre: Point,
+    pub(super) scale: f64,
+    pub(super) turn_rad: f64,
 }
 
 impl View {
-    fn at(&self, [x, y]: Point) -> Point {
+    pub(super) fn at(&self, [x, y]: Point) -> Point {
         let (sin, cos) = self.turn_rad.sin_cos();
         let (right, up) = (x * cos - y * sin, x * sin + y * cos);
         [self.centre[0] + self.scale * right, self.centre[1] - self.scale * up]
     }
 
     /// A line through points of the part, cut off at the frame.
-    fn line(&self, drawing: &mut Drawing, points: impl Iterator<Item = Point>, pen: Pen) {
+    pub(super) fn line(&self, drawing: &mut Drawing, points: impl Iterator<Item = Point>, pen: Pen) {
         let mut line: Vec<Point> = Vec::new();
         let mut before: Option<Point> = None;
         for point in points.map(|point| self.at(point)) {
@@ -69,7 +69,7 @@ impl View {
         drawing.line(&line, pen);
     }
 
-    fn circle(&self, drawing: &mut Drawing, [x, y]: Point, radius: f64, pen: Pen) {
+    pub(super) fn circle(&self, drawing: &mut Drawing, [x, y]: Point, radius: f64, pen: Pen) {
         let points = turn().map(|angle| [x + radius * angle.cos(), y + radius * angle.sin()]);
         self.line(drawing, points, pen);
     }

@@ -17,8 +17,8 @@ const BETWEEN_MM: f64 = 5.0;
 const NEAR: f64 = 0.25;
 
 /// The axis' own limit, and what planning may use of it.
-const LIMIT: Pen = Pen::dashed(Colour(200, 0, 0), 0.3);
-const ALLOWED: Pen = Pen::solid(Colour(200, 0, 0), 0.2);
+pub(super) const LIMIT: Pen = Pen::dashed(Colour(200, 0, 0), 0.3);
+pub(super) const ALLOWED: Pen = Pen::solid(Colour(200, 0, 0), 0.2);
 
 /// What the speed law allows.
 const LAW: Pen = Pen::dashed(Colour(0, 114, 178), 0.3);
@@ -27,7 +27,7 @@ const LAW: Pen = Pen::dashed(Colour(0, 114, 178), 0.3);
 const PATH_POINTS: u32 = 3600;
 
 /// The frame of one of so many charts, from above.
-fn frame(index: u8, count: u8) -> Frame {
+pub(super) fn frame(index: u8, count: u8) -> Frame {
     let height = (ROOM.height - f64::from(count - 1) * BETWEEN_MM) / f64::from(count);
     Frame { top: ROOM.top + f64::from(index) * (height + BETWEEN_MM), height, ..ROOM }
 }

@@ -11,6 +11,9 @@
 mod chart;
 mod contour;
 mod curves;
+mod turned;
+
+pub(super) use turned::turned_plots;
 
 use super::PreparedJob;
 use super::export::{LobeSummary, PassSummary};
@@ -74,6 +77,27 @@ struct Cut<'a> {
     summary: &'a PassSummary,
 }
 
+/// A sheet with its title, what it shows, and what it was made from.
+fn sheet(title: &str, shows: &str, made_of: &str, plan_hash: &str) -> Drawing {
+    let mut drawing = Drawing::new(PAPER.0, PAPER.1, &format!("{title}: {shows}"));
+    let bold = Lettering { height_mm: 4.2, is_bold: true, ..Lettering::default() };
+    drawing.text([12.0, 14.0], bold, title);
+    drawing.text([12.0, 21.0], Lettering { height_mm: 2.9, ..Lettering::default() }, shows);
+    let small = Lettering { height_mm: 2.1, colour: Colour::GREY, ..Lettering::default() };
+    drawing.text([12.0, FOOT_MM], small, made_of);
+    let plan = format!("camwright, plan {plan_hash:.16}");
+    drawing.text([PAPER.0 - 12.0, FOOT_MM], Lettering { anchor: Anchor::End, ..small }, &plan);
+    drawing
+}
+
+/// A line with its name in the legend, which goes on from here to what is returned (mm).
+fn legend_entry(drawing: &mut Drawing, x: f64, text: &str, pen: Pen) -> f64 {
+    let lettering = Lettering { height_mm: 2.3, ..Lettering::default() };
+    drawing.line(&[[x, LEGEND_MM - 1.1], [x + 7.0, LEGEND_MM - 1.1]], pen);
+    drawing.text([x + 9.0, LEGEND_MM], lettering, text);
+    x + 9.0 + lettering.width_mm(text) + 5.5
+}
+
 impl Sheet<'_> {
     /// A sheet with its title, what it shows, and what it was made from.
     fn begin(&self, pass: Option<&str>, shows: &str) -> Drawing {
@@ -82,12 +106,7 @@ impl Sheet<'_> {
         if let Some(pass) = pass {
             title += &format!(" · pass {pass}");
         }
-        let mut drawing = Drawing::new(PAPER.0, PAPER.1, &format!("{title}: {shows}"));
-        let bold = Lettering { height_mm: 4.2, is_bold: true, ..Lettering::default() };
-        drawing.text([12.0, 14.0], bold, &title);
-        drawing.text([12.0, 21.0], Lettering { height_mm: 2.9, ..Lettering::default() }, shows);
         let lobe = &prepared.planned.lobes[self.index];
-        let small = Lettering { height_mm: 2.1, colour: Colour::GREY, ..Lettering::default() };
         let made_of = format!(
             "profile {}, phase {:.3}°, wheel radius {:.3} mm, machine {}",
             self.summary.profile,
@@ -95,10 +114,7 @@ impl Sheet<'_> {
             lobe.tool_path.wheel_radius_mm(),
             prepared.machine.name
         );
-        drawing.text([12.0, FOOT_MM], small, &made_of);
-        let plan = format!("camwright, plan {:.16}", prepared.plan_hash());
-        drawing.text([PAPER.0 - 12.0, FOOT_MM], Lettering { anchor: Anchor::End, ..small }, &plan);
-        drawing
+        sheet(&title, shows, &made_of, prepared.plan_hash())
     }
 
     /// The angle of C at which a cam angle faces the wheel (deg).
@@ -124,12 +140,7 @@ impl Cut<'_> {
     /// Lines with their names, then a colour for each bound that rules with its share of the time, along the foot of a sheet.
     fn legend(&self, drawing: &mut Drawing, first: &[(String, Pen)]) {
         let mut x = 14.0;
-        let mut entry = |text: &str, pen: Pen| {
-            let lettering = Lettering { height_mm: 2.3, ..Lettering::default() };
-            drawing.line(&[[x, LEGEND_MM - 1.1], [x + 7.0, LEGEND_MM - 1.1]], pen);
-            drawing.text([x + 9.0, LEGEND_MM], lettering, text);
-            x += 9.0 + lettering.width_mm(text) + 5.5;
-        };
+        let mut entry = |text: &str, pen: Pen| x = legend_entry(drawing, x, text, pen);
         for (text, pen) in first {
             entry(text, *pen);
         }

@@ -6,12 +6,24 @@
 
 mod blame;
 mod causes;
+mod export;
+mod findings;
 mod rehearse;
 mod result;
+mod summary;
+mod walk;
 
 pub use causes::{TurnedInstead, turned_causes};
+#[cfg(test)]
+pub(super) use export::clearance_rows;
+pub use export::write_turning;
+pub(super) use export::{ClearanceRow, LeastAngle};
+pub(super) use findings::check_turned;
+pub use findings::turning_notes;
 pub use rehearse::{raw_bar, rehearse_turned, rehearse_turned_on, turned_form};
 pub use result::{bar, form_map_message, turned_result, turning_s};
+pub use summary::{TurnedLimitSummary, TurnedPassSummary, TurningSummary, turning_summary};
+pub(super) use walk::{PassPoint, points};
 
 use super::{MachineNow, fits_cell, hash_of};
 use crate::config::ConfigError;
@@ -56,8 +68,10 @@ impl PreparedTurning {
     pub fn summary(&self) -> String {
         let passes = &self.planned.passes;
         let turns: f64 = passes.iter().map(|pass| pass.turns).sum();
-        let speeds = passes.iter().map(|pass| rpm_from_rad_s(pass.spindle.rad_s));
-        let (slowest, fastest) = (speeds.clone().fold(f64::INFINITY, f64::min), speeds.fold(0.0, f64::max));
+        let speeds = passes.iter().map(camwright::cycle::PlannedPass::speed_range_rad_s);
+        let (slowest, fastest) = speeds.fold((f64::INFINITY, 0.0_f64), |(slowest, fastest), (low, high)| {
+            (slowest.min(rpm_from_rad_s(low)), fastest.max(rpm_from_rad_s(high)))
+        });
         let speed = if fastest - slowest < 0.05 {
             format!("{fastest:.1} rpm")
         } else {

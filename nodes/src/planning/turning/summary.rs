@@ -1,0 +1,364 @@
+//! A planned turning job in figures: what `summary.json` says.
+
+use super::walk::points;
+use super::{PreparedTurning, clearance_map};
+use camwright::cycle::PlannedPass;
+use camwright::insert_clearance::{AngleAt, Flank, OFFSET_DEG};
+use camwright::insert_path::{BoundShare, Feed};
+use camwright::machine::description::{Axis, InsertDescription};
+use camwright::numeric::hermite::Sample;
+use camwright::point_to_point::MOVE_SHARE;
+use camwright::speed_plan::Quantity;
+use camwright::surface::mesh::MeshReading;
+use camwright::units::{deg_from_rad, rpm_from_rad_s, um_from_mm, wrap_turn};
+use serde::Serialize;
+use std::path::Path;
+
+/// What `summary.json` says about a turning job.
+#[derive(Debug, Clone, Serialize)]
+pub struct TurningSummary {
+    /// Name of the job.
+    pub job: String,
+    /// One line about it.
+    pub title: String,
+    /// Machine it was planned for.
+    pub machine: String,
+    /// SHA-256 of the job with everything it names.
+    pub job_hash: String,
+    /// Hash of the machine.
+    pub machine_hash: String,
+    /// Hash of the plan.
+    pub plan_hash: String,
+    /// Time of the whole job, homing included.
+    pub duration_s: f64,
+    /// Largest use of an axis limit anywhere in the plan, as its forward check found it; 1 is the limit.
+    pub max_limit_ratio: f64,
+    /// Between which places it is turned.
+    pub turned_mm: [f64; 2],
+    /// Least and largest radius there, each widened by what the surface may do between the places looked at.
+    pub radius_mm: [f64; 2],
+    /// Radius of the bar.
+    pub bar_radius_mm: f64,
+    /// Radius of the insert.
+    pub insert_radius_mm: f64,
+    /// How the surface was read, if it is a mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<MeshSummary>,
+    /// How insert and surface stand to each other.
+    pub clearance: ClearanceSummary,
+    /// How far the form may be off besides the cusps.
+    pub tolerance_um: f64,
+    /// The passes in their order.
+    pub passes: Vec<TurnedPassSummary>,
+}
+
+/// How a mesh was read.
+#[derive(Debug, Clone, Serialize)]
+pub struct MeshSummary {
+    /// Its file.
+    pub file: String,
+    /// Triangles of the surface, and those of end faces.
+    pub triangles: usize,
+    /// Those of end faces, and those seen edge on.
+    pub left_out: usize,
+    /// Azimuths and rows of the grid through its corners.
+    pub grid: [usize; 2],
+    /// Largest distance of a corner from the surface.
+    pub corners_off_um: f64,
+    /// Largest distance of the middle of a flat face from it.
+    pub faces_off_um: f64,
+}
+
+/// How insert and surface stand to each other.
+#[derive(Debug, Clone, Serialize)]
+pub struct ClearanceSummary {
+    /// H: how far the rake face is below the axis, negative above it.
+    pub below_centre_mm: f64,
+    /// asin(H / least radius).
+    pub offset_angle_deg: f64,
+    /// Whether it is within 40 to 60 degrees, as JP2012-71381A prefers.
+    pub is_offset_preferred: bool,
+    /// Whether it is within 20 to 70 degrees, as it asks for.
+    pub is_offset_allowed: bool,
+    /// Least angle between flank and surface.
+    pub clearance: AngleSummary,
+    /// Least angle between surface and rake face.
+    pub approach: AngleSummary,
+    /// How near the flank comes to the surface below the edge.
+    pub flank_distance_mm: f64,
+    /// The heights below the axis that work, and the best of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub heights: Option<HeightsSummary>,
+}
+
+/// An angle and where it is met.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct AngleSummary {
+    /// The angle.
+    pub angle_deg: f64,
+    /// Least that is allowed.
+    pub least_deg: f64,
+    /// Angle of `c_axis`.
+    pub c_deg: f64,
+    /// Place along the part.
+    pub z_mm: f64,
+}
+
+/// Heights below the axis.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct HeightsSummary {
+    /// The least that works.
+    pub from_mm: f64,
+    /// The largest that works.
+    pub to_mm: f64,
+    /// The best.
+    pub best_mm: f64,
+}
+
+/// What `summary.json` says about a pass.
+#[derive(Debug, Clone, Serialize)]
+pub struct TurnedPassSummary {
+    /// What it takes off along the section's normal in the rake plane.
+    pub depth_mm: f64,
+    /// What it leaves.
+    pub leaves_mm: f64,
+    /// Way per turn.
+    pub feed_mm: f64,
+    /// What advances evenly: `z`, or the contact along the `curve` of the section.
+    pub feed_along: &'static str,
+    /// Turns of C.
+    pub turns: f64,
+    /// Time of the spiral.
+    pub cut_s: f64,
+    /// Slowest and fastest speed of the spindle between run-up and run-down.
+    pub spindle_rpm: [f64; 2],
+    /// What holds the speed, and along which share of the way.
+    pub bounds: Vec<SpindleBoundSummary>,
+    /// Least and largest X.
+    pub x_mm: [f64; 2],
+    /// Their difference.
+    pub x_stroke_mm: f64,
+    /// First and last place of the insert's centre along the part.
+    pub z_mm: [f64; 2],
+    /// Height of the cusps that the feed leaves where the section does not curve.
+    pub cusp_um: f64,
+    /// The highest cusp that the feed must leave, by the curvature of the sections; of the last pass.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub highest_cusp: Option<CuspSummary>,
+    /// Largest error of X between the angles at which it was computed.
+    pub interpolation_error_um: f64,
+    /// The tightest hollow that the insert bridges.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hollow: Option<HollowSummary>,
+    /// How far each limit of an axis is used, and where most.
+    pub limits: Vec<TurnedLimitSummary>,
+}
+
+/// What holds the speed of the spindle.
+#[derive(Debug, Clone, Serialize)]
+pub struct SpindleBoundSummary {
+    /// What.
+    pub bound: String,
+    /// Share of the way.
+    pub share: f64,
+}
+
+/// A cusp and where it is.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct CuspSummary {
+    /// Its height.
+    pub height_um: f64,
+    /// Angle of `c_axis`.
+    pub c_deg: f64,
+    /// Place along the part.
+    pub z_mm: f64,
+}
+
+/// A hollow that the insert does not reach into.
+#[derive(Debug, Clone, Serialize)]
+pub struct HollowSummary {
+    /// Angle of `c_axis`.
+    pub c_deg: f64,
+    /// Place along the part.
+    pub z_mm: f64,
+    /// Its radius.
+    pub radius_mm: f64,
+    /// What it would have to exceed.
+    pub bound_mm: f64,
+    /// What is left in it at most.
+    pub left_um: f64,
+}
+
+/// Use of one limit.
+#[derive(Debug, Clone, Serialize)]
+pub struct TurnedLimitSummary {
+    /// Joint name.
+    pub axis: &'static str,
+    /// velocity, acceleration or jerk.
+    pub quantity: &'static str,
+    /// Unit of the two values.
+    pub unit: &'static str,
+    /// Largest magnitude.
+    pub value: f64,
+    /// Most allowed while planning.
+    pub allowed: f64,
+    /// Their ratio.
+    pub ratio: f64,
+    /// Angle of `c_axis` where it is met.
+    pub c_deg: f64,
+    /// Place of the insert's centre along the part there.
+    pub z_mm: f64,
+}
+
+/// Angles of a turn, from 0 on (deg).
+fn turn_deg(turned_rad: f64) -> f64 {
+    deg_from_rad(wrap_turn(turned_rad))
+}
+
+/// How a mesh was read, in the units of people.
+pub(super) fn mesh_summary(file: &Path, reading: &MeshReading) -> MeshSummary {
+    MeshSummary {
+        file: file.display().to_string(),
+        triangles: reading.triangles,
+        left_out: reading.left_out,
+        grid: [reading.grid.0, reading.grid.1],
+        corners_off_um: um_from_mm(reading.corners_off_mm),
+        faces_off_um: um_from_mm(reading.faces_off_mm),
+    }
+}
+
+/// Everything about a planned turning job but its curves.
+#[must_use]
+pub fn turning_summary(prepared: &PreparedTurning) -> Option<TurningSummary> {
+    let spec = &prepared.job.spec;
+    let insert = prepared.machine.insert.as_ref()?;
+    let (from_mm, to_mm) = spec.turned_mm;
+    let bounds = spec.surface.bounds(from_mm.min(to_mm), from_mm.max(to_mm));
+    let mesh = prepared.job.mesh.as_ref().map(|(file, reading)| mesh_summary(file, reading));
+    Some(TurningSummary {
+        job: spec.name.clone(),
+        title: prepared.job.title.clone(),
+        machine: prepared.machine.name.clone(),
+        job_hash: prepared.provenance.job_hash.clone(),
+        machine_hash: prepared.provenance.machine_hash.clone(),
+        plan_hash: prepared.plan_hash().to_owned(),
+        duration_s: prepared.duration_s(),
+        max_limit_ratio: prepared.planned.report.max_ratio(),
+        turned_mm: [from_mm, to_mm],
+        radius_mm: [bounds.least_mm, bounds.largest_mm],
+        bar_radius_mm: spec.bar_radius_mm,
+        insert_radius_mm: insert.radius_mm,
+        mesh,
+        clearance: clearance_summary(prepared, insert),
+        tolerance_um: um_from_mm(prepared.job.tolerance_mm),
+        passes: prepared.planned.passes.iter().map(|pass| pass_summary(prepared, pass)).collect(),
+    })
+}
+
+fn clearance_summary(prepared: &PreparedTurning, insert: &InsertDescription) -> ClearanceSummary {
+    let found = &prepared.planned.clearance;
+    let flank = Flank::of(insert);
+    let angle = |at: &AngleAt, least_rad: f64| AngleSummary {
+        angle_deg: deg_from_rad(at.angle_rad),
+        least_deg: deg_from_rad(least_rad),
+        c_deg: turn_deg(at.turned_rad),
+        z_mm: at.z_mm,
+    };
+    let offset_angle_deg = deg_from_rad(found.offset_angle_rad);
+    let [preferred, allowed] = OFFSET_DEG.map(|(from, to)| (from..=to).contains(&offset_angle_deg));
+    let heights = clearance_map(&prepared.job, insert).and_then(|map| map.heights()).ok();
+    ClearanceSummary {
+        below_centre_mm: found.height_mm,
+        offset_angle_deg,
+        is_offset_preferred: preferred,
+        is_offset_allowed: allowed,
+        clearance: angle(&found.clearance, flank.least_clearance_rad),
+        approach: angle(&found.approach, flank.least_approach_rad),
+        flank_distance_mm: prepared.planned.flank_distance_mm,
+        heights: heights.map(|heights| HeightsSummary {
+            from_mm: heights.lowest_mm,
+            to_mm: heights.highest_mm,
+            best_mm: heights.best_mm,
+        }),
+    }
+}
+
+fn pass_summary(prepared: &PreparedTurning, pass: &PlannedPass) -> TurnedPassSummary {
+    let request = pass.path.request();
+    let (feed_mm, feed_along) = match request.feed {
+        Feed::AlongZ(feed) => (feed, "z"),
+        Feed::AlongCurve(feed) => (feed, "curve"),
+    };
+    let (slowest, fastest) = pass.speed_range_rad_s();
+    let (x_from, x_to) = pass.path.x_range_mm();
+    let z_mm = |turned: f64| pass.path.z_at(turned).value;
+    let bound = |share: &BoundShare| SpindleBoundSummary { bound: share.bound.to_string(), share: share.share };
+    TurnedPassSummary {
+        depth_mm: pass.depth_mm,
+        leaves_mm: request.stock_mm,
+        feed_mm,
+        feed_along,
+        turns: pass.turns,
+        cut_s: pass.spindle.law.end(),
+        spindle_rpm: [rpm_from_rad_s(slowest), rpm_from_rad_s(fastest)],
+        bounds: pass.spindle.bounds.iter().map(bound).collect(),
+        x_mm: [x_from, x_to],
+        x_stroke_mm: pass.path.stroke_mm(),
+        z_mm: [z_mm(pass.path.x().start()), z_mm(pass.path.x().end())],
+        cusp_um: um_from_mm(pass.path.cusp_mm()),
+        highest_cusp: highest_cusp(prepared, pass),
+        interpolation_error_um: um_from_mm(pass.path.accuracy().interpolation_error_mm),
+        hollow: pass.path.hollow().map(|hollow| HollowSummary {
+            c_deg: hollow.turned_deg,
+            z_mm: hollow.z_mm,
+            radius_mm: hollow.radius_mm,
+            bound_mm: hollow.bound_mm,
+            left_um: um_from_mm(hollow.left_mm),
+        }),
+        limits: limits(prepared, pass),
+    }
+}
+
+/// What is under the stock of a pass to come is not seen: only the last pass has cusps that stay.
+fn highest_cusp(prepared: &PreparedTurning, pass: &PlannedPass) -> Option<CuspSummary> {
+    let spec = &prepared.job.spec;
+    if pass.path.request().stock_mm > 0.0 {
+        return None;
+    }
+    let (from_mm, to_mm) = (spec.turned_mm.0.min(spec.turned_mm.1), spec.turned_mm.0.max(spec.turned_mm.1));
+    let cusp = pass.path.highest_cusp(&spec.surface, from_mm, to_mm).ok()?;
+    Some(CuspSummary { height_um: um_from_mm(cusp.height_mm), c_deg: turn_deg(cusp.turned_rad), z_mm: cusp.z_mm })
+}
+
+/// The largest of every derivative of every axis, as executed from the run-up to the run-down, and where it is met.
+fn limits(prepared: &PreparedTurning, pass: &PlannedPass) -> Vec<TurnedLimitSummary> {
+    let mut most = [[(0.0_f64, 0.0, 0.0); 3]; 3];
+    for point in points(pass) {
+        for (most, sample) in most.iter_mut().zip([point.c, point.x, point.z]) {
+            let Sample { first, second, third, .. } = sample;
+            for (most, value) in most.iter_mut().zip([first, second, third]) {
+                if value.abs() > most.0 {
+                    *most = (value.abs(), point.turned_rad, point.z.value);
+                }
+            }
+        }
+    }
+    let mut summaries = Vec::new();
+    for (axis, most) in Axis::ALL.into_iter().zip(most) {
+        let allowed = prepared.machine.axis(axis).limits.with_share(MOVE_SHARE);
+        for (quantity, (value, turned_rad, z_mm)) in Quantity::ALL.into_iter().zip(most) {
+            let allowed = quantity.limit(&allowed);
+            summaries.push(TurnedLimitSummary {
+                axis: axis.joint(),
+                quantity: quantity.name(),
+                unit: quantity.unit(axis),
+                value,
+                allowed,
+                ratio: value / allowed,
+                c_deg: turn_deg(turned_rad),
+                z_mm,
+            });
+        }
+    }
+    summaries
+}
