@@ -120,6 +120,31 @@ fn the_command_line_tells_a_verdict_and_refuses_what_turning_has_not() {
     }
 }
 
+/// A tolerance that any drive keeps is kept by the smallest gain that is tried; good drives leave less than ordinary ones.
+#[test]
+fn what_drives_would_have_to_be_is_told_of_jobs_that_turn() {
+    let drives = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
+        let output = command.current_dir(support::repository()).arg("drives").args(arguments).output();
+        output.expect("camwright runs")
+    };
+    let mut arguments = vec![JOB, "--json", "--tolerance-um", "500"];
+    SHORT.iter().for_each(|over| arguments.extend(["--set", over]));
+    let told = drives(&arguments);
+    assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
+    let told: Value = serde_json::from_slice(&told.stdout).expect("a report in JSON");
+    let beyond_um = |name: &str| told["drives"][name]["beyond_um"].as_f64().expect("a number");
+    assert!(beyond_um("ideal drives").abs() < 1e-12, "they leave nothing beyond themselves");
+    assert!(beyond_um("good drives") < 0.5 * beyond_um("the machine's drives"), "{}", told["drives"]);
+    let least = |index: usize| &told["gain_of_x"][index]["result"]["least"];
+    for index in 0..2 {
+        assert_eq!(least(index)["kv_1_s"].as_f64().map(f64::round), Some(31.0), "{}", told["gain_of_x"]);
+    }
+    let refused = drives(&["eccentric"]);
+    let said = String::from_utf8_lossy(&refused.stderr);
+    assert!(refused.status.code() == Some(2) && said.contains("job eccentric grinds"), "{said}");
+}
+
 /// A cell with the lathe.
 fn lathe() -> Cell {
     Cell::start_with(&[], |args| {

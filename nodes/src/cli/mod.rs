@@ -2,6 +2,7 @@
 
 mod batch;
 mod check;
+mod drives;
 mod plan;
 mod plan_turned;
 mod run;
@@ -34,6 +35,8 @@ enum CommandLine {
     Plan(plan::PlanArgs),
     /// Check a job or a lift table: every finding with file, line, value and bound.
     Check(check::CheckArgs),
+    /// Tell what the drives of a lathe leave on a part, and what they would have to be.
+    Drives(drives::DrivesArgs),
     /// Set a running cell up: jog, probe, dress, touch off, find the part's phase.
     Setup(setup::SetupArgs),
     /// Look into a bag.
@@ -58,6 +61,7 @@ pub fn main() -> ExitCode {
         CommandLine::Run(args) => run::main(&args, &ros_args),
         CommandLine::Plan(args) => plan::main(&args),
         CommandLine::Check(args) => check::main(&args),
+        CommandLine::Drives(args) => drives::main(&args),
         CommandLine::Setup(args) => setup::main(&args, &ros_args),
         CommandLine::Bag(args) => crate::bag::cli::run(&args),
         CommandLine::Replay(args) => crate::replay::run(&args, &ros_args),
