@@ -41,6 +41,9 @@ use thiserror::Error;
 /// How far beyond where it could touch the bar the insert begins (mm).
 const AIR_MM: f64 = 0.5;
 
+/// Most knots of all passes together: some hundred bytes each in path, plan and pages.
+const MOST_KNOTS: u32 = 5_000_000;
+
 /// Why a part cannot be turned.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum TurningError {
@@ -73,6 +76,19 @@ pub enum TurningError {
     /// The passes make no sense.
     #[error(transparent)]
     Passes(InsertPathError),
+    /// More than a plan should hold.
+    #[error(
+        "the {passes} passes have {knots:.0} angles at which the path is computed, at most {most} are allowed: fewer passes, a larger feed, \
+         or fewer angles a turn"
+    )]
+    TooLong {
+        /// Passes.
+        passes: usize,
+        /// Angles of all of them.
+        knots: f64,
+        /// Allowed.
+        most: u32,
+    },
     /// A speed that the axes do not keep.
     #[error(
         "pass {pass}: the spindle is to turn at {wanted_rpm:.2} 1/min; the axes keep {fastest_rpm:.2} 1/min, for {bound}"
@@ -183,7 +199,12 @@ pub fn plan_turning(
     let clearance = ClearanceMap::new(&job.surface, low, high, flank)?.check(-insert.height_mm)?;
     let clear_mm = job.bar_radius_mm + insert.radius_mm + job.clearance_mm;
     let mut passes = Vec::new();
-    for (index, (depth_mm, request)) in requests(job, &insert)?.into_iter().enumerate() {
+    let requests = requests(job, &insert)?;
+    let knots: f64 = requests.iter().map(|(_, request)| knots(request)).sum();
+    if knots > f64::from(MOST_KNOTS) {
+        return Err(TurningError::TooLong { passes: requests.len(), knots, most: MOST_KNOTS });
+    }
+    for (index, (depth_mm, request)) in requests.into_iter().enumerate() {
         passes.push(plan_pass(job, machine, index + 1, depth_mm, &request)?);
     }
     let counts = |axis: Axis, at: f64| machine.axis(axis).scale.counts(at);
@@ -276,6 +297,12 @@ fn requests(job: &TurningJob, insert: &InsertDescription) -> Result<Vec<(f64, Pa
         (depth_mm, request)
     };
     Ok(job.passes.steps(job.feed).map_err(TurningError::Passes)?.into_iter().map(request).collect())
+}
+
+/// Knots of a path, before it is computed; of a feed that is none not a number, which the path itself refuses.
+fn knots(request: &PathRequest) -> f64 {
+    let (Feed::AlongZ(feed) | Feed::AlongCurve(feed)) = request.feed;
+    (request.to_mm - request.from_mm).abs() / feed * f64::from(request.angles)
 }
 
 /// How far before the part's end the insert on its path does not touch the bar yet (mm).

@@ -159,7 +159,7 @@ impl Turned<'_> {
         );
         let mut drawing = self.begin(&shows);
         let deg = |point: &PassPoint| (point.turned_rad - first) * 360.0 / TURN_RAD;
-        let mut chart = |row: u8, label: &str, values: Vec<(f64, f64)>, bounds: Option<(f64, f64)>| {
+        let mut chart = |row: u8, label: &str, name: &str, values: Vec<(f64, f64)>, bounds: Option<(f64, f64)>| {
             let used = |limit: f64| values.iter().map(|(_, value)| value.abs()).fold(0.0, f64::max) / limit;
             let near = bounds.filter(|(limit, _)| used(*limit) >= NEAR);
             let shown = near.into_iter().flat_map(|(limit, _)| [limit, -limit]);
@@ -173,20 +173,25 @@ impl Turned<'_> {
                 }
             }
             if let Some((limit, _)) = bounds {
-                let note = format!("limit {limit:.0}, used {:.1} %", 100.0 * used(limit));
+                let note = format!("{name}: limit {limit:.0} {label}, used {:.1} %", 100.0 * used(limit));
                 let lettering = Lettering { anchor: Anchor::End, colour: LIMIT.colour, ..SMALL };
                 drawing.text([chart.frame.right(), chart.frame.top - 1.3], lettering, &note);
             }
             chart.curve(&mut drawing, values.into_iter(), CURVE);
         };
-        chart(0, "X (mm)", turn.iter().map(|point| (deg(point), point.x.value)).collect(), None);
+        chart(0, "X (mm)", "", turn.iter().map(|point| (deg(point), point.x.value)).collect(), None);
         for (row, (quantity, of)) in (1_u8..).zip(Quantity::ALL.into_iter().zip(of)) {
-            let label = format!("{} ({})", quantity.name(), quantity.unit(Axis::X));
             let values = turn.iter().map(|point| (deg(point), of(point))).collect();
-            chart(row, &label, values, Some((quantity.limit(&limits), quantity.limit(&allowed))));
+            chart(
+                row,
+                quantity.unit(Axis::X),
+                quantity.name(),
+                values,
+                Some((quantity.limit(&limits), quantity.limit(&allowed))),
+            );
         }
         let speeds = turn.iter().map(|point| (deg(point), rpm_from_rad_s(point.c.first))).collect();
-        chart(4, "C (rpm)", speeds, None);
+        chart(4, "C (rpm)", "", speeds, None);
         legend(&mut drawing, &[("limit", LIMIT), ("planning uses", ALLOWED)]);
         drawing
     }

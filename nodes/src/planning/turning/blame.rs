@@ -52,6 +52,8 @@ fn cause(job: &TurnedJob, machine: &MachineDescription, error: &TurningError) ->
         }),
         TurningError::Passes(source) => path_cause(job, usize::MAX, source),
         TurningError::Path { pass, source } => path_cause(job, *pass, source),
+        TurningError::TooLong { passes: 1, .. } => job_key("finishing"),
+        TurningError::TooLong { .. } => job_key("roughing"),
         TurningError::TooFast { .. } => job_key("spindle.rpm"),
         TurningError::Spline { .. } => job_key("surface"),
         TurningError::NoStop { axis, .. } => Cause::Machine(axis.joint()),

@@ -42,7 +42,7 @@ fn every_refusal_names_the_file_and_the_line_of_what_causes_it() {
         (&["part_zero_mm=100.0"], "turned_cam.yaml: ", "z_axis goes to"),
         (&["clearance_mm=100.0"], "turned_cam.yaml: ", "x_axis goes to"),
         (&["spindle={law: constant, rpm: 590.0}"], "turned_cam.yaml: ", "the acceleration of x_axis"),
-        (&["finishing.along_z_mm=0.002", "form_grid.column_mm=0.02"], "turned_cam.yaml: ", "360 angles, 5"),
+        (&["finishing.along_z_mm=0.002", "form_grid.column_mm=0.02"], "turned_cam.yaml:", "the 3 passes have 58"),
     ] {
         let error = refusal(overrides);
         assert!(error.contains(place) && error.contains(words), "{overrides:?}: {error}");
@@ -159,4 +159,67 @@ fn a_part_on_another_grid_has_no_form() {
     let part = TurnedPart::round("other".into(), grid, 20.0).unwrap();
     let error = turned_form(&prepared, &part).expect_err("elsewhere").to_string();
     assert_eq!(error, "the part has no column from 0 to 24 mm");
+}
+
+/// Every key with values that nobody means: planned or refused in a sentence with its file, never a panic, never for long.
+#[test]
+fn hostile_values_are_refused_or_planned() {
+    let keys = [
+        "name",
+        "machine",
+        "surface",
+        "surface.kind",
+        "surface.profiles",
+        "surface.profiles.0.lift",
+        "surface.profiles.0.base_radius_mm",
+        "surface.cams",
+        "surface.cams.0.from_mm",
+        "surface.cams.1.to_mm",
+        "surface.cams.1.phase_deg",
+        "turned",
+        "turned.from_mm",
+        "turned.to_mm",
+        "bar_radius_mm",
+        "part_zero_mm",
+        "roughing",
+        "roughing.stock_mm",
+        "roughing.leaves_mm",
+        "roughing.deepest_mm",
+        "roughing.along_z_mm",
+        "roughing.along_curve_mm",
+        "finishing",
+        "finishing.along_z_mm",
+        "finishing.along_curve_mm",
+        "angles_per_turn",
+        "spindle",
+        "spindle.law",
+        "spindle.rpm",
+        "clearance_mm",
+        "rapid_speed_mm_s",
+        "form_grid.azimuths",
+        "form_grid.column_mm",
+        "tolerance_um",
+        "faults",
+    ];
+    let values = ["0", "-1", "1e-9", "0.1", "1e300", "varied", "{}"];
+    let short = ["turned={from_mm: 24.0, to_mm: 23.0}", "form_grid={column_mm: 0.1}"];
+    let (mut made, mut refused) = (0, 0);
+    for key in keys {
+        for value in values {
+            let set = format!("{key}={value}");
+            let overrides: Vec<&str> = short.into_iter().chain([set.as_str()]).collect();
+            match prepared(&overrides) {
+                Ok(prepared) => {
+                    made += 1;
+                    assert!(prepared.duration_s().is_finite() && turning_summary(&prepared).is_some(), "{set}");
+                }
+                Err(error) => {
+                    refused += 1;
+                    let told = error.to_string();
+                    assert!(error.message.len() > 15 && told.contains(".yaml"), "{set}: {told}");
+                }
+            }
+        }
+    }
+    assert!(made > 20 && refused > 100, "made {made}, refused {refused}");
 }
