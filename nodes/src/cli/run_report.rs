@@ -21,6 +21,15 @@ fn n_um(n_m: f64) -> f64 {
     mm_from_um(m_from_mm(n_m))
 }
 
+/// 0: complete and good; 4: complete; 3: not complete.
+pub(super) fn exit_code(status: GoalStatus, is_good: bool) -> ExitCode {
+    match status {
+        GoalStatus::Succeeded if is_good => ExitCode::SUCCESS,
+        GoalStatus::Succeeded => ExitCode::from(4),
+        _ => ExitCode::from(3),
+    }
+}
+
 /// A predicted time with what came on top of it.
 fn predicted(time: &TimeCompared) -> String {
     format!("{:.2} s {:+.2} s", time.predicted_s, time.late_s())
@@ -72,11 +81,7 @@ impl Report<'_> {
     }
 
     pub(super) fn exit_code(&self) -> ExitCode {
-        match self.status {
-            GoalStatus::Succeeded if self.is_good() => ExitCode::SUCCESS,
-            GoalStatus::Succeeded => ExitCode::from(4),
-            _ => ExitCode::from(3),
-        }
+        exit_code(self.status, self.is_good())
     }
 
     #[allow(clippy::print_stdout, reason = "the result of the command")]

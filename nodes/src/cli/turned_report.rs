@@ -1,6 +1,6 @@
 //! What `camwright run` says at the end of a job that turns.
 
-use super::run_report::um;
+use super::run_report::{exit_code, um};
 use crate::convert::mm_from_m;
 use crate::planning::TurnedInstead;
 use crate::ros::GoalStatus;
@@ -42,11 +42,7 @@ impl TurnedReport<'_> {
     }
 
     pub(super) fn exit_code(&self) -> ExitCode {
-        match self.status {
-            GoalStatus::Succeeded if self.is_good() => ExitCode::SUCCESS,
-            GoalStatus::Succeeded => ExitCode::from(4),
-            _ => ExitCode::from(3),
-        }
+        exit_code(self.status, self.is_good())
     }
 
     #[allow(clippy::print_stdout, reason = "the result of the command")]

@@ -5,6 +5,7 @@
 
 pub mod gauge;
 pub mod plan;
+mod plan_segment;
 pub mod setpoints;
 pub mod time;
 

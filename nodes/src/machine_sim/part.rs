@@ -2,6 +2,7 @@
 
 use crate::convert::m_from_mm;
 use crate::convert::time::TickClock;
+use camwright::machine::Machine;
 use camwright::machine::turned_part::{MOST_CELLS, PartGrid, TurnedPart, TurnedPartError};
 use camwright::machine::workpiece::{CutAt, LobeError};
 use camwright_msgs::camwright_msgs::msg::TurnedPage;
@@ -76,6 +77,49 @@ pub(super) enum BarRefused {
     Gone,
     #[error(transparent)]
     Part(TurnedPartError),
+}
+
+impl RawLobe {
+    /// Puts it on the part in a machine at rest, with or in the place of what is there.
+    pub(super) fn put_in(&mut self, machine: &mut Machine) -> Result<(), LobeRefused> {
+        if self.clear {
+            machine.clear_part();
+        }
+        let radii = std::mem::take(&mut self.radii_mm);
+        machine.set_key_way(self.key_way_rad);
+        machine.load_lobe(&self.name, &self.station, self.width_mm, radii).map_err(LobeRefused::Part)
+    }
+}
+
+impl RawBar {
+    /// Puts it into the chuck of a machine at rest, in the place of what is there.
+    pub(super) fn clamp(&mut self, machine: &mut Machine) -> Result<(), BarRefused> {
+        let part = self.part.take().ok_or(BarRefused::Gone)?;
+        machine.load_turned_part(part, self.part_zero_mm).map_err(BarRefused::Part)
+    }
+}
+
+impl Snapshot {
+    /// Copies the part as it stands.
+    pub(super) fn take(&mut self, machine: &Machine) {
+        self.tick = machine.tick();
+        self.key_way_rad = machine.key_way_rad();
+        let stations = &machine.description().stations;
+        self.lobes.clear();
+        self.lobes.extend(machine.part().lobes().iter().map(|lobe| SnapshotLobe {
+            name: lobe.name().to_owned(),
+            station: stations.get(lobe.station()).map_or_else(String::new, |station| station.switch.clone()),
+            width_mm: lobe.width_mm(),
+            radii_mm: lobe.radii_mm().to_vec(),
+            cut: lobe.cut_record().map_or_else(Vec::new, |record| record.degrees().to_vec()),
+        }));
+        self.turned = machine.turned_part().map(|part| SnapshotTurned {
+            name: part.name().to_owned(),
+            grid: *part.grid(),
+            part_zero_mm: machine.part_zero_mm(),
+            radii_mm: part.radii_mm().to_vec(),
+        });
+    }
 }
 
 /// Radii of a page: 32 kB.

@@ -1,7 +1,7 @@
 //! The machine's cyclic thread: one tick after the other, at the pace of the clock or of the setpoints.
 
 use super::faults::Faults;
-use super::part::{BarRefused, LobeRefused, RawBar, RawLobe, Snapshot, SnapshotLobe, SnapshotTurned};
+use super::part::{BarRefused, LobeRefused, RawBar, RawLobe, Snapshot};
 use super::pump::StreamState;
 use crate::convert::setpoints::ChunkBuffer;
 use crate::cyclic::{Receiver, Sender, Waker};
@@ -349,15 +349,17 @@ impl Ticker {
                 Inbound::Fault(fault, job_tick) => self.faults.add(fault, job_tick),
                 Inbound::Reset => self.reset(),
                 Inbound::Lobe(mut lobe) => {
-                    let outcome = self.load(&mut lobe);
+                    let outcome =
+                        if self.takes_part() { lobe.put_in(&mut self.machine) } else { Err(LobeRefused::Moving) };
                     self.send(Outbound::LobeDone(outcome, lobe));
                 }
                 Inbound::Bar(mut bar) => {
-                    let outcome = self.clamp(&mut bar);
+                    let outcome =
+                        if self.takes_part() { bar.clamp(&mut self.machine) } else { Err(BarRefused::Moving) };
                     self.send(Outbound::BarDone(outcome, bar));
                 }
                 Inbound::Snapshot(mut snapshot) => {
-                    self.copy_part(&mut snapshot);
+                    snapshot.take(&self.machine);
                     self.send(Outbound::Snapshot(snapshot));
                 }
                 Inbound::Active(active) => self.active = active,
@@ -459,49 +461,9 @@ impl Ticker {
         self.send(Outbound::ResetDone(outcome));
     }
 
+    /// Loading and copying the part are the only places where this thread allocates: a part is taken at rest only.
     fn takes_part(&self) -> bool {
         self.machine.is_at_rest() && !self.buffer.has_setpoints()
-    }
-
-    fn load(&mut self, lobe: &mut RawLobe) -> Result<(), LobeRefused> {
-        if !self.takes_part() {
-            return Err(LobeRefused::Moving);
-        }
-        if lobe.clear {
-            self.machine.clear_part();
-        }
-        let radii = std::mem::take(&mut lobe.radii_mm);
-        self.machine.set_key_way(lobe.key_way_rad);
-        self.machine.load_lobe(&lobe.name, &lobe.station, lobe.width_mm, radii).map_err(LobeRefused::Part)
-    }
-
-    fn clamp(&mut self, bar: &mut RawBar) -> Result<(), BarRefused> {
-        if !self.takes_part() {
-            return Err(BarRefused::Moving);
-        }
-        let part = bar.part.take().ok_or(BarRefused::Gone)?;
-        self.machine.load_turned_part(part, bar.part_zero_mm).map_err(BarRefused::Part)
-    }
-
-    fn copy_part(&self, snapshot: &mut Snapshot) {
-        snapshot.tick = self.machine.tick();
-        snapshot.key_way_rad = self.machine.key_way_rad();
-        let stations = &self.machine.description().stations;
-        snapshot.lobes.clear();
-        // Loading and copying the part are the only places where this thread allocates; both are refused while it moves.
-        snapshot.lobes.extend(self.machine.part().lobes().iter().map(|lobe| SnapshotLobe {
-            name: lobe.name().to_owned(),
-            station: stations.get(lobe.station()).map_or_else(String::new, |station| station.switch.clone()),
-            width_mm: lobe.width_mm(),
-            radii_mm: lobe.radii_mm().to_vec(),
-            cut: lobe.cut_record().map_or_else(Vec::new, |record| record.degrees().to_vec()),
-        }));
-        snapshot.turned = self.machine.turned_part().map(|part| SnapshotTurned {
-            name: part.name().to_owned(),
-            grid: *part.grid(),
-            part_zero_mm: self.machine.part_zero_mm(),
-            radii_mm: part.radii_mm().to_vec(),
-        });
     }
 
     fn send(&mut self, message: Outbound) {
