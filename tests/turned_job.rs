@@ -118,6 +118,10 @@ fn the_command_line_tells_a_verdict_and_refuses_what_turning_has_not() {
         assert!(refused.status.code() == Some(1) && told.contains(words), "{flags:?}: {told}");
         assert!(!folder.join("refused").exists(), "a refused run leaves no bag");
     }
+    // On a machine that grinds the planner says why, and nobody waits for a record of what it has not.
+    let refused = run(&folder, "ground", &["--set", "machine=cam_grinder"]);
+    let told = String::from_utf8_lossy(&refused.stderr);
+    assert!(refused.status.code() == Some(1) && told.contains("the machine grinds with a wheel"), "{told}");
 }
 
 /// A tolerance that any drive keeps is kept by the smallest gain that is tried; good drives leave less than ordinary ones.

@@ -8,6 +8,7 @@ use super::turned_report::TurnedReport;
 use crate::config::any_job::{self, AnyJob};
 use crate::config::job_file::{self, Job};
 use crate::config::locate::Located;
+use crate::config::turning_file::TurnedJob;
 use crate::planning::{self, PreparedJob, PreparedTurning, TurnedInstead};
 use crate::ros::{GoalStatus, RosArgs, RosLayer, Shutdown};
 use crate::running::NodeError;
@@ -100,20 +101,27 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let job = args.job.clone().unwrap_or_else(|| "four_lobe_camshaft".to_owned());
     let bag = args.bag.clone().unwrap_or_else(|| default_bag(&job));
     // What is wrong with a job the planner says.
-    let turns = matches!(any_job::load(&job, &args.set), Ok(AnyJob::Turned(_)));
+    let turns = any_job::turns(&job, &args.set);
     if turns {
         fits_turning(&job, &args).map_err(NodeError::Parameter)?;
     }
     args.set.extend(args.start_at.iter().map(|lobe| format!("start_at={lobe}")));
     args.set.extend(args.identify_only.then(|| "identification.only=true".to_owned()));
-    let read = if turns { None } else { job_file::load(&job, &args.set).ok() };
-    read.iter().try_for_each(|read| fits_grinding(&job, read, &args)).map_err(NodeError::Parameter)?;
-    let dry_run = read.is_some_and(|job| job.spec.dry_run_mm.is_some());
+    let (ground, turned) = match any_job::load(&job, &args.set) {
+        Ok(AnyJob::Ground(read)) => (Some(read), None),
+        Ok(AnyJob::Turned(read)) => (None, Some(read)),
+        Err(_) => (None, None),
+    };
+    ground.iter().try_for_each(|read| fits_grinding(&job, read, &args)).map_err(NodeError::Parameter)?;
+    let dry_run = ground.is_some_and(|job| job.spec.dry_run_mm.is_some());
+    // A job that turns on a machine that grinds is refused, and has nothing to be recorded.
+    let on_lathe = turned.as_ref().is_some_and(|job| job.machine.description.is_lathe());
+    let record: &[&str] = if on_lathe { &TURNING_RECORD } else { &GRINDING_RECORD };
     let client = Client::new(ros_args)?;
     let machine = any_job::machine_of(&job, &args.set).unwrap_or_else(|| "cam_grinder".to_owned());
     let start = || Cell::start(&machine, &args.set_machine, args.pace, ros_args, &bag);
     let cell = if args.attach { None } else { Some(start()?) };
-    client.meet(cell.is_some().then_some(if turns { &TURNING_RECORD } else { &GRINDING_RECORD }), &shutdown)?;
+    client.meet(cell.is_some().then_some(record), &shutdown)?;
     if args.find_phase {
         let found = client.find_phase(&job, &args.set)?;
         args.set.extend(found);
@@ -122,8 +130,8 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let batch = if args.parts > 1 { Some(Batch::of(&client.node, args.parts, &job, &args.set)?) } else { None };
     let (outcome, batch) = run_parts(&client, &job, args, batch, &shutdown);
     let planned_as = client.heard_job();
-    let turned = outcome.as_ref().ok().filter(|(_, result)| !result.turned.is_empty());
-    let form_map = turned.and_then(|(_, result)| client.form_map(result.last_tick));
+    let has_form = outcome.as_ref().ok().filter(|(_, result)| !result.turned.is_empty());
+    let form_map = has_form.and_then(|(_, result)| client.form_map(result.last_tick));
     if let Some(cell) = cell {
         cell.stop();
     }
@@ -132,7 +140,7 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let took = started.elapsed();
     let bag = (!args.attach).then_some(&bag);
     if turns {
-        let (predicted_s, causes) = turned_again(&job, args, &result);
+        let (predicted_s, causes) = turned_again(turned, args, &result);
         let report = TurnedReport { job: &job, status, result: &result, predicted_s, form_map, causes, bag, took };
         if args.json {
             report.print_json();
@@ -237,10 +245,14 @@ fn planned_again(job: &str, args: &RunArgs, planned_as: Option<&JobStatus>) -> O
     planning::plan(job, None).ok()
 }
 
-/// The same turning job without ROS, if it plans as it was run: its predicted duration (s), and what it leaves on other machines.
-fn turned_again(job: &str, args: &RunArgs, result: &RunJobResult) -> (Option<f64>, Vec<TurnedInstead>) {
+/// A turning job without ROS, if it plans as it was run: its predicted duration (s), and what it leaves on other machines.
+fn turned_again(
+    read: Option<Box<TurnedJob>>,
+    args: &RunArgs,
+    result: &RunJobResult,
+) -> (Option<f64>, Vec<TurnedInstead>) {
     let again = || -> Option<PreparedTurning> {
-        let AnyJob::Turned(mut job) = any_job::load(job, &args.set).ok()? else { return None };
+        let mut job = read?;
         job.machine = job.machine.with_overrides(&args.set_machine).ok()?;
         planning::plan_turned(*job, None).ok().filter(|prepared| prepared.plan_hash() == result.plan_hash)
     };

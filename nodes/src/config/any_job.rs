@@ -67,6 +67,13 @@ pub fn is_turned(located: &Located, overrides: &[String]) -> Result<bool, Config
     }
 }
 
+/// Whether a name leads to a job of turning, whatever is wrong with it besides; nothing that it names is read.
+#[must_use]
+pub fn turns(name: &str, overrides: &[String]) -> bool {
+    let located = locate("jobs", name, "yaml", None);
+    located.is_ok_and(|located| is_turned(&located, overrides).unwrap_or_default())
+}
+
 /// The machine file that a job names, as its other readers find it; `None` for what is no job.
 #[must_use]
 pub fn machine_of(name: &str, overrides: &[String]) -> Option<String> {

@@ -4,8 +4,8 @@ use super::execution::{Asker, Event, Execution};
 use super::grinding_run::GrindingRun;
 use super::turning_run::TurningRun;
 use super::{Shared, lock, settings};
-use crate::config::any_job::{self, AnyJob};
-use crate::config::job_file::Job;
+use crate::config::any_job;
+use crate::config::job_file::{self, Job};
 use crate::planning::{self, AnyPrepared, MachineNow};
 use crate::ros::{ActionHandler, GoalDecider, GoalDecision, GoalHandle, GoalId, RosError};
 use camwright::machine::description::MachineDescription;
@@ -84,7 +84,10 @@ impl Shared {
     pub(super) fn used(&self, name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Vec<String> {
         let mut used = settings::overrides(self.node.parameters(), overrides);
         // What parts have taught, and where they are clamped, is of jobs that grind.
-        let Ok(AnyJob::Ground(job)) = any_job::load(name, &used) else { return used };
+        if any_job::turns(name, &used) {
+            return used;
+        }
+        let Ok(job) = job_file::load(name, &used) else { return used };
         // A job on the part as it is; what somebody says of its phase counts more.
         let is_said = used.iter().any(|pair| pair.starts_with("part_phase_deg="));
         if (job.starts_in_the_middle || job.spec.dry_run_mm.is_some()) && !is_said {
