@@ -41,3 +41,12 @@ pub struct TurningJob {
     /// Speed of X there and back (mm/s).
     pub rapid_speed_mm_s: f64,
 }
+
+impl TurningJob {
+    /// Between which z it is turned, the lower first (mm).
+    #[must_use]
+    pub fn range_mm(&self) -> (f64, f64) {
+        let (from_mm, to_mm) = self.turned_mm;
+        (from_mm.min(to_mm), from_mm.max(to_mm))
+    }
+}

@@ -195,7 +195,7 @@ pub fn plan_turning(
     }
     check(job)?;
     let flank = Flank::of(&insert);
-    let (low, high) = (job.turned_mm.0.min(job.turned_mm.1), job.turned_mm.0.max(job.turned_mm.1));
+    let (low, high) = job.range_mm();
     let clearance = ClearanceMap::new(&job.surface, low, high, flank)?.check(-insert.height_mm)?;
     let clear_mm = job.bar_radius_mm + insert.radius_mm + job.clearance_mm;
     let mut passes = Vec::new();
@@ -241,7 +241,8 @@ fn check(job: &TurningJob) -> Result<(), TurningError> {
     let positive = || String::from("above 0 and up to 1000 mm");
     let is_length = |value: f64| value > 0.0 && value <= 1000.0;
     let (from_mm, to_mm) = job.turned_mm;
-    let design = job.surface.bounds(from_mm.min(to_mm), from_mm.max(to_mm));
+    let (low_mm, high_mm) = job.range_mm();
+    let design = job.surface.bounds(low_mm, high_mm);
     for (what, value, is_right, allowed) in [
         ("the z at which turning begins", from_mm, within(from_mm), range.clone()),
         ("the z at which turning ends", to_mm, within(to_mm) && (to_mm - from_mm).abs() > 0.0, range),

@@ -17,7 +17,7 @@ use crate::machine::description::{Axis, DescriptionError, Effect, MachineDescrip
 use crate::machine::state::LastingState;
 use crate::machine::turned_part::{FormMap, FormMapError, FormPoint, PartGrid, TurnedPart, TurnedPartError};
 use crate::plan::Plan;
-use crate::rehearsal::{RehearsalError, rehearse};
+use crate::rehearsal::{RehearsalError, Rehearsed, rehearse};
 use crate::turning_job::TurningJob;
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -211,23 +211,43 @@ impl<'a> TurningDrives<'a> {
     }
 }
 
-/// The form of the part that a machine turns, over the length that is turned.
+/// The part that a lathe turns by a plan, from a bar on this grid.
+///
+/// # Errors
+/// A machine that grinds, a plan that is not for it, a grid that is none, a part that was not turned to its end.
+pub fn turn(
+    job: &TurningJob,
+    plan: &Arc<Plan>,
+    description: &MachineDescription,
+    grid: PartGrid,
+) -> Result<(Rehearsed, TurnedPart), TurningDrivesError> {
+    let mut machine = Machine::new(description.clone(), LastingState::new(description))?;
+    machine.load_turned_part(TurnedPart::round(job.name.clone(), grid, job.bar_radius_mm)?, job.part_zero_mm)?;
+    let motion = Prepared::new(Motion::Plan(plan.clone()), description)?;
+    let mut interpolator = Interpolator::new(description);
+    let rehearsed = rehearse(Box::new(motion), &mut interpolator, &mut machine, |_, _| {})?;
+    if rehearsed.outcome != Outcome::Completed {
+        return Err(TurningDrivesError::Ended(rehearsed.outcome));
+    }
+    let part = machine.turned_part().ok_or(TurningDrivesError::NotALathe)?.clone();
+    Ok((rehearsed, part))
+}
+
+/// How far a part is off the design of its job, over the length that is turned.
+///
+/// # Errors
+/// A part that has nothing there.
+pub fn form_of(job: &TurningJob, part: &TurnedPart) -> Result<FormMap, FormMapError> {
+    let (from_mm, to_mm) = job.range_mm();
+    FormMap::new(part, |azimuth_rad, z_mm| job.surface.point(azimuth_rad, z_mm), from_mm, to_mm)
+}
+
+/// The form of the part that a machine turns.
 fn map(
     job: &TurningJob,
     plan: &Arc<Plan>,
     description: &MachineDescription,
     grid: PartGrid,
 ) -> Result<FormMap, TurningDrivesError> {
-    let mut machine = Machine::new(description.clone(), LastingState::new(description))?;
-    machine.load_turned_part(TurnedPart::round(job.name.clone(), grid, job.bar_radius_mm)?, job.part_zero_mm)?;
-    let motion = Prepared::new(Motion::Plan(plan.clone()), description)?;
-    let mut interpolator = Interpolator::new(description);
-    let done = rehearse(Box::new(motion), &mut interpolator, &mut machine, |_, _| {})?;
-    if done.outcome != Outcome::Completed {
-        return Err(TurningDrivesError::Ended(done.outcome));
-    }
-    let part = machine.turned_part().ok_or(TurningDrivesError::NotALathe)?;
-    let (from_mm, to_mm) = job.turned_mm;
-    let design = |azimuth_rad: f64, z_mm: f64| job.surface.point(azimuth_rad, z_mm);
-    Ok(FormMap::new(part, design, from_mm.min(to_mm), from_mm.max(to_mm))?)
+    Ok(form_of(job, &turn(job, plan, description, grid)?.1)?)
 }

@@ -1,6 +1,7 @@
 //! What a machine file says about what an alarm does with the wheel, and a job file about faults that strike in it.
 
 use super::ConfigError;
+use super::machine_file::Machine;
 use super::machine_file::RangeCheck;
 use super::yaml::Document;
 use camwright::machine::description::{AlarmRetract, MachineDescription};
@@ -66,15 +67,28 @@ fn one() -> f64 {
     1.0
 }
 
+/// The faults of a job, and what is wrong with the others; without a machine nothing can be said of any.
+pub(super) fn read_all(
+    files: &[FaultFile],
+    document: &Document,
+    machine: Option<&Machine>,
+    findings: &mut Vec<ConfigError>,
+) -> Vec<JobFault> {
+    let Some(machine) = machine else { return Vec::new() };
+    let mut faults = Vec::new();
+    for (index, fault) in files.iter().enumerate() {
+        match fault.read(document, index, &machine.description) {
+            Ok(fault) => faults.push(fault),
+            Err(error) => findings.push(error),
+        }
+    }
+    faults
+}
+
 impl FaultFile {
     /// The fault, or what is wrong with it.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked against a range before")]
-    pub(super) fn read(
-        &self,
-        document: &Document,
-        index: usize,
-        machine: &MachineDescription,
-    ) -> Result<JobFault, ConfigError> {
+    fn read(&self, document: &Document, index: usize, machine: &MachineDescription) -> Result<JobFault, ConfigError> {
         let refuse = |key: &str, message: String| document.error(&format!("faults.{index}{key}"), message);
         let job_tick = match (self.at_tick, self.at_s) {
             (Some(0), None) => {

@@ -2,7 +2,7 @@
 
 use super::ConfigError;
 use super::compensation_file::CompensationFile;
-use super::fault_file::{FaultFile, JobFault};
+use super::fault_file::{self, FaultFile, JobFault};
 use super::hash::FileHash;
 use super::journal_file::{CorrectionFile, IdentificationFile, RawPartFile, StockFile};
 use super::lift_file::ProfileLift;
@@ -230,15 +230,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
         }
     }
     let lobes = read_lobes(&document, &file, &mut findings);
-    let mut faults = Vec::new();
-    if let Some(machine) = &machine {
-        for (index, fault) in file.faults.iter().enumerate() {
-            match fault.read(&document, index, &machine.description) {
-                Ok(fault) => faults.push(fault),
-                Err(error) => findings.push(error),
-            }
-        }
-    }
+    let faults = fault_file::read_all(&file.faults, &document, machine.as_ref(), &mut findings);
     let Some(machine) = machine.filter(|_| findings.is_empty()) else { return Err(findings) };
     let mut spec = spec(&file, profiles, lobes, file.blocks_per_turn.or(blocks).unwrap_or(FORMULA_BLOCKS));
     let lobe_order = (file.lobe_order == LobeOrderFile::Fastest).then(|| fastest_order(&spec, &machine.description));

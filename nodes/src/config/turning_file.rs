@@ -1,7 +1,7 @@
 //! Files of jobs that turn: what is written, and the job it means.
 
 use super::ConfigError;
-use super::fault_file::{FaultFile, JobFault};
+use super::fault_file::{self, FaultFile, JobFault};
 use super::hash::FileHash;
 use super::lift_file::ProfileLift;
 use super::locate::{Located, locate};
@@ -73,6 +73,13 @@ struct TurningFile {
 struct TurnedFile {
     from_mm: f64,
     to_mm: f64,
+}
+
+impl TurnedFile {
+    /// The lower first.
+    fn range_mm(self) -> (f64, f64) {
+        (self.from_mm.min(self.to_mm), self.from_mm.max(self.to_mm))
+    }
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -186,14 +193,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<TurnedJob, Vec<Co
     let mut hash = FileHash::default();
     hash.add(document.text.as_bytes());
     let surface = shape.read(&document, &mut hash).map_err(|errors| findings.extend(errors)).ok();
-    let mut faults = Vec::new();
-    for (index, fault) in file.faults.iter().enumerate() {
-        let Some(machine) = &machine else { break };
-        match fault.read(&document, index, &machine.description) {
-            Ok(fault) => faults.push(fault),
-            Err(error) => findings.push(error),
-        }
-    }
+    let faults = fault_file::read_all(&file.faults, &document, machine.as_ref(), &mut findings);
     let feeds = feeds(&document, &file).map_err(|errors| findings.extend(errors)).ok();
     let grid = feeds.and_then(|(_, feed)| grid(&document, &file, feed).map_err(|error| findings.push(error)).ok());
     let (Some(machine), Some(surface), Some((rough_feed, feed)), Some(grid)) = (machine, surface, feeds, grid) else {
@@ -317,7 +317,7 @@ fn feeds(document: &Document, file: &TurningFile) -> Result<(Feed, Feed), Vec<Co
 
 /// The passes; the stock, where the job does not say it, is all that the bar has over the part in the rake plane, where it is cut.
 fn passes(file: &TurningFile, surface: &Surface, height_mm: f64, rough_feed: Feed) -> Passes {
-    let (from_mm, to_mm) = (file.turned.from_mm.min(file.turned.to_mm), file.turned.from_mm.max(file.turned.to_mm));
+    let (from_mm, to_mm) = file.turned.range_mm();
     let in_plane = |radius_mm: f64| (radius_mm * radius_mm - height_mm * height_mm).max(0.0).sqrt();
     let most_mm = (in_plane(file.bar_radius_mm) - in_plane(surface.bounds(from_mm, to_mm).least_mm)).max(0.0);
     match file.roughing {
@@ -335,7 +335,7 @@ fn passes(file: &TurningFile, surface: &Surface, height_mm: f64, rough_feed: Fee
 /// The grid over what is turned.
 fn grid(document: &Document, file: &TurningFile, feed: Feed) -> Result<PartGrid, ConfigError> {
     let (Feed::AlongZ(feed_mm) | Feed::AlongCurve(feed_mm)) = feed;
-    let (from_mm, to_mm) = (file.turned.from_mm.min(file.turned.to_mm), file.turned.from_mm.max(file.turned.to_mm));
+    let (from_mm, to_mm) = file.turned.range_mm();
     let azimuths = file.form_grid.azimuths.unwrap_or(AZIMUTHS);
     let column_mm = file.form_grid.column_mm.unwrap_or(feed_mm / COLUMNS_PER_FEED);
     let columns = ((to_mm - from_mm) / column_mm).ceil() + 1.0;

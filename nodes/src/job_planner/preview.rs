@@ -4,8 +4,8 @@ use super::{Shared, lock};
 use crate::convert::time::duration_from_ns;
 use crate::convert::{m_from_mm, mm_from_m, si_from_core};
 use crate::planning::{self, AnyPrepared, PreparedJob, PreparedTurning};
+use camwright::cut_motion::chain;
 use camwright::machine::description::Axis;
-use camwright::numeric::hermite::Sample;
 use camwright::units::TURN_RAD;
 use camwright_msgs::builtin_interfaces::msg::Duration;
 use camwright_msgs::camwright_msgs::srv::{PreviewJobRequest, PreviewJobResponse};
@@ -63,7 +63,7 @@ fn of_lobe(prepared: &PreparedJob, lobe: &str, points: u32) -> Result<PreviewJob
 /// The section of a turned part at a place along it, and the turn of its last pass in which the insert is there.
 fn of_part(prepared: &PreparedTurning, z_mm: f64, points: u32) -> Result<PreviewJobResponse, String> {
     let (spec, plan) = (&prepared.job.spec, &prepared.planned.plan);
-    let (from_mm, to_mm) = (spec.turned_mm.0.min(spec.turned_mm.1), spec.turned_mm.0.max(spec.turned_mm.1));
+    let (from_mm, to_mm) = spec.range_mm();
     if !(from_mm..=to_mm).contains(&z_mm) {
         return Err(format!("z is {z_mm} mm; the part is turned from {from_mm} to {to_mm} mm"));
     }
@@ -88,19 +88,16 @@ fn turn_at(prepared: &PreparedTurning, z_mm: f64, points: u32) -> Option<JointTr
     let is_before = |at: f64| (path.z_at(at).value > z_mm) == falls;
     let middle = bisected(start, end, is_before);
     let first = (middle - 0.5 * TURN_RAD).clamp(start, (end - TURN_RAD).max(start));
-    let begin_s = bisected(0.0, law.end(), |at_s| law.sample(at_s).value < first - start);
-    let end_s = bisected(0.0, law.end(), |at_s| law.sample(at_s).value < first + TURN_RAD - start);
+    let (begin_s, end_s) = (law.place_of(first - start), law.place_of(first + TURN_RAD - start));
     let [x, z] = [Axis::X, Axis::Z].map(|axis| move |value: f64| si_from_core(axis, value));
     let points = (0..points).map(|i| {
         let at_s = begin_s + (end_s - begin_s) * f64::from(i) / f64::from(points);
         let c = law.sample(at_s);
-        let in_time =
-            |over: Sample| (over.value, over.first * c.first, over.second * c.first * c.first + over.first * c.second);
-        let (at_x, at_z) = (in_time(path.x().sample(start + c.value)), in_time(path.z_at(start + c.value)));
+        let (at_x, at_z) = (chain(path.x().sample(start + c.value), c), chain(path.z_at(start + c.value), c));
         JointTrajectoryPoint {
-            positions: vec![c.value, x(at_x.0), z(at_z.0 - prepared.job.spec.part_zero_mm)],
-            velocities: vec![c.first, x(at_x.1), z(at_z.1)],
-            accelerations: vec![c.second, x(at_x.2), z(at_z.2)],
+            positions: vec![c.value, x(at_x.value), z(at_z.value - prepared.job.spec.part_zero_mm)],
+            velocities: vec![c.first, x(at_x.first), z(at_z.first)],
+            accelerations: vec![c.second, x(at_x.second), z(at_z.second)],
             time_from_start: after_s(at_s - begin_s),
             ..JointTrajectoryPoint::default()
         }

@@ -51,8 +51,8 @@ pub use times::{TimeCompared, compare_times};
 pub use turn_summary::{BoundSummary, RemovalClass};
 pub use turning::{
     PreparedTurning, TurnedInstead, TurnedLimitSummary, TurnedPassSummary, TurningSummary, bar, form_map_message,
-    plan_turned, raw_bar, rehearse_turned, rehearse_turned_on, turned_causes, turned_form, turned_result,
-    turning_notes, turning_s, turning_summary, write_turning,
+    plan_turned, rehearse_turned, rehearse_turned_on, turned_causes, turned_form, turned_result, turning_notes,
+    turning_s, turning_summary, write_turning,
 };
 
 use crate::config::ConfigError;

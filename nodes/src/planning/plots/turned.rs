@@ -73,7 +73,7 @@ impl Turned<'_> {
         let (spec, insert_mm) = (&self.prepared.job.spec, self.summary.insert_radius_mm);
         let plane_mm = self.pass.path.request().plane_y_mm;
         let in_plane = |radius: f64| (radius * radius - plane_mm * plane_mm).max(0.0).sqrt();
-        let (from, to) = (spec.turned_mm.0.min(spec.turned_mm.1), spec.turned_mm.0.max(spec.turned_mm.1));
+        let (from, to) = spec.range_mm();
         let (start, end) = (self.pass.path.x().start(), self.pass.path.x().end());
         let z_of = |turned: f64| self.pass.path.z_at(turned).value;
         let left = z_of(start).min(z_of(end)) - insert_mm;

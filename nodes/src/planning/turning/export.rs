@@ -50,7 +50,7 @@ pub(in crate::planning) struct LeastAngle {
 pub(in crate::planning) fn clearance_rows(prepared: &PreparedTurning) -> Result<Vec<ClearanceRow>, RakeSectionError> {
     let Some(insert) = &prepared.machine.insert else { return Ok(Vec::new()) };
     let (relief_rad, spec) = (Flank::of(insert).relief_rad, &prepared.job.spec);
-    let (from_mm, to_mm) = (spec.turned_mm.0.min(spec.turned_mm.1), spec.turned_mm.0.max(spec.turned_mm.1));
+    let (from_mm, to_mm) = spec.range_mm();
     let section = RakeSection::new(&spec.surface, insert.height_mm, from_mm, to_mm)?;
     let row = |angle: u32| {
         let turned_rad = TURN_RAD * f64::from(angle) / f64::from(ANGLES);

@@ -20,7 +20,7 @@ pub use export::write_turning;
 pub(super) use export::{ClearanceRow, LeastAngle};
 pub(super) use findings::check_turned;
 pub use findings::turning_notes;
-pub use rehearse::{raw_bar, rehearse_turned, rehearse_turned_on, turned_form};
+pub use rehearse::{rehearse_turned, rehearse_turned_on, turned_form};
 pub use result::{bar, form_map_message, turned_result, turning_s};
 pub use summary::{TurnedLimitSummary, TurnedPassSummary, TurningSummary, turning_summary};
 pub(super) use walk::{PassPoint, points};
@@ -29,8 +29,9 @@ use super::{MachineNow, fits_cell, hash_of};
 use crate::config::ConfigError;
 use crate::config::turning_file::TurnedJob;
 use crate::convert::plan::{Provenance, pages_from_plan};
-use camwright::cycle::{PlannedTurning, plan_turning};
+use camwright::cycle::{PlannedPass, PlannedTurning, plan_turning};
 use camwright::insert_clearance::{ClearanceMap, Flank, InsertClearanceError};
+use camwright::insert_path::Cusp;
 use camwright::machine::description::{InsertDescription, MachineDescription};
 use camwright::units::rpm_from_rad_s;
 use camwright_msgs::camwright_msgs::msg::PlanPage;
@@ -68,7 +69,7 @@ impl PreparedTurning {
     pub fn summary(&self) -> String {
         let passes = &self.planned.passes;
         let turns: f64 = passes.iter().map(|pass| pass.turns).sum();
-        let speeds = passes.iter().map(camwright::cycle::PlannedPass::speed_range_rad_s);
+        let speeds = passes.iter().map(PlannedPass::speed_range_rad_s);
         let (slowest, fastest) = speeds.fold((f64::INFINITY, 0.0_f64), |(slowest, fastest), (low, high)| {
             (slowest.min(rpm_from_rad_s(low)), fastest.max(rpm_from_rad_s(high)))
         });
@@ -108,10 +109,19 @@ pub fn plan_turned(job: TurnedJob, machine: Option<&MachineNow>) -> Result<Prepa
     Ok(PreparedTurning { job, planned, machine, provenance, pages })
 }
 
+/// The highest cusp that a pass must leave. What is under the stock of a pass to come is not seen: only the last pass has cusps that stay.
+fn highest_cusp(prepared: &PreparedTurning, pass: &PlannedPass) -> Option<Cusp> {
+    if pass.path.request().stock_mm > 0.0 {
+        return None;
+    }
+    let (from_mm, to_mm) = prepared.job.spec.range_mm();
+    pass.path.highest_cusp(&prepared.job.spec.surface, from_mm, to_mm).ok()
+}
+
 /// How insert and surface of a job stand to each other, at every height of the insert.
 fn clearance_map(job: &TurnedJob, insert: &InsertDescription) -> Result<ClearanceMap, InsertClearanceError> {
-    let (from_mm, to_mm) = job.spec.turned_mm;
-    ClearanceMap::new(&job.spec.surface, from_mm.min(to_mm), from_mm.max(to_mm), Flank::of(insert))
+    let (from_mm, to_mm) = job.spec.range_mm();
+    ClearanceMap::new(&job.spec.surface, from_mm, to_mm, Flank::of(insert))
 }
 
 #[cfg(test)]

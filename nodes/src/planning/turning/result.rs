@@ -1,6 +1,6 @@
 //! A turned part in messages: the bar that is clamped, how its surface came out, and where it is off.
 
-use super::PreparedTurning;
+use super::{PreparedTurning, highest_cusp};
 use crate::convert::m_from_mm;
 use camwright::machine::turned_part::FormMap;
 use camwright::units::TURN_RAD;
@@ -28,20 +28,6 @@ pub fn bar(prepared: &PreparedTurning) -> LoadBarRequest {
     }
 }
 
-/// How far the surface may be off its design (mm): what the job allows, and the cusps that its feed must leave.
-#[must_use]
-fn allowed_mm(prepared: &PreparedTurning) -> f64 {
-    prepared.job.tolerance_mm + cusp_mm(prepared)
-}
-
-/// Height of the highest cusp that the finishing pass must leave (mm).
-fn cusp_mm(prepared: &PreparedTurning) -> f64 {
-    let (spec, Some(pass)) = (&prepared.job.spec, prepared.planned.passes.last()) else { return 0.0 };
-    let (from_mm, to_mm) = (spec.turned_mm.0.min(spec.turned_mm.1), spec.turned_mm.0.max(spec.turned_mm.1));
-    // A surface that was planned has its sections.
-    pass.path.highest_cusp(&spec.surface, from_mm, to_mm).map_or(0.0, |cusp| cusp.height_mm)
-}
-
 /// How far the finishing pass advances in a turn (mm).
 fn feed_mm(prepared: &PreparedTurning) -> f64 {
     prepared.planned.passes.last().map_or(0.0, |pass| {
@@ -64,6 +50,9 @@ pub fn turning_s(prepared: &PreparedTurning) -> f64 {
 #[must_use]
 pub fn turned_result(prepared: &PreparedTurning, form: &FormMap) -> TurnedResult {
     let (highest, lowest) = (form.highest(), form.lowest());
+    let cusp = prepared.planned.passes.last().and_then(|pass| highest_cusp(prepared, pass));
+    // A surface that was planned has its sections.
+    let cusp_mm = cusp.map_or(0.0, |cusp| cusp.height_mm);
     let worst = if highest.deviation_mm.abs() >= lowest.deviation_mm.abs() { highest } else { lowest };
     TurnedResult {
         name: prepared.job.spec.name.clone(),
@@ -76,9 +65,9 @@ pub fn turned_result(prepared: &PreparedTurning, form: &FormMap) -> TurnedResult
         form_error_highest: m_from_mm(highest.deviation_mm),
         form_error_lowest: m_from_mm(lowest.deviation_mm),
         form_error_rms: m_from_mm(form.rms_mm()),
-        form_error_allowed: m_from_mm(allowed_mm(prepared)),
+        form_error_allowed: m_from_mm(prepared.job.tolerance_mm + cusp_mm),
         cusp_height: form.cusps(feed_mm(prepared)).map_or(0.0, |cusps| m_from_mm(cusps.most_mm)),
-        cusp_height_theory: m_from_mm(cusp_mm(prepared)),
+        cusp_height_theory: m_from_mm(cusp_mm),
     }
 }
 
@@ -133,7 +122,8 @@ mod tests {
         assert!((ideal.form_error_highest - ideal.cusp_height_theory).abs() < 3e-8, "{ideal:?}");
         assert!(ideal.form_error_lowest > -3e-8, "{ideal:?}");
         assert!(own.form_error_max.abs() > ideal.form_error_max.abs());
-        assert!((mm_from_m(own.form_error_allowed) - allowed_mm(&prepared)).abs() < 1e-12);
+        let allowed_mm = prepared.job.tolerance_mm + mm_from_m(own.cusp_height_theory);
+        assert!((mm_from_m(own.form_error_allowed) - allowed_mm).abs() < 1e-12);
         assert!((ideal.cusp_height / ideal.cusp_height_theory - 1.0).abs() < 0.1, "{ideal:?}");
     }
 }

@@ -1,7 +1,7 @@
 //! A planned turning job in figures: what `summary.json` says.
 
 use super::walk::points;
-use super::{PreparedTurning, clearance_map};
+use super::{PreparedTurning, clearance_map, highest_cusp};
 use camwright::cycle::PlannedPass;
 use camwright::insert_clearance::{AngleAt, Flank, OFFSET_DEG};
 use camwright::insert_path::{BoundShare, Feed};
@@ -232,8 +232,8 @@ pub(super) fn mesh_summary(file: &Path, reading: &MeshReading) -> MeshSummary {
 pub fn turning_summary(prepared: &PreparedTurning) -> Option<TurningSummary> {
     let spec = &prepared.job.spec;
     let insert = prepared.machine.insert.as_ref()?;
-    let (from_mm, to_mm) = spec.turned_mm;
-    let bounds = spec.surface.bounds(from_mm.min(to_mm), from_mm.max(to_mm));
+    let (from_mm, to_mm) = spec.range_mm();
+    let bounds = spec.surface.bounds(from_mm, to_mm);
     let mesh = prepared.job.mesh.as_ref().map(|(file, reading)| mesh_summary(file, reading));
     Some(TurningSummary {
         job: spec.name.clone(),
@@ -244,7 +244,7 @@ pub fn turning_summary(prepared: &PreparedTurning) -> Option<TurningSummary> {
         plan_hash: prepared.plan_hash().to_owned(),
         duration_s: prepared.duration_s(),
         max_limit_ratio: prepared.planned.report.max_ratio(),
-        turned_mm: [from_mm, to_mm],
+        turned_mm: spec.turned_mm.into(),
         radius_mm: [bounds.least_mm, bounds.largest_mm],
         bar_radius_mm: spec.bar_radius_mm,
         insert_radius_mm: insert.radius_mm,
@@ -306,7 +306,11 @@ fn pass_summary(prepared: &PreparedTurning, pass: &PlannedPass) -> TurnedPassSum
         x_stroke_mm: pass.path.stroke_mm(),
         z_mm: [z_mm(pass.path.x().start()), z_mm(pass.path.x().end())],
         cusp_um: um_from_mm(pass.path.cusp_mm()),
-        highest_cusp: highest_cusp(prepared, pass),
+        highest_cusp: highest_cusp(prepared, pass).map(|cusp| CuspSummary {
+            height_um: um_from_mm(cusp.height_mm),
+            c_deg: turn_deg(cusp.turned_rad),
+            z_mm: cusp.z_mm,
+        }),
         interpolation_error_um: um_from_mm(pass.path.accuracy().interpolation_error_mm),
         hollow: pass.path.hollow().map(|hollow| HollowSummary {
             c_deg: hollow.turned_deg,
@@ -317,17 +321,6 @@ fn pass_summary(prepared: &PreparedTurning, pass: &PlannedPass) -> TurnedPassSum
         }),
         limits: limits(prepared, pass),
     }
-}
-
-/// What is under the stock of a pass to come is not seen: only the last pass has cusps that stay.
-fn highest_cusp(prepared: &PreparedTurning, pass: &PlannedPass) -> Option<CuspSummary> {
-    let spec = &prepared.job.spec;
-    if pass.path.request().stock_mm > 0.0 {
-        return None;
-    }
-    let (from_mm, to_mm) = (spec.turned_mm.0.min(spec.turned_mm.1), spec.turned_mm.0.max(spec.turned_mm.1));
-    let cusp = pass.path.highest_cusp(&spec.surface, from_mm, to_mm).ok()?;
-    Some(CuspSummary { height_um: um_from_mm(cusp.height_mm), c_deg: turn_deg(cusp.turned_rad), z_mm: cusp.z_mm })
 }
 
 /// The largest of every derivative of every axis, as executed from the run-up to the run-down, and where it is met.
