@@ -10,6 +10,7 @@ pub mod compensation;
 pub mod contact_law;
 pub mod contour;
 pub mod cut_motion;
+pub mod cutter_path;
 pub mod cycle;
 pub mod dressing;
 pub mod fault_campaign;
