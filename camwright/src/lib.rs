@@ -4,6 +4,7 @@
 #![no_std]
 extern crate alloc;
 
+pub mod archimedean;
 pub mod capability;
 pub mod cell;
 pub mod compensation;

@@ -1,0 +1,49 @@
+//! Chains whose knots lie on the curve: from every knot as far as one straight piece can go.
+
+use super::Chain;
+use super::grid::Grid;
+use alloc::vec::Vec;
+
+/// Slopes that a line from a knot may have to pass every place so far.
+#[derive(Clone, Copy)]
+struct Cone {
+    least: f64,
+    most: f64,
+}
+
+/// From every knot the farthest place of the grid that all axes reach in one piece.
+pub(super) fn farthest(grid: &Grid, half_width_mm: f64) -> Chain {
+    let places = grid.angles_rad.len();
+    let mut knots = alloc::vec![0];
+    let mut from = 0;
+    while from + 1 < places {
+        from = reach(grid, from, half_width_mm);
+        knots.push(from);
+    }
+    let at_knots = |values: &[f64]| -> Vec<f64> { knots.iter().map(|place| values[*place]).collect() };
+    Chain { angles_rad: at_knots(&grid.angles_rad), positions_mm: grid.values.iter().map(|v| at_knots(v)).collect() }
+}
+
+/// The farthest place that one piece from a place reaches with all axes within the tolerance; at least the next.
+fn reach(grid: &Grid, from: usize, half_width_mm: f64) -> usize {
+    let mut cones = alloc::vec![Cone { least: f64::NEG_INFINITY, most: f64::INFINITY }; grid.values.len()];
+    let mut farthest = from + 1;
+    for to in from + 1..grid.angles_rad.len() {
+        let way_rad = grid.angles_rad[to] - grid.angles_rad[from];
+        let mut reached = true;
+        for (cone, values) in cones.iter_mut().zip(&grid.values) {
+            let rise_mm = values[to] - values[from];
+            let slope = rise_mm / way_rad;
+            reached &= slope >= cone.least && slope <= cone.most;
+            cone.least = cone.least.max((rise_mm - half_width_mm) / way_rad);
+            cone.most = cone.most.min((rise_mm + half_width_mm) / way_rad);
+            if cone.least > cone.most {
+                return farthest;
+            }
+        }
+        if reached {
+            farthest = to;
+        }
+    }
+    farthest
+}
