@@ -27,6 +27,7 @@ pub mod job;
 pub mod lift;
 pub mod machine;
 pub mod motion_law;
+pub mod nc;
 pub mod numeric;
 pub mod path_stop;
 pub mod plan;

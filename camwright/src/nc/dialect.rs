@@ -1,0 +1,111 @@
+//! The controls that programs are written for, and what they read.
+
+use super::{Program, WriteError};
+use alloc::string::String;
+use alloc::vec::Vec;
+
+/// A family of controls.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Dialect {
+    /// LinuxCNC 2.8 and later.
+    LinuxCnc,
+    /// Fanuc and who speaks like it, with custom macros (`G65`); on a lathe with G codes of system B or C.
+    Fanuc,
+    /// SINUMERIK 840D sl, 828D and ONE.
+    Siemens,
+}
+
+/// A file of a program.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ProgramFile {
+    /// Its name with its extension.
+    pub name: String,
+    /// What is in it: ASCII.
+    pub text: String,
+}
+
+/// What a control reads.
+#[derive(Debug)]
+pub(super) struct Rules {
+    /// Digits of a coordinate, before and behind the point together.
+    pub(super) digits: u32,
+    /// Smallest and largest inverse time (1/min) and its decimal places.
+    pub(super) feed: (f64, f64, usize),
+    /// Numbers of programs, where they have numbers. Those above are protected or the maker's on most machines.
+    pub(super) numbers: Option<(u32, u32)>,
+    /// Length of a program's name.
+    pub(super) name_length: usize,
+    /// Whether names are in capitals.
+    pub(super) capital_names: bool,
+    /// Whether comments are in capitals, and without underscores.
+    pub(super) capital_text: bool,
+    /// What a comma in a comment becomes: LinuxCNC executes `(msg,…)`, `(logopen,…)` and their like.
+    pub(super) comma: char,
+    /// What a comment is opened and closed with.
+    pub(super) comment: (&'static str, &'static str),
+}
+
+/// Most characters of a comment.
+pub(super) const TEXT_LENGTH: usize = 120;
+/// Largest number of a tool.
+pub(super) const MOST_TOOL: u32 = 9_999;
+/// Largest spindle speed (1/min).
+pub(super) const MOST_RPM: u32 = 99_999;
+/// Longest pause (ms).
+pub(super) const MOST_DWELL_MS: u32 = 9_999_999;
+
+static LINUXCNC: Rules = Rules {
+    digits: 12,
+    feed: (1e-4, 9_999_999.0, 9),
+    numbers: None,
+    name_length: 60,
+    capital_names: false,
+    capital_text: false,
+    comma: ';',
+    comment: ("(", ")"),
+};
+
+/// B-62764EN (Series 16/18), 5: an inverse time is within 0.001 and 9999.999, whatever the increment system.
+static FANUC: Rules = Rules {
+    digits: 8,
+    feed: (0.001, 9_999.999, 3),
+    numbers: Some((1, 7_999)),
+    name_length: 60,
+    capital_names: true,
+    capital_text: true,
+    comma: ',',
+    comment: ("(", ")"),
+};
+
+/// 6FC5398-2EP40 (SINUMERIK ONE, NC programming), 2.2.1 and 3.2.1.2, on names.
+static SIEMENS: Rules = Rules {
+    digits: 12,
+    feed: (1e-4, 9_999_999.0, 9),
+    numbers: None,
+    name_length: 24,
+    capital_names: true,
+    capital_text: false,
+    comma: ',',
+    comment: ("; ", ""),
+};
+
+impl Dialect {
+    /// All of them.
+    pub const ALL: [Dialect; 3] = [Dialect::LinuxCnc, Dialect::Fanuc, Dialect::Siemens];
+
+    pub(super) const fn rules(self) -> &'static Rules {
+        match self {
+            Dialect::LinuxCnc => &LINUXCNC,
+            Dialect::Fanuc => &FANUC,
+            Dialect::Siemens => &SIEMENS,
+        }
+    }
+
+    /// The text of a program, the file with its main program first.
+    ///
+    /// # Errors
+    /// What this control cannot be told, with the block.
+    pub fn write(self, program: &Program) -> Result<Vec<ProgramFile>, WriteError> {
+        super::write::files(self, program)
+    }
+}
