@@ -29,6 +29,7 @@ const ORDER: &[&[&str]] = &[
     &["groove"],
     &["archimedean"],
     &["nc"],
+    &["post"],
     &[DESCRIPTION, "machine::fixture"],
     &["insert_path"],
     &["insert_clearance"],

@@ -33,6 +33,7 @@ pub mod path_stop;
 pub mod plan;
 pub mod plan_check;
 pub mod point_to_point;
+pub mod post;
 pub mod rake_section;
 pub mod raw_part;
 pub mod rehearsal;

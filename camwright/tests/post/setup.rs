@@ -1,0 +1,89 @@
+//! A shop with its control, and what it makes.
+
+use camwright::archimedean::Knots;
+use camwright::contour::Contour;
+use camwright::cutter_path::{CarriageAxis, CutterPath, Travel};
+use camwright::follower::Follower;
+use camwright::lift::{LiftLaw, MotionProgram, MotionSegment};
+use camwright::motion_law::MotionLaw;
+use camwright::nc::{Dialect, Direction, Format, Tool, XValues};
+use camwright::numeric::periodic_spline::PeriodicSpline;
+use camwright::post::{Control, FeatureRequest, Lead, PassRequest, ProgramRequest, TurnSpeed};
+use camwright::tool_path::ToolPath;
+use camwright::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
+
+/// The path of the axis of a cutter of 25 mm on the reference lobe: roller 8.5, base 16, lift 6, 3-4-5 over 62°.
+pub(crate) fn lobe_path() -> CutterPath {
+    let half = rad_from_deg(62.0);
+    let segment = |law, angle_rad, rise_mm| MotionSegment { law, angle_rad, rise_mm };
+    let segments = [
+        segment(MotionLaw::Polynomial345, half, 6.0),
+        segment(MotionLaw::Polynomial345, half, -6.0),
+        segment(MotionLaw::Dwell, TURN_RAD - 2.0 * half, 0.0),
+    ];
+    let law = LiftLaw::from_program(MotionProgram::new(0.0, &segments).expect("a turn")).expect("a lift");
+    let roller = Follower::Roller { radius_mm: 8.5, offset_mm: 0.0 };
+    let path = ToolPath::for_wheel(&Contour::from_lift(&law, &roller, 16.0).expect("a cam"), 25.0).expect("a path");
+    let centres = path.spline().coefficients().iter().map(|x| x + 25.0).collect();
+    let position = PeriodicSpline::from_coefficients(centres).expect("a spline");
+    CutterPath {
+        name: "contour".into(),
+        travels: vec![Travel { axis: CarriageAxis::X, position }],
+        infeed: CarriageAxis::X,
+    }
+}
+
+/// A shop.
+pub(crate) struct Shop {
+    pub(crate) dialect: Dialect,
+    pub(crate) format: Format,
+    pub(crate) sense: i8,
+    pub(crate) most_blocks_s: f64,
+    pub(crate) rpm: f64,
+}
+
+impl Default for Shop {
+    fn default() -> Self {
+        let format = Format::new(4, 4, XValues::Radius).expect("a format");
+        Self { dialect: Dialect::LinuxCnc, format, sense: 1, most_blocks_s: 500.0, rpm: 4.0 }
+    }
+}
+
+impl Shop {
+    /// One cam: roughed in three calls, finished in one.
+    pub(crate) fn cam<'a>(&self, path: &'a CutterPath) -> ProgramRequest<'a> {
+        let pass = |name: &str, leaves_mm: Vec<f64>, tolerance_mm: f64| PassRequest {
+            name: name.into(),
+            leaves_mm,
+            tolerance_mm,
+            widest_tolerance_mm: tolerance_mm,
+            knots: Knots::Free,
+            speed: TurnSpeed::WorkSpeed(rad_s_from_rpm(self.rpm)),
+            turns: 1,
+        };
+        ProgramRequest {
+            name: "lobe".into(),
+            number: 1000,
+            header: vec!["reference lobe".into()],
+            tool: Tool { number: 1, radius_mm: 25.0, text: "end mill 50 mm".into() },
+            spindle: Some((Direction::Clockwise, 800)),
+            coolant: true,
+            control: Control {
+                dialect: self.dialect,
+                format: self.format,
+                most_blocks_s: self.most_blocks_s,
+                path_tolerance_mm: Some(0.001),
+                rotation_sense: self.sense,
+            },
+            features: vec![FeatureRequest {
+                name: "A".into(),
+                phase_rad: 0.0,
+                path,
+                stands_mm: vec![(CarriageAxis::Z, 20.0)],
+                clear_mm: 60.0,
+                lead: Lead { height_mm: 2.5, angle_rad: rad_from_deg(45.0), leaves_turning: true },
+                passes: vec![pass("rough", vec![0.6, 0.3, 0.1], 0.01), pass("finish", vec![0.0], 0.0005)],
+            }],
+        }
+    }
+}
