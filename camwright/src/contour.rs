@@ -19,6 +19,7 @@ use crate::follower::mount::Mount;
 use crate::follower::{Follower, FollowerError};
 use crate::lift::{LiftLaw, LiftLawError};
 use crate::numeric::extremum::{Extremum, smallest_over_turn};
+use crate::numeric::root::growing_root;
 use crate::units::deg_from_rad;
 use core::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::Vector2;
@@ -341,13 +342,23 @@ impl Contour {
         libm::hypot(frame.along, frame.across)
     }
 
+    /// Cam angle at which the outward normal points to an azimuth (rad), to rounding, for a contour that is convex throughout.
+    pub(crate) fn cam_angle_of_normal(&self, normal_rad: f64, guess_rad: f64) -> f64 {
+        let ahead = |angle: f64| {
+            let frame = self.local(angle);
+            (angle + self.mount.azimuth(frame.normal_along, frame.normal_across) - normal_rad, frame.turning)
+        };
+        let at_rest = normal_rad - self.mount.lead_rad();
+        growing_root(at_rest - PI, at_rest + PI, guess_rad, ahead)
+    }
+
     /// Everything at one cam angle.
     pub(crate) fn local(&self, cam_angle_rad: f64) -> LocalFrame {
         self.mount.frame(&self.lift.sample(cam_angle_rad))
     }
 
     /// The cam angle at which the point `distance_mm` outside the contour (a wheel's centre; 0 for the contour itself)
-    /// lies at an azimuth. The azimuth grows with the cam angle, so Newton's method inside a shrinking bracket finds it.
+    /// lies at an azimuth. The azimuth grows with the cam angle; near undercut it is nearly flat in places.
     pub(crate) fn solve(&self, azimuth_rad: f64, distance_mm: f64, guess_rad: f64) -> f64 {
         let ahead = |angle: f64| {
             let frame = self.local(angle);
@@ -363,30 +374,7 @@ impl Contour {
         if ahead(high).0 < 0.0 {
             high = at_rest + PI;
         }
-        let mut angle = guess_rad.clamp(low, high);
-        let mut previous = f64::INFINITY;
-        for _ in 0..100 {
-            let (miss, rate) = ahead(angle);
-            // What rounding leaves of an angle; beyond it Newton's step and the bracket would only play with noise.
-            if miss.abs() <= f64::EPSILON * (1.0 + angle.abs()) {
-                break;
-            }
-            if miss > 0.0 {
-                high = angle;
-            } else {
-                low = angle;
-            }
-            let newton = angle - miss / rate;
-            if (newton - angle).abs() <= f64::EPSILON * (1.0 + angle.abs()) {
-                break;
-            }
-            // Strictly inside, and only while it gains: near undercut the azimuth is nearly flat in places, and Newton's
-            // steps would run from one end of the bracket to the other.
-            let gains = miss.abs() <= 0.5 * previous;
-            previous = miss.abs();
-            angle = if gains && newton > low && newton < high { newton } else { 0.5 * (low + high) };
-        }
-        angle
+        growing_root(low, high, guess_rad, ahead)
     }
 }
 

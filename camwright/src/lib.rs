@@ -18,6 +18,7 @@ pub mod fault_campaign;
 pub mod follower;
 pub mod form;
 pub mod giving_way;
+pub mod groove;
 pub mod infeed;
 pub mod insert_clearance;
 pub mod insert_path;

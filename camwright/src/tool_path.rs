@@ -93,13 +93,13 @@ const WANTED_ERROR_MM: f64 = 1e-9;
 const ALLOWED_ERROR_MM: f64 = 1e-6;
 
 /// Distance of the ground points from the contour that is accepted (mm).
-const CONTOUR_ERROR_MM: f64 = 2e-6;
+pub(crate) const CONTOUR_ERROR_MM: f64 = 2e-6;
 
 /// Steps to the cam angle of a shifted contour; each leaves a share of a few hundredths for an ordinary correction.
 const MOST_STEPS: usize = 40;
 
 /// The way back is checked on a grid this much finer than the knots.
-const CHECK_DENSITY: usize = 8;
+pub(crate) const CHECK_DENSITY: usize = 8;
 
 impl ToolPath {
     /// The path on which a wheel grinds a contour.
@@ -301,12 +301,13 @@ pub(crate) fn footprint_ratio(x: Sample, wheel_radius_mm: f64, centre: f64, squa
 }
 
 #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
-fn angle_of(index: usize, count: usize) -> f64 {
+pub(crate) fn angle_of(index: usize, count: usize) -> f64 {
     index as f64 * TURN_RAD / count as f64
 }
 
-/// Exact values of X on ever finer grids until the spline through them is right between them.
-fn resample(exact: impl Fn(f64, &mut f64) -> f64) -> Result<(PeriodicSpline, f64), ToolPathError> {
+/// Exact values on ever finer grids until the spline through them is right between them, with what it is off there (mm). The exact
+/// function is asked from angle to angle and may keep a guess from one to the next.
+pub(crate) fn resample(exact: impl Fn(f64, &mut f64) -> f64) -> Result<(PeriodicSpline, f64), ToolPathError> {
     let mut guess = 0.0;
     let mut knots = KNOTS.0;
     let mut at_knots: Vec<f64> = (0..knots).map(|i| exact(angle_of(i, knots), &mut guess)).collect();

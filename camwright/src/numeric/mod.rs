@@ -10,6 +10,7 @@ pub(crate) mod noise;
 pub mod periodic_cubic;
 pub mod periodic_spline;
 pub mod range;
+pub(crate) mod root;
 pub mod tube;
 pub mod uniform_hermite;
 pub mod windows;

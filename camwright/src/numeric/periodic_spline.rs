@@ -82,6 +82,12 @@ impl PeriodicSpline {
         &self.coefficients
     }
 
+    /// The same with a constant added.
+    #[must_use]
+    pub(crate) fn raised(&self, by: f64) -> Self {
+        Self { coefficients: self.coefficients.iter().map(|coefficient| coefficient + by).collect() }
+    }
+
     /// Value and derivatives with respect to the angle (rad).
     #[must_use]
     pub fn sample(&self, angle_rad: f64) -> Sample {

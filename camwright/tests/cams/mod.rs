@@ -98,6 +98,14 @@ pub(crate) fn random_segments(random: &mut Seeded) -> Vec<MotionSegment> {
     segments
 }
 
+/// Random segments from a random angle on, their rises up to so many times as high.
+pub(crate) fn random_law(random: &mut Seeded, steepest: f64) -> LiftLaw {
+    let (start, steepness) = (random.within(0.0, TURN_RAD), random.within(1.0, steepest));
+    let mut segments = random_segments(random);
+    segments.iter_mut().for_each(|segment| segment.rise_mm *= steepness);
+    program(start, &segments)
+}
+
 /// The contour of a random lift, `None` where it is undercut, which is then proven by its radius of curvature.
 pub(crate) fn contour_unless_undercut(lift: &LiftLaw, follower: &Follower, base_mm: f64, seed: u64) -> Option<Contour> {
     match Contour::from_lift(lift, follower, base_mm) {

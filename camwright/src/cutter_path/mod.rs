@@ -3,7 +3,10 @@
 //! Angles are azimuths of the cutter's carriage seen from the part (θ = σ·C, with the lobe's phase taken off), so that a path is the part's
 //! and not the machine's; it is closed, and read in the direction of growing θ.
 
+pub mod face;
+
 use crate::numeric::periodic_spline::{PeriodicSpline, Sample};
+use crate::tool_path::ToolPath;
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -51,6 +54,19 @@ pub struct CutterPath {
 }
 
 impl CutterPath {
+    /// A contour by the periphery of a cutter whose axis is parallel to the part's, as a wheel of its radius grinds it: X of its centre. What
+    /// is to be left on the contour counts as radius of that wheel.
+    #[must_use]
+    pub fn of_periphery(path: &ToolPath) -> Self {
+        Self::round("contour", path, CarriageAxis::X)
+    }
+
+    /// X of the centre of what goes round as a wheel.
+    pub(crate) fn round(name: &str, path: &ToolPath, infeed: CarriageAxis) -> Self {
+        let position = path.spline().raised(path.wheel_radius_mm());
+        Self { name: name.into(), travels: [Travel { axis: CarriageAxis::X, position }].into(), infeed }
+    }
+
     /// Position of an axis and its derivatives (mm, mm/rad, …) at an azimuth (rad); `None` for one that does not move with C.
     #[must_use]
     pub fn sample(&self, axis: CarriageAxis, azimuth_rad: f64) -> Option<Sample> {
