@@ -1,5 +1,10 @@
-//! Programs for controls that are not ours: what is written, and what is refused.
+//! Programs for controls that are not ours: what is written, what is read, and what is refused.
 
+#[path = "../cams/mod.rs"]
+mod cams;
+mod mutated;
+mod read;
+mod read_refused;
 mod refused;
 mod sample;
 mod written;

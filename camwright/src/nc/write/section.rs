@@ -108,11 +108,16 @@ impl<'a> Section<'a> {
 
     fn coordinate(&self, axis: NcAxis, count: i64) -> Result<String, WriteError> {
         let word = format!("{}{}", axis.letter(), words::decimal(count, self.program.format.decimals(axis)));
-        let (digits, most) = (digits_of(count), self.rules.digits);
+        let (digits, most) = (digits_of(count), self.most_digits(axis));
         if digits > most {
             return Err(WriteError::TooManyDigits { place: self.place(), word, digits, most });
         }
         Ok(word)
+    }
+
+    /// Digits that the control reads of an axis, of which no more than eight stand before the point.
+    fn most_digits(&self, axis: NcAxis) -> u32 {
+        self.rules.digits.min(8 + self.program.format.decimals(axis))
     }
 
     /// ` F…` for a time, with so many digits that a block is as long as it was meant to be to a ten-millionth.
@@ -196,11 +201,10 @@ impl<'a> Section<'a> {
             Block::Rapid(target) | Block::Feed { target, .. } => Some(target),
             _ => None,
         });
-        let most = self.rules.digits;
         for (axis, by) in shift.named() {
             let counts = targets.clone().filter_map(|target| target.of(axis));
             let longest = counts.map(|count| digits_of(count.saturating_add(by))).max().unwrap_or(0);
-            let digits = longest.max(digits_of(by));
+            let (digits, most) = (longest.max(digits_of(by)), self.most_digits(axis));
             if digits > most {
                 return Err(WriteError::ShiftedTooFar { place: self.place(), axis, digits, most });
             }

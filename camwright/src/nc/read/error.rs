@@ -1,0 +1,168 @@
+//! Why a program cannot be read, with the line.
+
+use super::{LONGEST_LINE, MOST_BLOCKS, MOST_DEPTH, MOST_TEXT_BYTES};
+use alloc::string::String;
+use thiserror::Error;
+
+/// A fault of a program and where it stands.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{file}, line {line}: {fault}")]
+pub struct ReadError {
+    /// Name of the file.
+    pub file: String,
+    /// Line, from 1.
+    pub line: u32,
+    /// What is wrong.
+    pub fault: ReadFault,
+}
+
+/// What can be wrong with a line of a program.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum ReadFault {
+    /// There is nothing to read.
+    #[error("there is no program")]
+    NoProgram,
+    /// More text than is read.
+    #[error("the files have {bytes} bytes, at most {MOST_TEXT_BYTES} are read")]
+    TooMuchText {
+        /// How much there is.
+        bytes: usize,
+    },
+    /// A line that is too long.
+    #[error("the line has {bytes} bytes, at most {LONGEST_LINE} are read")]
+    LongLine {
+        /// How long it is.
+        bytes: usize,
+    },
+    /// A comment without its end.
+    #[error("the comment is not closed")]
+    UnclosedComment,
+    /// A comment that the control executes.
+    #[error("the comment ({word},…) is executed by the control; what it does is not known here")]
+    ActiveComment {
+        /// Its first word.
+        word: String,
+    },
+    /// Something that is no word.
+    #[error("{text:?} is no word that is read here")]
+    NoWord {
+        /// The text.
+        text: String,
+    },
+    /// A word that means nothing in its block.
+    #[error("the word {word} is not understood here")]
+    UnknownWord {
+        /// The word.
+        word: String,
+    },
+    /// A word that is there twice.
+    #[error("{word} is there twice in one block")]
+    Twice {
+        /// The word.
+        word: String,
+    },
+    /// Two words of one modal group.
+    #[error("{first} and {second} exclude each other in one block")]
+    OneGroup {
+        /// The first.
+        first: String,
+        /// The second.
+        second: String,
+    },
+    /// A number that cannot be read.
+    #[error("{text:?} is no decimal number below 100000000 with at most 9 places")]
+    Number {
+        /// The text.
+        text: String,
+    },
+    /// A number without a point, on a control where that means another number.
+    #[error("{word} has no decimal point; on this control that counts increments or units, as a parameter says")]
+    NoPoint {
+        /// The word.
+        word: String,
+    },
+    /// A value that must be a whole number in a range.
+    #[error("{word}: a whole number within {least} to {most} is needed")]
+    NotWhole {
+        /// The word.
+        word: String,
+        /// Smallest.
+        least: u32,
+        /// Largest.
+        most: u32,
+    },
+    /// A parameter that was not passed.
+    #[error("{name} was not passed by the call")]
+    NotPassed {
+        /// The parameter.
+        name: String,
+    },
+    /// A word that needs another one.
+    #[error("{word} needs {needs}")]
+    Needs {
+        /// The word.
+        word: String,
+        /// What is missing.
+        needs: &'static str,
+    },
+    /// A word that is understood but not allowed.
+    #[error("{word}: {why}")]
+    Refused {
+        /// The word.
+        word: String,
+        /// Why.
+        why: &'static str,
+    },
+    /// A call of something that is not there.
+    #[error("subprogram {name} is not there")]
+    NoSubprogram {
+        /// Its name.
+        name: String,
+    },
+    /// A subprogram that is there twice.
+    #[error("program {name} is there twice")]
+    SameProgram {
+        /// Its name.
+        name: String,
+    },
+    /// A subprogram that nobody calls, so that nobody has read it.
+    #[error("subprogram {name} is never called, so it was not read")]
+    NeverCalled {
+        /// Its name.
+        name: String,
+    },
+    /// A call with another number of parameters than are declared.
+    #[error("{name} is called with {passed} parameters, {declared} are declared")]
+    Parameters {
+        /// What is called.
+        name: String,
+        /// How many are passed.
+        passed: usize,
+        /// How many are declared, or at most.
+        declared: usize,
+    },
+    /// Calls within calls.
+    #[error("subprogram {name} would be called {MOST_DEPTH} calls deep, that is too deep")]
+    TooDeep {
+        /// Its name.
+        name: String,
+    },
+    /// A subprogram that calls itself.
+    #[error("subprogram {name} is called while it is running")]
+    Recursion {
+        /// Its name.
+        name: String,
+    },
+    /// A program or subprogram without its end.
+    #[error("the program ends here without {end}")]
+    NoEnd {
+        /// What is missing.
+        end: &'static str,
+    },
+    /// Something behind the end.
+    #[error("there is text behind the end of the program")]
+    AfterEnd,
+    /// More blocks than are executed.
+    #[error("more than {MOST_BLOCKS} blocks are executed")]
+    TooManyBlocks,
+}
