@@ -27,6 +27,7 @@ const ORDER: &[&[&str]] = &[
     &["tool_path"],
     &["cutter_path"],
     &["groove"],
+    &["milling_job"],
     &["archimedean"],
     &["nc"],
     &["post"],

@@ -27,6 +27,7 @@ pub mod interpolator;
 pub mod job;
 pub mod lift;
 pub mod machine;
+pub mod milling_job;
 pub mod motion_law;
 pub mod nc;
 pub mod numeric;

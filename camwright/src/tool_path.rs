@@ -102,16 +102,11 @@ const MOST_STEPS: usize = 40;
 pub(crate) const CHECK_DENSITY: usize = 8;
 
 impl ToolPath {
-    /// The path on which a wheel grinds a contour.
-    ///
-    /// The contour is regular (its constructor saw to it), so with 1 + κR > 0 everywhere the wheel's centre goes round
-    /// the axis without turning back and its path cannot meet itself: the wheel touches the contour where it should and
-    /// cuts it nowhere else.
+    /// Whether a wheel reaches everywhere along a contour.
     ///
     /// # Errors
-    /// A wheel that is too large for a concave flank, with the largest that fits; a path that is not smooth enough; a
-    /// result that the way back does not confirm.
-    pub fn for_wheel(contour: &Contour, wheel_radius_mm: f64) -> Result<Self, ToolPathError> {
+    /// A radius that is none, or one that is too large for a concave flank, with the largest that fits.
+    pub fn fits(contour: &Contour, wheel_radius_mm: f64) -> Result<(), ToolPathError> {
         if !wheel_radius_mm.is_finite() || wheel_radius_mm <= 0.0 {
             return Err(ToolPathError::BadWheelRadius { wheel_radius_mm });
         }
@@ -126,6 +121,20 @@ impl ToolPath {
                 });
             }
         }
+        Ok(())
+    }
+
+    /// The path on which a wheel grinds a contour.
+    ///
+    /// The contour is regular (its constructor saw to it), so with 1 + κR > 0 everywhere the wheel's centre goes round
+    /// the axis without turning back and its path cannot meet itself: the wheel touches the contour where it should and
+    /// cuts it nowhere else.
+    ///
+    /// # Errors
+    /// A wheel that is too large for a concave flank, with the largest that fits; a path that is not smooth enough; a
+    /// result that the way back does not confirm.
+    pub fn for_wheel(contour: &Contour, wheel_radius_mm: f64) -> Result<Self, ToolPathError> {
+        Self::fits(contour, wheel_radius_mm)?;
         let exact = |angle: f64, guess: &mut f64| {
             let cam_angle = contour.solve(angle, wheel_radius_mm, angle + *guess);
             *guess = cam_angle - angle;

@@ -35,9 +35,9 @@ fn eccentric_disc_has_its_closed_forms() {
         assert_eq!(face.path().sample(CarriageAxis::Y, angle), None);
     }
     // It touches E beside its middle at most, a quarter turn from the nose.
-    let farthest = face.farthest();
-    assert!((farthest.value - e).abs() < 1e-7 && (farthest.angle_rad.sin().abs() - 1.0).abs() < 1e-6, "{farthest:?}");
-    assert!((face.width_mm() - 2.0 * (25.0 - e * e).sqrt()).abs() < 1e-6, "{}", face.width_mm());
+    let reach = face.reach();
+    assert!((reach.beside_mm - e).abs() < 1e-9 && (reach.azimuth_rad.sin().abs() - 1.0).abs() < 1e-6, "{reach:?}");
+    assert!((reach.width_mm - 2.0 * (25.0 - e * e).sqrt()).abs() < 1e-9, "{reach:?}");
 }
 
 /// A flat follower's lift is the support function already.

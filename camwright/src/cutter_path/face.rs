@@ -4,10 +4,10 @@
 
 use super::{CarriageAxis, CutterPath, Travel};
 use crate::contour::Contour;
-use crate::numeric::extremum::{Extremum, smallest_over_turn};
+use crate::numeric::extremum::smallest_over_turn;
 use crate::numeric::periodic_spline::PeriodicSpline;
 use crate::tool_path::{CHECK_DENSITY, CONTOUR_ERROR_MM, ToolPathError, angle_of, resample};
-use crate::units::deg_from_rad;
+use crate::units::{deg_from_rad, wrap_turn};
 use alloc::string::String;
 use thiserror::Error;
 
@@ -61,8 +61,18 @@ pub enum FaceError {
 #[derive(Debug, Clone, PartialEq)]
 pub struct FacePath {
     path: CutterPath,
-    farthest: Extremum,
-    face_radius_mm: f64,
+    reach: FaceReach,
+}
+
+/// How far a face has to reach on a contour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FaceReach {
+    /// How far beside its middle it touches at most (mm).
+    pub beside_mm: f64,
+    /// Azimuth of the mill's axis there (rad).
+    pub azimuth_rad: f64,
+    /// Width along Z that a turn cuts everywhere (mm): the chord of the face there.
+    pub width_mm: f64,
 }
 
 impl FacePath {
@@ -72,6 +82,23 @@ impl FacePath {
     /// A hollow contour, a face that is too small, with figures and place; a path that is not smooth enough, or that the way back does
     /// not confirm.
     pub fn new(contour: &Contour, face_radius_mm: f64, leaves_mm: f64) -> Result<Self, FaceError> {
+        let reach = Self::fits(contour, face_radius_mm, leaves_mm)?;
+        let (support, _) = resample(|azimuth, guess| {
+            let cam_angle = contour.cam_angle_of_normal(azimuth, azimuth + *guess);
+            *guess = cam_angle - azimuth;
+            contour.local(cam_angle).support() + leaves_mm
+        })?;
+        returns(&support, contour, leaves_mm)?;
+        let travels = [Travel { axis: CarriageAxis::X, position: support }].into();
+        let path = CutterPath { name: String::from("contour"), travels, infeed: CarriageAxis::X };
+        Ok(Self { path, reach })
+    }
+
+    /// Whether a face can make a contour, and how far it has to reach for it.
+    ///
+    /// # Errors
+    /// A hollow contour, a face that is too small, with figures and place.
+    pub fn fits(contour: &Contour, face_radius_mm: f64, leaves_mm: f64) -> Result<FaceReach, FaceError> {
         if !face_radius_mm.is_finite() || face_radius_mm <= 0.0 {
             return Err(FaceError::BadRadius { face_radius_mm });
         }
@@ -84,22 +111,14 @@ impl FacePath {
             let (angle_deg, curvature_1_mm) = (deg_from_rad(flattest.angle_rad), contour.curvature(flattest.angle_rad));
             return Err(FaceError::Hollow { angle_deg, curvature_1_mm, bound_1_mm: 0.0 });
         }
-        let (support, _) = resample(|azimuth, guess| {
-            let cam_angle = contour.cam_angle_of_normal(azimuth, azimuth + *guess);
-            *guess = cam_angle - azimuth;
-            contour.local(cam_angle).support() + leaves_mm
-        })?;
-        returns(&support, contour, leaves_mm)?;
-        let grid = 2 * support.coefficients().len();
-        let farthest = smallest_over_turn(grid, &[], |azimuth| -support.sample(azimuth).first.abs());
-        let farthest = Extremum { angle_rad: farthest.angle_rad, value: -farthest.value };
-        if farthest.value.is_nan() || farthest.value >= face_radius_mm {
-            let (offset_mm, azimuth_deg) = (farthest.value, deg_from_rad(farthest.angle_rad));
-            return Err(FaceError::FaceTooSmall { face_radius_mm, offset_mm, azimuth_deg });
+        let farthest = smallest_over_turn(grid, &breaks, |angle| -contour.local(angle).beside().abs());
+        let (beside_mm, azimuth_rad) = (-farthest.value, wrap_turn(contour.normal_angle(farthest.angle_rad)));
+        if beside_mm.is_nan() || beside_mm >= face_radius_mm {
+            let azimuth_deg = deg_from_rad(azimuth_rad);
+            return Err(FaceError::FaceTooSmall { face_radius_mm, offset_mm: beside_mm, azimuth_deg });
         }
-        let travels = [Travel { axis: CarriageAxis::X, position: support }].into();
-        let path = CutterPath { name: String::from("contour"), travels, infeed: CarriageAxis::X };
-        Ok(Self { path, farthest, face_radius_mm })
+        let width_mm = 2.0 * libm::sqrt((face_radius_mm - beside_mm) * (face_radius_mm + beside_mm));
+        Ok(FaceReach { beside_mm, azimuth_rad, width_mm })
     }
 
     /// The path: X of the face.
@@ -108,17 +127,10 @@ impl FacePath {
         &self.path
     }
 
-    /// How far beside its middle the face touches at most (mm), and the azimuth of the mill's axis there.
+    /// How far the face has to reach.
     #[must_use]
-    pub fn farthest(&self) -> Extremum {
-        self.farthest
-    }
-
-    /// Width along Z that a turn cuts everywhere (mm): the chord of the face where it touches farthest from its middle.
-    #[must_use]
-    pub fn width_mm(&self) -> f64 {
-        let (radius, offset) = (self.face_radius_mm, self.farthest.value);
-        2.0 * libm::sqrt((radius - offset) * (radius + offset))
+    pub fn reach(&self) -> FaceReach {
+        self.reach
     }
 }
 

@@ -79,6 +79,11 @@ impl LocalFrame {
         self.along * self.normal_along + self.across * self.normal_across
     }
 
+    /// Distance of Q along its tangent from the foot of the axis' perpendicular on that, Q·T (mm): h′ of the support function.
+    pub(crate) fn beside(&self) -> f64 {
+        self.across * self.normal_along - self.along * self.normal_across
+    }
+
     /// Curvature (1/mm).
     pub(crate) fn curvature(&self) -> f64 {
         self.turning / self.arc

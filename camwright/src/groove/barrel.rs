@@ -128,6 +128,14 @@ impl BarrelGroove {
         0.5 * (self.outer_radius_mm + self.floor_radius_mm)
     }
 
+    /// Whether a mill goes into the slot, without its paths.
+    ///
+    /// # Errors
+    /// A mill that does not, or is far too small for it.
+    pub fn fits(&self, cutter_radius_mm: f64, leaves_mm: f64, coverage: Coverage) -> Result<(), GrooveError> {
+        side_by_side(self.roller_radius_mm, cutter_radius_mm, leaves_mm, coverage).map(|_| ())
+    }
+
     /// Paths of a mill that cuts the groove, or leaves so much on each of its walls: Z, and Y if there is one, with depth along X. One path
     /// where the mill is as wide as the slot.
     ///

@@ -170,7 +170,7 @@ fn side_by_side(
         return Ok([("groove".to_string(), 0.0)].into());
     }
     let paths = libm::ceil(beside_mm / (STEP_OVER * cutter_radius_mm)).max(1.0) + 1.0;
-    if paths > f64::from(MOST_PATHS) {
+    if coverage == Coverage::Slot && paths > f64::from(MOST_PATHS) {
         return Err(GrooveError::CutterTooSmall { cutter_radius_mm, half_width_mm, paths, most: MOST_PATHS });
     }
     let mut offsets = Vec::new();

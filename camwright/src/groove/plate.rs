@@ -85,6 +85,14 @@ impl PlateGroove {
         (radius_mm > 0.0).then_some(Extremum { angle_rad: found.angle_rad, value: radius_mm })
     }
 
+    /// Whether a mill goes into the slot, without its paths.
+    ///
+    /// # Errors
+    /// A mill that does not, or is far too small for it.
+    pub fn fits(&self, cutter_radius_mm: f64, leaves_mm: f64, coverage: Coverage) -> Result<(), GrooveError> {
+        side_by_side(self.roller_radius_mm, cutter_radius_mm, leaves_mm, coverage).map(|_| ())
+    }
+
     /// Paths of a mill that cuts the groove, or leaves so much on each of its walls: X of its centre, depth along Z. One path where the mill
     /// is as wide as the slot.
     ///
