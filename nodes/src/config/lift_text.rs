@@ -10,7 +10,7 @@
 
 use super::locate::Located;
 use super::{ConfigError, Place};
-use camwright::lift::{LengthUnit, LiftForm, LiftRow};
+use camwright::lift::{LengthUnit, LiftForm, LiftRow, LiftTable};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -116,6 +116,9 @@ fn column(name: &str) -> Option<Column> {
     }
 }
 
+/// Most rows of a table: one for every block, and the first again.
+const MOST_ROWS: usize = LiftTable::MAX_BLOCKS + 1;
+
 /// What stands between two cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Separator {
@@ -157,17 +160,20 @@ struct Columns {
 pub fn read(located: &Located, format: &Format) -> Result<Printed, Vec<ConfigError>> {
     let path = &located.path;
     let text = located.text.trim_start_matches('\u{feff}');
-    let lines: Vec<(u64, &str)> = (1_u64..).zip(text.lines()).collect();
-    let skipped = format.header_lines.unwrap_or(0).min(lines.len());
+    let lines = text.lines().count();
+    let skipped = format.header_lines.unwrap_or(0).min(lines);
     let mut titles: Vec<(u64, &str)> = Vec::new();
-    let mut said: Vec<(u64, &str)> = lines[..skipped].to_vec();
+    let mut said: Vec<(u64, &str)> = (1_u64..).zip(text.lines()).take(skipped).collect();
     let mut body: Vec<(u64, &str)> = Vec::new();
-    for &(number, line) in &lines[skipped..] {
+    for (number, line) in (1_u64..).zip(text.lines()).skip(skipped) {
         let content = line.split('#').next().unwrap_or("").trim();
         if content.is_empty() || content.starts_with("//") || content.starts_with(['!', '%', '*']) {
             said.push((number, line));
         } else if body.is_empty() && !begins_with_number(content) {
             titles.push((number, content));
+        } else if body.len() == MOST_ROWS {
+            let message = format!("is a row too many: a table has at most {MOST_ROWS}, for steps of 0.01 deg");
+            return Err(vec![ConfigError::at(Place::line(path, number), message)]);
         } else {
             // Tabs at the head of a row are an empty cell, not space.
             body.push((number, line.split('#').next().unwrap_or("").trim_matches(' ').trim_end()));
@@ -194,7 +200,7 @@ pub fn read(located: &Located, format: &Format) -> Result<Printed, Vec<ConfigErr
         unit: columns.unit,
         angle,
         last_digit_mm: columns.mm_per_unit,
-        lines: lines.len(),
+        lines,
         findings: Vec::new(),
         doubts: doubts(path, &said, columns.unit, columns.angle.map(|(_, angle)| angle).or(format.angle)),
     };

@@ -23,6 +23,9 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("lifts/make_lifts.py", include_str!("../../../params/lifts/make_lifts.py")),
 ];
 
+/// Largest text that is read (bytes): a table of 0.01° takes a megabyte.
+pub const MOST_TEXT_BYTES: u64 = 16 << 20;
+
 /// A file that was found, with its text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Located {
@@ -50,15 +53,17 @@ enum Found {
 /// Finds a params file of a kind (`jobs`, `machines`, `lifts`) by name or path and reads it.
 ///
 /// # Errors
-/// A file that does not exist in any of the places, cannot be read, or is not UTF-8.
+/// A file that does not exist in any of the places, cannot be read, is too large, or is not UTF-8.
 pub fn locate(kind: &str, name: &str, extension: &str, relative_to: Option<&Path>) -> Result<Located, ConfigError> {
-    match find(kind, name, extension, relative_to)? {
-        Found::File(path) => {
-            let text = std::fs::read_to_string(&path).map_err(|error| unreadable(&path, &error))?;
-            Ok(Located { path, text })
+    let LocatedBytes { path, bytes } = locate_bytes(kind, name, extension, relative_to, MOST_TEXT_BYTES)?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        // Said with its line.
+        match text_of(&path, error.as_bytes()) {
+            Err(refusal) => refusal,
+            Ok(_) => ConfigError::at(Place::file(&path), "is not UTF-8"),
         }
-        Found::BuiltIn(path, text) => Ok(Located { path, text: text.to_owned() }),
-    }
+    })?;
+    Ok(Located { path, text })
 }
 
 /// The same for a file that may be no text and is refused if it is larger than so many bytes, before it is read.

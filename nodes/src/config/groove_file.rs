@@ -1,0 +1,152 @@
+//! A groove as a milling job writes it, and the groove it means.
+
+use super::ConfigError;
+use super::hash::FileHash;
+use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
+use super::milling_file::named;
+use super::profile_file::contour_key;
+use super::yaml::Document;
+use camwright::groove::GrooveError;
+use camwright::groove::barrel::BarrelGroove;
+use camwright::groove::plate::PlateGroove;
+use camwright::job::ProfileSpec;
+use camwright::milling_job::{GrooveKind, MOST_STEPS, MilledGroove};
+use camwright::units::rad_from_deg;
+use serde::Deserialize;
+
+/// `grooves[]` as written. What belongs to one kind alone is refused with the other.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct GrooveFile {
+    pub(super) name: String,
+    kind: KindFile,
+    #[serde(default)]
+    phase_deg: f64,
+    depth_mm: f64,
+    step_mm: Option<f64>,
+    profile: Option<String>,
+    top_mm: Option<f64>,
+    lift: Option<LiftFile>,
+    roller_radius_mm: Option<f64>,
+    outer_radius_mm: Option<f64>,
+    z_mm: Option<f64>,
+    y_axis: Option<bool>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum KindFile {
+    Plate,
+    Barrel,
+}
+
+/// What can be said about single values of a groove, as key and message.
+pub(super) fn findings(groove: &GrooveFile, index: usize) -> Vec<(String, String)> {
+    let mut findings = Vec::new();
+    let name = &groove.name;
+    let mut refuse = |key: &str, message: String| {
+        findings.push((format!("grooves.{index}.{key}"), format!("groove {name}: {message}")));
+    };
+    let of_plates = [("profile", groove.profile.is_some()), ("top_mm", groove.top_mm.is_some())];
+    let of_barrels = [
+        ("lift", groove.lift.is_some()),
+        ("roller_radius_mm", groove.roller_radius_mm.is_some()),
+        ("outer_radius_mm", groove.outer_radius_mm.is_some()),
+        ("z_mm", groove.z_mm.is_some()),
+        ("y_axis", groove.y_axis.is_some()),
+    ];
+    let (kind, others, foreign, needed): (_, _, &[(&str, bool)], &[&str]) = match groove.kind {
+        KindFile::Plate => ("plate", "barrel", &of_barrels, &["profile"]),
+        KindFile::Barrel => ("barrel", "plate", &of_plates, &["lift", "roller_radius_mm", "outer_radius_mm", "z_mm"]),
+    };
+    for (key, _) in foreign.iter().filter(|(_, given)| *given) {
+        refuse(key, format!("{key} is about a groove of kind {others}; this one is of kind {kind}"));
+    }
+    let given = |key: &str| of_plates.iter().chain(&of_barrels).any(|(name, given)| *name == key && *given);
+    for key in needed.iter().filter(|key| !given(key)) {
+        refuse("kind", format!("a groove of kind {kind} needs {key}"));
+    }
+    let lengths = [
+        ("depth_mm", Some(groove.depth_mm)),
+        ("step_mm", groove.step_mm),
+        ("roller_radius_mm", groove.roller_radius_mm),
+        ("outer_radius_mm", groove.outer_radius_mm),
+    ];
+    for (key, value) in lengths.into_iter().filter_map(|(key, value)| Some((key, value?))) {
+        if !(value > 0.0 && value <= 1e4) {
+            refuse(key, format!("{key} is {value}; it must be above 0, up to 10000"));
+        }
+    }
+    let places = [("phase_deg", Some(groove.phase_deg)), ("top_mm", groove.top_mm), ("z_mm", groove.z_mm)];
+    for (key, value) in places.into_iter().filter_map(|(key, value)| Some((key, value?))) {
+        if !(value.is_finite() && value.abs() <= 1e5) {
+            refuse(key, format!("{key} is {value}; it must be -100000 to 100000"));
+        }
+    }
+    if let Some(step) = groove.step_mm.filter(|step| groove.depth_mm / step > f64::from(MOST_STEPS)) {
+        let steps = (groove.depth_mm / step).ceil();
+        refuse(
+            "step_mm",
+            format!("step_mm is {step}, which takes {steps} steps down; at most {MOST_STEPS} are allowed"),
+        );
+    }
+    if let Some(outer) = groove.outer_radius_mm.filter(|outer| groove.depth_mm >= *outer) {
+        refuse("depth_mm", format!("depth_mm is {}; it must stay below outer_radius_mm, {outer}", groove.depth_mm));
+    }
+    findings
+}
+
+impl GrooveFile {
+    /// What it means, with the lift that is its own.
+    pub(super) fn read(
+        &self,
+        document: &Document,
+        index: usize,
+        profiles: &[ProfileSpec],
+        hash: &mut FileHash,
+    ) -> Result<(MilledGroove, Option<ProfileLift>), Vec<ConfigError>> {
+        let (kind, lift) = match self.kind {
+            KindFile::Plate => (self.plate(document, index, profiles).map_err(|error| vec![error])?, None),
+            KindFile::Barrel => {
+                let (kind, lift) = self.barrel(document, index, hash)?;
+                (kind, Some(lift))
+            }
+        };
+        let (name, step_mm) = (self.name.clone(), self.step_mm.unwrap_or(self.depth_mm));
+        Ok((MilledGroove { name, kind, phase_rad: rad_from_deg(self.phase_deg), step_mm }, lift))
+    }
+
+    fn plate(&self, document: &Document, index: usize, profiles: &[ProfileSpec]) -> Result<GrooveKind, ConfigError> {
+        let name = self.profile.as_deref().unwrap_or_default();
+        let (at, profile) = named(document, profiles, name, &format!("grooves.{index}.profile"))?;
+        let groove = PlateGroove::new(&profile.lift, &profile.follower, profile.base_radius_mm).map_err(|error| {
+            let key = match &error {
+                GrooveError::NoRoller => "follower",
+                GrooveError::InnerWall(error) => contour_key(error),
+                _ => "base_radius_mm",
+            };
+            document.error(&format!("profiles.{at}.{key}"), format!("groove {}: profile {name}: {error}", self.name))
+        })?;
+        Ok(GrooveKind::Plate { groove, top_mm: self.top_mm.unwrap_or(0.0), depth_mm: self.depth_mm })
+    }
+
+    fn barrel(
+        &self,
+        document: &Document,
+        index: usize,
+        hash: &mut FileHash,
+    ) -> Result<(GrooveKind, ProfileLift), Vec<ConfigError>> {
+        let key = format!("grooves.{index}.lift");
+        let needs =
+            |key: &str| vec![document.error(&format!("grooves.{index}"), format!("groove {} needs {key}", self.name))];
+        let file = self.lift.as_ref().ok_or_else(|| needs("lift"))?;
+        let roller_radius_mm = self.roller_radius_mm.ok_or_else(|| needs("roller_radius_mm"))?;
+        let outer_radius_mm = self.outer_radius_mm.ok_or_else(|| needs("outer_radius_mm"))?;
+        let z_mm = self.z_mm.ok_or_else(|| needs("z_mm"))?;
+        let of = OfProfile { document, key: &key, name: &self.name, follower: None };
+        let lift = lift_file::read(file, of, |text| hash.add(text.as_bytes()))?;
+        let groove = BarrelGroove::new(&lift.law, roller_radius_mm, outer_radius_mm, outer_radius_mm - self.depth_mm)
+            .map_err(|error| vec![document.error(&key, format!("groove {}: {error}", self.name))])?;
+        Ok((GrooveKind::Barrel { groove, z_mm, y_axis: self.y_axis.unwrap_or(false) }, lift))
+    }
+}
