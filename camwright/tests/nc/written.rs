@@ -69,7 +69,7 @@ fn blocks_of_a_subprogram_are_shifted_by_its_call() {
     assert_eq!(moves[16].subprogram, None);
 }
 
-/// 0.0001 mm in a second are 0.006 mm/min; in a millisecond 6 mm/min, and a turn without X has no rate in mm.
+/// 0.001 mm in 0.6 s are 0.1 mm/min; a turn without X has its rate in degrees: 0.1° in 59 s are more than 0.1°/min, in 61 s less.
 #[test]
 fn feeds_that_linuxcnc_would_raise_are_found_in_radius_and_diameter() {
     for (x_values, written) in [(XValues::Radius, 10), (XValues::Diameter, 20)] {
@@ -80,12 +80,14 @@ fn feeds_that_linuxcnc_would_raise_are_found_in_radius_and_diameter() {
             Block::Rapid(target(&[(NcAxis::X, 0), (NcAxis::C, 0)])),
             at(written, 1000, 0.59),
             at(0, 2000, 0.61),
-            at(0, 3000, 100.0),
-            at(written, 4000, 0.001),
+            at(0, 3000, 59.0),
+            at(0, 4000, 61.0),
+            at(written, 5000, 0.001),
         ];
         let raised = raised_feeds(&program);
-        assert_eq!(raised.len(), 1, "the subprogram is called twice: {raised:?}");
-        assert!((raised[0].driven_s - 0.6).abs() < 1e-9 && (raised[0].way_mm - 0.001).abs() < 1e-12);
+        assert_eq!(raised.len(), 2, "the subprogram is called twice: {raised:?}");
+        assert!((raised[0].driven_s - 0.6).abs() < 1e-9 && (raised[0].way - 0.001).abs() < 1e-12);
+        assert!((raised[1].driven_s - 60.0).abs() < 1e-9 && raised[1].unit == "deg" && raised[1].place.block == 5);
         let said = raised[0].to_string();
         assert!(said.starts_with("subprogram A, block 3: 0.001 mm in 0.61 s are 0.0983"), "{said}");
     }
