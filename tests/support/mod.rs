@@ -1,5 +1,5 @@
-//! What the tests of the whole share: the Python environment of the ROS 2 peers, ROS domains of their own, guarded processes, and a
-//! real rclpy node that takes orders.
+//! What the tests of the whole share: the Python environment of the ROS 2 peers, ROS domains of their own, guarded processes, a real
+//! rclpy node that takes orders, and the interpreter of LinuxCNC.
 #![allow(dead_code, reason = "each test binary uses its own part of this module")]
 #![allow(unused_imports, reason = "as above")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
@@ -8,6 +8,7 @@
 mod domain;
 mod env;
 mod folder;
+mod linuxcnc;
 mod peer;
 mod process;
 pub mod processes;
@@ -15,5 +16,6 @@ pub mod processes;
 pub use domain::Domain;
 pub use env::{PeerEnv, in_ci, peer_env, repository, target_directory};
 pub use folder::Folder;
+pub use linuxcnc::{Driven, LinuxCnc};
 pub use peer::Peer;
 pub use process::{Guarded, PATIENCE};
