@@ -65,10 +65,11 @@ static LINUXCNC: Rules = Rules {
     comment: ("(", ")"),
 };
 
-/// B-62764EN (Series 16/18), 5: an inverse time is within 0.001 and 9999.999, whatever the increment system.
+/// B-62764EN (Series 16/18), 5: an inverse time is within 0.001 and 9999.999, whatever the increment system. Below 0.5, a block of two
+/// minutes, its three places would be a thousandth of it and more.
 static FANUC: Rules = Rules {
     digits: 8,
-    feed: (0.001, 9_999.999, 3),
+    feed: (0.5, 9_999.999, 3),
     numbers: Some((1, 7_999)),
     name_length: 60,
     capital_names: true,

@@ -202,7 +202,12 @@ fn feeds_have_times_that_the_control_reads() {
     refused(
         Dialect::Fanuc,
         &broken(|program| program.subprograms[1].blocks.push(feed(0.006))),
-        "subprogram cam b, block 9: F 10000/min (0.006 s) is not within 0.001 to 9999.999/min on this control",
+        "subprogram cam b, block 9: F 10000/min (0.006 s) is not within 0.5 to 9999.999/min on this control",
+    );
+    refused(
+        Dialect::Fanuc,
+        &broken(with_block(&feed(240.0))),
+        "main program, block 1: F 0.25/min (240 s) is not within 0.5 to 9999.999/min on this control",
     );
     refused(
         Dialect::Siemens,

@@ -35,7 +35,7 @@ fn a_small_program_is_written_as_it_stands_beside() {
 fn a_feed_is_a_minute_over_its_time() {
     for dialect in Dialect::ALL {
         let most_error = if dialect == Dialect::Fanuc { 0.000_5 } else { 5e-7 };
-        for (index, time_s) in [0.006_5, 0.01, 0.123_456_789, 1.0, 7.0, 59.9, 600.0].into_iter().enumerate() {
+        for (index, time_s) in [0.006_5, 0.01, 0.123_456_789, 1.0, 7.0, 59.9, 119.9].into_iter().enumerate() {
             let mut program = two_cams(XValues::Radius);
             let blocks = vec![Block::Feed { target: target(&[(NcAxis::C, 1)]), time_s }];
             program.main = blocks.into_iter().map(Step::Block).collect();
