@@ -98,8 +98,21 @@ impl Lines {
         Line { at: self.at, height, slope }
     }
 
-    /// One in the middle of them.
+    /// One in the middle of them; a level one, if there is one, so that an axis rests where it may.
     fn middle(&self) -> Line {
+        let next = |index: usize| self.corners[(index + 1) % self.corners.len()];
+        let crossing = |(index, &(s, t)): (usize, &(f64, f64))| {
+            let (next_s, next_t) = next(index);
+            ((s <= 0.0 && next_s >= 0.0) || (s >= 0.0 && next_s <= 0.0)).then(|| {
+                let share = if (next_s - s).abs() > 0.0 { -s / (next_s - s) } else { 0.0 };
+                t + share * (next_t - t)
+            })
+        };
+        let level = self.corners.iter().enumerate().filter_map(crossing);
+        let (low, high) = level.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), t| (low.min(t), high.max(t)));
+        if low <= high {
+            return Line { at: self.at, height: 0.5 * (low + high), slope: 0.0 };
+        }
         #[allow(clippy::cast_precision_loss, reason = "a handful of corners")]
         let share = 1.0 / self.corners.len() as f64;
         let (slope, height) = self.corners.iter().fold((0.0, 0.0), |sum, c| (sum.0 + share * c.0, sum.1 + share * c.1));

@@ -102,6 +102,12 @@ impl Dialect {
         }
     }
 
+    /// The shortest time that a block can be given (s): an inverse time has a largest value.
+    #[must_use]
+    pub fn shortest_block_s(self) -> f64 {
+        60.0 / self.rules().feed.1
+    }
+
     /// The text of a program, the file with its main program first.
     ///
     /// # Errors

@@ -26,6 +26,9 @@ use alloc::vec::Vec;
 use pieces::Pieces;
 use turn::Turn;
 
+/// C is programmed with fewer increments: eight digits, which all controls read.
+const C_INCREMENTS: i64 = 100_000_000;
+
 /// The control that runs a program.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Control {
@@ -150,6 +153,8 @@ pub struct PostedTurn {
     pub theoretical_pieces: f64,
     /// Blocks in all.
     pub blocks: usize,
+    /// Blocks that take longer than the speed of C asks for, because the control has no shorter ones.
+    pub lengthened: usize,
     /// Most blocks in a second, over ten of them.
     pub blocks_s: f64,
     /// Largest step of the velocity of an axis from a piece to the next (mm/s).
@@ -277,6 +282,8 @@ impl Posted {
         // The whole turns by which C goes on, so that it neither winds back nor turns more than half a turn to the beginning.
         let phase = format.count(NcAxis::C, phase_rad)?;
         let on = (c_now - (phase + begins) + whole_turn / 2).div_euclid(whole_turn) * whole_turn;
+        // Unless the control has no digits for it: then C winds back, with the cutter clear of the part.
+        let on = if phase + on + ends < C_INCREMENTS { on } else { 0 };
         let (phase, offset) = (phase + on, format.count(NcAxis::from(of.path.infeed), leaves_mm)?);
         self.program.main.push(Step::Call(Call { subprogram: posted.subprogram, phase, offset }));
         self.feed_time_s += posted.time_s;

@@ -49,6 +49,8 @@ pub(super) struct Pieces {
     tolerance_mm: f64,
     deviation: Deviation,
     velocity_step_mm_s: f64,
+    pieces_of_turn: usize,
+    lengthened: usize,
     theoretical: f64,
     blocks_s: f64,
     format: Format,
@@ -64,20 +66,26 @@ impl Pieces {
     ) -> Result<Self, PostError> {
         let mut tolerance_mm = pass.tolerance_mm;
         loop {
-            let pieces =
+            let mut pieces =
                 Self::new(turn, control, pass, tolerance_mm).map_err(|error| error.within(&of.name, &pass.name))?;
-            if pieces.blocks_s <= control.most_blocks_s {
+            let least_s = control.dialect.shortest_block_s();
+            let is_last = tolerance_mm >= pass.widest_tolerance_mm;
+            if is_last {
+                pieces.lengthen(least_s);
+            }
+            let all_long = pieces.times_s.iter().all(|time_s| *time_s >= least_s);
+            if pieces.blocks_s <= control.most_blocks_s && all_long {
                 return Ok(pieces);
             }
-            if tolerance_mm >= pass.widest_tolerance_mm {
-                let fastest = ROUNDED_DOWN * turn.speed_rad_s(0.0) * control.most_blocks_s / pieces.blocks_s;
+            if is_last {
+                let slower = control.most_blocks_s / pieces.blocks_s;
                 return Err(PostError::TooManyBlocks {
                     feature: of.name.clone(),
                     pass: pass.name.clone(),
                     blocks_s: pieces.blocks_s,
                     most_s: control.most_blocks_s,
                     tolerance_um: um_from_mm(tolerance_mm),
-                    fits_rpm: rpm_from_rad_s(fastest),
+                    fits_rpm: rpm_from_rad_s(ROUNDED_DOWN * slower * turn.speed_rad_s(0.0)),
                 });
             }
             tolerance_mm = (tolerance_mm * WIDER).min(pass.widest_tolerance_mm);
@@ -94,6 +102,8 @@ impl Pieces {
             tolerance_mm,
             deviation: Deviation::default(),
             velocity_step_mm_s: 0.0,
+            pieces_of_turn: 0,
+            lengthened: 0,
             theoretical: 0.0,
             blocks_s: 0.0,
             format: control.format,
@@ -115,6 +125,7 @@ impl Pieces {
             pieces.add_stretch(turn, &Chain::new(&request)?, moving)?;
             if !leading {
                 pieces.theoretical = theoretical_pieces(&request)?;
+                pieces.pieces_of_turn = pieces.stretches.last().map_or(0, |stretch| stretch.to - stretch.from);
             }
         }
         if control.dialect == Dialect::LinuxCnc {
@@ -176,7 +187,7 @@ impl Pieces {
                 let time_s = turn.time_s(u, v);
                 let way_mm = self.way_mm(&last, knot);
                 if way_mm > 0.0 && way_mm * 60.0 / time_s < LEAST_RATE_MM_MIN * 1.001 {
-                    self.add_steps(&last, knot, time_s, &mut knots);
+                    self.add_steps(turn, &last, knot, &mut knots)?;
                 }
             }
             knots.push(knot.clone());
@@ -190,15 +201,13 @@ impl Pieces {
     }
 
     /// The knots between two ends of a slow piece.
-    fn add_steps(&self, from: &Knot, to: &Knot, time_s: f64, knots: &mut Vec<Knot>) {
+    fn add_steps(&self, turn: &Turn<'_>, from: &Knot, to: &Knot, knots: &mut Vec<Knot>) -> Result<(), PostError> {
         let ways: Vec<i64> = from.positions.iter().zip(&to.positions).map(|(a, b)| b - a).collect();
         let steps = ways.iter().map(|way| way.abs()).max().unwrap_or(0);
         let least_mm =
             self.axes.iter().map(|axis| self.format.value(NcAxis::from(*axis), 1)).fold(f64::INFINITY, f64::min);
         let step_s = STEP_SHARE * least_mm * 60.0 / LEAST_RATE_MM_MIN;
-        let turned = to.c - from.c;
-        #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, reason = "increments of one piece")]
-        let part = |share: f64| (share * turned as f64) as i64;
+        let (begins, ends) = (self.format.value(NcAxis::C, from.c), self.format.value(NcAxis::C, to.c));
         let position = |step: i64| -> Vec<i64> {
             // Rounded to the nearest: division cuts towards zero.
             let at = |start: &i64, way: &i64| start + (2 * way * step + steps * way.signum()) / (2 * steps);
@@ -207,15 +216,16 @@ impl Pieces {
         #[allow(clippy::cast_precision_loss, reason = "increments of one piece")]
         for step in 0..steps {
             // In the middle of its share of the angle, so that it is half an increment off on either side.
-            let middle = (step as f64 + 0.5) / steps as f64;
-            let half = 0.5 * step_s / time_s;
-            for (share, positions) in [(middle - half, position(step)), (middle + half, position(step + 1))] {
-                let c = from.c + part(share.clamp(0.0, 1.0));
+            let middle = begins + (ends - begins) * (step as f64 + 0.5) / steps as f64;
+            let half = 0.5 * step_s * turn.speed_rad_s(middle);
+            for (u_rad, positions) in [(middle - half, position(step)), (middle + half, position(step + 1))] {
+                let c = self.format.count(NcAxis::C, u_rad.clamp(begins, ends))?;
                 if c < to.c && knots.last().is_some_and(|last| last.c < c) {
                     knots.push(Knot { c, positions });
                 }
             }
         }
+        Ok(())
     }
 
     /// Linear way from a knot to another (mm).
@@ -231,10 +241,25 @@ impl Pieces {
     fn time(&mut self, turn: &Turn<'_>) {
         let angle = |knot: &Knot| self.format.value(NcAxis::C, knot.c);
         self.times_s = self.knots.windows(2).map(|pair| turn.time_s(angle(&pair[0]), angle(&pair[1]))).collect();
+        self.count_rate();
+    }
+
+    fn count_rate(&mut self) {
         let over = RATE_OVER.min(self.times_s.len()).max(1);
         #[allow(clippy::cast_precision_loss, reason = "ten blocks")]
         let rate = |window: &[f64]| window.len() as f64 / window.iter().sum::<f64>();
         self.blocks_s = self.times_s.windows(over).map(rate).fold(0.0, f64::max);
+    }
+
+    /// Blocks that the control's format has no time for take as long as it has.
+    fn lengthen(&mut self, least_s: f64) {
+        for time_s in &mut self.times_s {
+            if *time_s < least_s {
+                *time_s = least_s;
+                self.lengthened += 1;
+            }
+        }
+        self.count_rate();
     }
 
     /// The knots of a stretch as they will be driven, as a chain of the axes that move in it.
@@ -339,16 +364,16 @@ impl Pieces {
             let positions = positions.map(|(axis, count)| self.format.value(NcAxis::from(*axis), *count)).collect();
             (self.format.value(NcAxis::C, knot.c), positions)
         };
-        let full = self.stretches.get(1).map_or(0, |stretch| stretch.to - stretch.from);
         PostedTurn {
             feature,
             pass,
             subprogram,
             tolerance_mm: self.tolerance_mm,
             deviation: self.deviation,
-            pieces_of_turn: full,
+            pieces_of_turn: self.pieces_of_turn,
             theoretical_pieces: self.theoretical,
             blocks: self.times_s.len(),
+            lengthened: self.lengthened,
             blocks_s: self.blocks_s,
             velocity_step_mm_s: self.velocity_step_mm_s,
             time_s: self.times_s.iter().sum(),

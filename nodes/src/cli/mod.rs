@@ -5,6 +5,7 @@ mod check;
 mod drives;
 mod plan;
 mod plan_turned;
+mod post;
 mod run;
 mod run_cell;
 mod run_client;
@@ -33,6 +34,8 @@ enum CommandLine {
     Run(run::RunArgs),
     /// Plan a job without ROS and write contour, tool path and speed plan of every lobe, or the insert's path of every pass.
     Plan(plan::PlanArgs),
+    /// Make the NC program of a job, for a machine whose control reads G code, and read it back.
+    Post(post::PostArgs),
     /// Check a job or a lift table: every finding with file, line, value and bound.
     Check(check::CheckArgs),
     /// Tell what the drives of a lathe leave on a part, and what they would have to be.
@@ -60,6 +63,7 @@ pub fn main() -> ExitCode {
     match cli.command.unwrap_or_else(|| CommandLine::Run(run::RunArgs::default())) {
         CommandLine::Run(args) => run::main(&args, &ros_args),
         CommandLine::Plan(args) => plan::main(&args),
+        CommandLine::Post(args) => post::main(&args),
         CommandLine::Check(args) => check::main(&args),
         CommandLine::Drives(args) => drives::main(&args),
         CommandLine::Setup(args) => setup::main(&args, &ros_args),

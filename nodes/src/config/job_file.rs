@@ -8,6 +8,7 @@ use super::journal_file::{CorrectionFile, IdentificationFile, RawPartFile, Stock
 use super::lift_file::ProfileLift;
 use super::locate::{Located, locate};
 use super::machine_file::{self, Machine};
+use super::nc_file::{NcFile, NcSettings};
 use super::pass_file::{InfeedFile, RoughingFile, SpeedFile, passes, roughing_findings};
 use super::profile_file::{self, ProfileFile};
 use super::start_file::{DryRunFile, StartFile};
@@ -81,6 +82,8 @@ struct JobFile {
     #[serde(default)]
     part_phase_deg: f64,
     measure_stock: Option<StockFile>,
+    #[serde(default)]
+    nc: NcFile,
 }
 
 /// In which order the lobes are machined.
@@ -165,6 +168,8 @@ pub struct Job {
     pub faults: Vec<JobFault>,
     /// Radius of the wheel it was written for, if it says so (mm).
     pub wheel_radius_mm: Option<f64>,
+    /// How an NC program is made of it.
+    pub nc: NcSettings,
     /// The job file, for messages that point into it.
     pub document: Document,
 }
@@ -231,7 +236,8 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     }
     let lobes = read_lobes(&document, &file, &mut findings);
     let faults = fault_file::read_all(&file.faults, &document, machine.as_ref(), &mut findings);
-    let Some(machine) = machine.filter(|_| findings.is_empty()) else { return Err(findings) };
+    let nc = file.nc.read(&document).map_err(|errors| findings.extend(errors)).ok();
+    let Some((machine, nc)) = machine.zip(nc).filter(|_| findings.is_empty()) else { return Err(findings) };
     let mut spec = spec(&file, profiles, lobes, file.blocks_per_turn.or(blocks).unwrap_or(FORMULA_BLOCKS));
     let lobe_order = (file.lobe_order == LobeOrderFile::Fastest).then(|| fastest_order(&spec, &machine.description));
     if let Some(order) = &lobe_order {
@@ -254,6 +260,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
         machine,
         faults,
         wheel_radius_mm: file.wheel_radius_mm,
+        nc,
         document,
     })
 }

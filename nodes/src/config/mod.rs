@@ -21,6 +21,7 @@ pub mod lift_text;
 pub mod locate;
 pub mod machine_file;
 pub mod milling_file;
+pub mod nc_file;
 mod pass_file;
 mod probe_file;
 mod process_file;

@@ -23,6 +23,7 @@ mod kept_stiffness;
 mod lifts;
 mod lobes;
 mod plots;
+mod program;
 mod rehearse;
 mod times;
 mod turn;
@@ -46,6 +47,7 @@ pub use journals::{
 pub use kept_stiffness::{KeptContacts, kept_contacts};
 pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
 pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result};
+pub use program::{ProgramSummary, ProgrammedTurn, write_program};
 pub use rehearse::{Outlines, RehearsalFailed, rehearse_job, rehearse_job_on, rehearse_outlines_on};
 pub use times::{TimeCompared, compare_times};
 pub use turn_summary::{BoundSummary, RemovalClass};

@@ -74,7 +74,7 @@ impl View {
         self.line(drawing, points, pen);
     }
 
-    fn area(&self, drawing: &mut Drawing, points: &[Point], colour: Colour) {
+    pub(super) fn area(&self, drawing: &mut Drawing, points: &[Point], colour: Colour) {
         let on_paper: Vec<Point> = points.iter().map(|point| self.at(*point)).collect();
         drawing.area(&on_paper, colour);
     }

@@ -11,6 +11,7 @@
 mod chart;
 mod contour;
 mod curves;
+pub(super) mod nc;
 mod turned;
 
 pub(super) use turned::turned_plots;
@@ -78,15 +79,15 @@ struct Cut<'a> {
 }
 
 /// A sheet with its title, what it shows, and what it was made from.
-fn sheet(title: &str, shows: &str, made_of: &str, plan_hash: &str) -> Drawing {
+fn sheet(title: &str, shows: &str, made_of: &str, by: &str) -> Drawing {
     let mut drawing = Drawing::new(PAPER.0, PAPER.1, &format!("{title}: {shows}"));
     let bold = Lettering { height_mm: 4.2, is_bold: true, ..Lettering::default() };
     drawing.text([12.0, 14.0], bold, title);
     drawing.text([12.0, 21.0], Lettering { height_mm: 2.9, ..Lettering::default() }, shows);
     let small = Lettering { height_mm: 2.1, colour: Colour::GREY, ..Lettering::default() };
     drawing.text([12.0, FOOT_MM], small, made_of);
-    let plan = format!("camwright, plan {plan_hash:.16}");
-    drawing.text([PAPER.0 - 12.0, FOOT_MM], Lettering { anchor: Anchor::End, ..small }, &plan);
+    let by = format!("camwright, {by}");
+    drawing.text([PAPER.0 - 12.0, FOOT_MM], Lettering { anchor: Anchor::End, ..small }, &by);
     drawing
 }
 
@@ -114,7 +115,7 @@ impl Sheet<'_> {
             lobe.tool_path.wheel_radius_mm(),
             prepared.machine.name
         );
-        sheet(&title, shows, &made_of, prepared.plan_hash())
+        sheet(&title, shows, &made_of, &format!("plan {:.16}", prepared.plan_hash()))
     }
 
     /// The angle of C at which a cam angle faces the wheel (deg).

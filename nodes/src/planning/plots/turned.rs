@@ -61,7 +61,7 @@ impl Turned<'_> {
             self.summary.insert_radius_mm, self.summary.clearance.below_centre_mm, self.summary.machine
         );
         let title = format!("{} · turned", self.summary.job);
-        sheet(&title, shows, &made_of, self.prepared.plan_hash())
+        sheet(&title, shows, &made_of, &format!("plan {:.16}", self.prepared.plan_hash()))
     }
 
     /// Sections with the insert, z to the right and x up, both to one scale.
