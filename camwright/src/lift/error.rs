@@ -277,6 +277,51 @@ pub enum LiftError {
         /// Step of the closing flank (deg).
         closing_deg: f64,
     },
+    /// A point of a contour without an azimuth.
+    #[error("line {line}: the point lies on the axis")]
+    PointOnAxis {
+        /// Line of the file.
+        line: usize,
+    },
+    /// A point of a contour that goes back, or nowhere.
+    #[error(
+        "line {line}: the point lies at azimuth {azimuth_deg:.4} deg, which does not go on from {previous_deg:.4} deg in line {previous_line} \
+         the way the points began"
+    )]
+    AzimuthTurnsBack {
+        /// Line of the file.
+        line: usize,
+        /// Its azimuth (deg).
+        azimuth_deg: f64,
+        /// That of the point before (deg).
+        previous_deg: f64,
+        /// Where that stands.
+        previous_line: usize,
+    },
+    /// Points of a contour that are far apart.
+    #[error(
+        "line {line}: the point lies {gap_deg:.4} deg of azimuth beyond that in line {previous_line}, at most {most_deg} deg are read over"
+    )]
+    PointGap {
+        /// Line of the file.
+        line: usize,
+        /// Azimuth between the two (deg).
+        gap_deg: f64,
+        /// Allowed (deg).
+        most_deg: f64,
+        /// Where the one before stands.
+        previous_line: usize,
+    },
+    /// Points that go round more often than once, or not at all.
+    #[error(
+        "line {line}: up to here and back to the first the points go {covered_deg:.4} deg round the axis; it must be 360 deg"
+    )]
+    NotOnceRound {
+        /// Last line.
+        line: usize,
+        /// Azimuth covered (deg).
+        covered_deg: f64,
+    },
     /// Angle 0 of the file falls between two blocks of the turn.
     #[error(
         "the file's angle 0 stands at {zero_deg} cam deg, {off_deg:.6} deg off a multiple of the step of {step_deg:.6} deg"
@@ -326,7 +371,11 @@ impl LiftError {
             | Self::NoseNotFirst { line, .. }
             | Self::FlankEndsHigh { line, .. }
             | Self::HalvesDisagree { line, .. }
-            | Self::HalvesStep { line, .. } => Some(line),
+            | Self::HalvesStep { line, .. }
+            | Self::PointOnAxis { line }
+            | Self::AzimuthTurnsBack { line, .. }
+            | Self::PointGap { line, .. }
+            | Self::NotOnceRound { line, .. } => Some(line),
         }
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! rows ─► division ─► check ─► LiftTable ─► reading ─► LiftLaw ◄─ program (motion laws), formula
-//! half tables ─┘        ├─ outliers
-//!                       └─ doubt
+//! half tables ─┤        ├─ outliers
+//! points ──────┘        └─ doubt
 //! ```
 
 mod check;
@@ -13,6 +13,7 @@ mod error;
 pub mod halves;
 pub mod law;
 mod outliers;
+pub mod points;
 pub mod program;
 pub mod reading;
 pub mod table;

@@ -12,5 +12,6 @@ pub mod periodic_spline;
 pub mod range;
 pub(crate) mod root;
 pub mod tube;
+pub(crate) mod uneven_cubic;
 pub mod uniform_hermite;
 pub mod windows;

@@ -3,11 +3,12 @@
 //! ```text
 //! table, half_table, opening_table + closing_table ─► lift_text ─► rows ─► LiftTable ─► reading ─┐
 //! segments ─────────────────────────────────────────────────────────────► MotionProgram ─────────┼─► LiftLaw
-//! eccentric, round ──────────────────────────────────────────────────────► formula ──────────────┘
+//! eccentric, s_cam, round ───────────────────────────────────────────────► formula ──────────────┘
 //! ```
 
+use super::contour_table::{self, Turn};
 use super::follower_file::mm_per_deg;
-use super::lift_formula::{self, EccentricFile, SegmentFile};
+use super::lift_formula::{self, EccentricFile, SCamFile, SegmentFile};
 use super::lift_text::{self, AngleUnit, Format, Printed};
 use super::locate::{Located, locate};
 use super::yaml::Document;
@@ -29,7 +30,8 @@ const NOSE_DEG: f64 = 180.0;
 /// A lift larger than this many base radii is no cam that can be ground (a flat follower of 1 mm on 0.5 mm is).
 const LIFT_PER_BASE_RADIUS: f64 = 2.0;
 
-/// `lift` of a profile as written. Exactly one source: a table in one of its three forms, segments, an eccentric, or none: round.
+/// `lift` of a profile as written. Exactly one source: a table in one of its three forms, segments, an eccentric,
+/// the arms of a brake, or none: round.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LiftFile {
@@ -38,7 +40,9 @@ pub struct LiftFile {
     opening_table: Option<String>,
     closing_table: Option<String>,
     segments: Option<Vec<SegmentFile>>,
+    repeat: Option<usize>,
     eccentric: Option<EccentricFile>,
+    s_cam: Option<SCamFile>,
     round: Option<bool>,
     columns: Option<Vec<String>>,
     angle: Option<AngleUnit>,
@@ -73,6 +77,15 @@ pub struct ProfileLift {
     pub others: Vec<TableReading>,
     /// What is lawful and looks wrong.
     pub warnings: Vec<ConfigError>,
+    /// Follower and radius of the base circle (mm), where the lift says the cam itself and the profile must not.
+    pub own: Option<(Follower, f64)>,
+}
+
+impl ProfileLift {
+    /// One that is no table.
+    fn formula(law: LiftLaw, own: Option<(Follower, f64)>) -> Self {
+        Self { law, table: None, files: Vec::new(), others: Vec::new(), warnings: Vec::new(), own }
+    }
 }
 
 /// The profile a lift belongs to.
@@ -117,7 +130,6 @@ pub fn read(
     profile: OfProfile<'_>,
     mut add_file: impl FnMut(&str),
 ) -> Result<ProfileLift, Vec<ConfigError>> {
-    let formula = |law| ProfileLift { law, table: None, files: Vec::new(), others: Vec::new(), warnings: Vec::new() };
     let halves = file.opening_table.is_some() || file.closing_table.is_some();
     let is_round = file.round.unwrap_or(false);
     let sources = [
@@ -126,21 +138,17 @@ pub fn read(
         halves,
         file.segments.is_some(),
         file.eccentric.is_some(),
+        file.s_cam.is_some(),
         is_round,
     ];
     if sources.iter().filter(|given| **given).count() != 1 {
-        let message = "lift needs exactly one of: table, half_table, opening_table with closing_table, segments, eccentric, round: true";
+        let message = "lift needs exactly one of: table, half_table, opening_table with closing_table, segments, eccentric, s_cam, \
+                       round: true";
         return Err(profile.refuse("", message));
     }
     refuse_misplaced(file, &profile)?;
-    if let Some(segments) = &file.segments {
-        return lift_formula::program(segments, file.start_deg.unwrap_or(0.0), &profile).map(formula);
-    }
-    if is_round {
-        return lift_formula::round(&profile).map(formula);
-    }
-    if let Some(eccentric) = &file.eccentric {
-        return lift_formula::eccentric(eccentric, &profile).map(formula);
+    if let Some(formula) = read_formula(file, &profile) {
+        return formula;
     }
     let mut found = |key: &str, name: &str| -> Result<Located, Vec<ConfigError>> {
         let located = locate("lifts", name, "csv", Some(&profile.document.path))
@@ -160,6 +168,25 @@ pub fn read(
     read_table(file, &profile, &source)
 }
 
+/// A lift that is no table.
+fn read_formula(file: &LiftFile, profile: &OfProfile<'_>) -> Option<Result<ProfileLift, Vec<ConfigError>>> {
+    let law = if let Some(segments) = &file.segments {
+        lift_formula::program(segments, file.start_deg.unwrap_or(0.0), file.repeat.unwrap_or(1), profile)
+    } else if let Some(eccentric) = &file.eccentric {
+        if eccentric.is_disc() {
+            return Some(lift_formula::disc(eccentric, profile).map(|(law, own)| ProfileLift::formula(law, Some(own))));
+        }
+        lift_formula::eccentric(eccentric, profile)
+    } else if let Some(s_cam) = &file.s_cam {
+        lift_formula::s_cam(s_cam, profile)
+    } else if file.round == Some(true) {
+        lift_formula::round(profile)
+    } else {
+        return None;
+    };
+    Some(law.map(|law| ProfileLift::formula(law, None)))
+}
+
 /// Keys that mean nothing for the source that is given.
 fn refuse_misplaced(file: &LiftFile, profile: &OfProfile<'_>) -> Result<(), Vec<ConfigError>> {
     let for_tables = [
@@ -175,12 +202,14 @@ fn refuse_misplaced(file: &LiftFile, profile: &OfProfile<'_>) -> Result<(), Vec<
         ("smooth_within_um", file.smooth_within_um.is_some()),
     ];
     let mut errors = Vec::new();
-    let is_formula = file.segments.is_some() || file.eccentric.is_some() || file.round == Some(true);
+    let is_formula =
+        file.segments.is_some() || file.eccentric.is_some() || file.s_cam.is_some() || file.round == Some(true);
     for (key, _) in for_tables.iter().filter(|(_, given)| is_formula && *given) {
         errors.extend(profile.refuse(key, format!("{key} is about a table; this lift is a formula")));
     }
-    if file.start_deg.is_some() && file.segments.is_none() {
-        errors.extend(profile.refuse("start_deg", "start_deg is about segments; this lift has none"));
+    let for_segments = [("start_deg", file.start_deg.is_some()), ("repeat", file.repeat.is_some())];
+    for (key, _) in for_segments.iter().filter(|(_, given)| *given && file.segments.is_none()) {
+        errors.extend(profile.refuse(key, format!("{key} is about segments; this lift has none")));
     }
     if file.reading == Some(ReadingFile::CubicSpline) && file.smooth_within_um.is_some() {
         let message = "a cubic spline goes through every point; smooth_within_um asks for a curve that need not";
@@ -263,9 +292,11 @@ impl LiftFile {
 fn read_table(file: &LiftFile, profile: &OfProfile<'_>, source: &Source) -> Result<ProfileLift, Vec<ConfigError>> {
     let format = file.format(profile.mm_per_deg());
     let mut warnings = Vec::new();
+    let base_mm;
     let (table, files) = match source {
         Source::Whole(located) => {
-            let printed = lift_text::read(located, &format)?;
+            let mut printed = lift_text::read(located, &format)?;
+            base_mm = contour_table::make_lifts(&mut [(located.path.as_path(), &mut printed)], Turn::Whole)?;
             let declaration = file.declaration(&printed);
             let places = Places { files: vec![(located.path.as_path(), &printed)] };
             let read = LiftTable::read(&printed.rows, &declaration);
@@ -274,18 +305,21 @@ fn read_table(file: &LiftFile, profile: &OfProfile<'_>, source: &Source) -> Resu
             (turned.map_err(|error| profile.refuse("zero_deg", error))?, vec![located.path.clone()])
         }
         Source::Half(located) => {
-            let printed = lift_text::read(located, &format)?;
+            let mut printed = lift_text::read(located, &format)?;
+            base_mm = contour_table::make_lifts(&mut [(located.path.as_path(), &mut printed)], Turn::Half)?;
             let places = Places { files: vec![(located.path.as_path(), &printed)] };
             (flanks(file, profile, &places, &mut warnings)?, vec![located.path.clone()])
         }
         Source::Halves { closing, opening } => {
             let (first, second) = (lift_text::read(closing, &format), lift_text::read(opening, &format));
-            let (first, second) = match (first, second) {
+            let (mut first, mut second) = match (first, second) {
                 (Ok(first), Ok(second)) => (first, second),
                 (first, second) => {
                     return Err([first.err(), second.err()].into_iter().flatten().flatten().collect());
                 }
             };
+            let files = &mut [(closing.path.as_path(), &mut first), (opening.path.as_path(), &mut second)];
+            base_mm = contour_table::make_lifts(files, Turn::Half)?;
             let places = Places { files: vec![(closing.path.as_path(), &first), (opening.path.as_path(), &second)] };
             (flanks(file, profile, &places, &mut warnings)?, vec![closing.path.clone(), opening.path.clone()])
         }
@@ -296,6 +330,7 @@ fn read_table(file: &LiftFile, profile: &OfProfile<'_>, source: &Source) -> Resu
         Reading::SmoothWithin { .. } => profile.refuse("smooth_within_um", error),
         _ => whole_file(&error),
     })?;
+    let own = base_mm.map(|base_mm| (Follower::KnifeEdge { offset_mm: 0.0 }, base_mm));
     let others = alternatives(&table, reading).map_err(|error| whole_file(&error))?;
     if let Some((_, base_mm)) = profile.follower.filter(|(_, base)| law.max_lift_mm() > LIFT_PER_BASE_RADIUS * base) {
         let message = format!(
@@ -305,7 +340,7 @@ fn read_table(file: &LiftFile, profile: &OfProfile<'_>, source: &Source) -> Resu
         );
         warnings.extend(profile.refuse("", message));
     }
-    Ok(ProfileLift { law, table: Some(table), files, others, warnings })
+    Ok(ProfileLift { law, table: Some(table), files, others, warnings, own })
 }
 
 /// One or two flanks made a whole turn.
@@ -354,8 +389,8 @@ fn flanks(
 }
 
 /// The files of a table, the second one's lines counted on from the first one's.
-struct Places<'a> {
-    files: Vec<(&'a Path, &'a Printed)>,
+pub(super) struct Places<'a> {
+    pub(super) files: Vec<(&'a Path, &'a Printed)>,
 }
 
 impl Places<'_> {
@@ -384,7 +419,7 @@ impl Places<'_> {
     }
 
     /// What the text and the core found, row by row; a cell that is no number is told once, by the text.
-    fn errors(&self, findings: Vec<LiftError>) -> Vec<ConfigError> {
+    pub(super) fn errors(&self, findings: Vec<LiftError>) -> Vec<ConfigError> {
         let told: Vec<ConfigError> = self.files.iter().flat_map(|(_, printed)| printed.findings.clone()).collect();
         let core = (findings.iter()).map(|finding| (finding, self.error(finding.line(), &finding.to_string())));
         let new = core.filter(|(finding, error)| {

@@ -1,4 +1,4 @@
-//! Lifts that are no table: motion laws segment by segment, and what a follower does on an eccentric disc.
+//! Lifts that are no table: motion laws segment by segment, what a follower does on an eccentric disc, and the arms of a brake's S-cam.
 
 use super::ConfigError;
 use super::lift_file::OfProfile;
@@ -30,19 +30,52 @@ impl SegmentFile {
     }
 }
 
-/// An eccentric as written.
+/// An eccentric as written: what the profile's follower does on it, or, with a diameter, the disc itself.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct EccentricFile {
     eccentricity_mm: f64,
     #[serde(default)]
     nose_deg: f64,
+    diameter_mm: Option<f64>,
+    diameter_is: Option<DiameterFile>,
 }
+
+/// What the diameter of an eccentric is that of.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum DiameterFile {
+    /// The disc.
+    Disc,
+    /// The circle that it sweeps about the axis: disc and twice the eccentricity.
+    Largest,
+}
+
+impl EccentricFile {
+    /// Whether it says the disc itself.
+    pub(super) fn is_disc(&self) -> bool {
+        self.diameter_mm.is_some() || self.diameter_is.is_some()
+    }
+}
+
+/// The S-cam of a brake as written.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SCamFile {
+    working_deg: f64,
+    blend_deg: f64,
+    #[serde(default)]
+    start_deg: f64,
+}
+
+/// Most segments of a turn, repeats counted.
+const MOST_SEGMENTS: usize = 1000;
 
 /// Motion laws one after the other.
 pub(super) fn program(
     segments: &[SegmentFile],
     start_deg: f64,
+    repeat: usize,
     profile: &OfProfile<'_>,
 ) -> Result<LiftLaw, Vec<ConfigError>> {
     let mut errors = Vec::new();
@@ -66,8 +99,17 @@ pub(super) fn program(
     if !errors.is_empty() {
         return Err(errors);
     }
-    let program = MotionProgram::new(rad_from_deg(start_deg), &known).map_err(|error| {
-        let key = segment_of(&error).map_or("segments".to_owned(), |number| format!("segments.{}", number - 1));
+    if repeat == 0 || known.len().saturating_mul(repeat) > MOST_SEGMENTS {
+        let count = known.len();
+        let message = format!(
+            "repeat is {repeat}, of {count} segments; it must be at least 1, and at most {MOST_SEGMENTS} segments make a turn"
+        );
+        return Err(profile.refuse("repeat", message));
+    }
+    let turn: Vec<MotionSegment> = core::iter::repeat_n(&known, repeat).flatten().copied().collect();
+    let program = MotionProgram::new(rad_from_deg(start_deg), &turn).map_err(|error| {
+        let place = |number: usize| format!("segments.{}", (number - 1) % known.len());
+        let key = segment_of(&error).map_or("segments".to_owned(), place);
         profile.refuse(&key, error)
     })?;
     LiftLaw::from_program(program).map_err(|error| profile.refuse("segments", error))
@@ -88,6 +130,94 @@ fn segment_of(error: &ProgramError) -> Option<usize> {
 /// No lift: a journal.
 pub(super) fn round(profile: &OfProfile<'_>) -> Result<LiftLaw, Vec<ConfigError>> {
     LiftLaw::eccentric_flat(0.0, 0.0).map_err(|error| profile.refuse("round", error))
+}
+
+/// The disc of an eccentric by its diameter, as the lift of a flat follower on it, with that follower and base circle.
+pub(super) fn disc(
+    file: &EccentricFile,
+    profile: &OfProfile<'_>,
+) -> Result<(LiftLaw, (Follower, f64)), Vec<ConfigError>> {
+    let refuse = |key: &str, message: String| profile.refuse(&format!("eccentric.{key}"), message);
+    let (eccentricity_mm, nose_rad) = (file.eccentricity_mm, rad_from_deg(file.nose_deg));
+    let (Some(diameter_mm), Some(diameter_is)) = (file.diameter_mm, file.diameter_is) else {
+        let message =
+            "an eccentric by its diameter needs diameter_mm and what it is that of, diameter_is: disc or largest";
+        return Err(refuse("diameter_mm", message.into()));
+    };
+    let radius_mm = match diameter_is {
+        DiameterFile::Disc => 0.5 * diameter_mm,
+        DiameterFile::Largest => 0.5 * diameter_mm - eccentricity_mm,
+    };
+    if !(diameter_mm.is_finite() && diameter_mm > 0.0) {
+        return Err(refuse("diameter_mm", format!("diameter_mm is {diameter_mm}; it must be a positive number")));
+    }
+    let law = LiftLaw::eccentric_flat(eccentricity_mm, nose_rad)
+        .map_err(|error| refuse("eccentricity_mm", error.to_string()))?;
+    if eccentricity_mm >= radius_mm {
+        let message = format!(
+            "eccentricity {eccentricity_mm} mm is not below the radius of {radius_mm} mm: the disc misses the axis"
+        );
+        return Err(refuse("eccentricity_mm", message));
+    }
+    Ok((law, (Follower::Flat, radius_mm - eccentricity_mm)))
+}
+
+/// The S-cam of a drum brake: two equal arms half a turn apart, which push a roller each.
+///
+/// Along the working part of an arm its roller, on a line that passes the axis at a distance e, is lifted by e per radian. Its centre then
+/// runs on the involute of the circle of radius e about the axis, and so does the contour beside it, as an involute of the same circle: the
+/// normal is that line itself, wherever the arm touches, and no angle of pressure takes force away.
+///
+/// ```text
+///   blend │ working: s′ = e │ blend │ return (4-5-6-7) │ the same once more
+/// ```
+pub(super) fn s_cam(file: &SCamFile, profile: &OfProfile<'_>) -> Result<LiftLaw, Vec<ConfigError>> {
+    let refuse = |key: &str, message: String| profile.refuse(&format!("s_cam.{key}"), message);
+    let offset_mm = match profile.follower {
+        Some((Follower::Roller { offset_mm, .. } | Follower::KnifeEdge { offset_mm }, _)) => offset_mm,
+        _ => {
+            return Err(profile.refuse(
+                "s_cam",
+                "an s_cam is made for a roller on a line beside the axis: follower: {kind: roller, offset_mm: …}",
+            ));
+        }
+    };
+    if !offset_mm.is_finite() || offset_mm.abs() <= 0.0 {
+        let message = format!(
+            "the offset of the roller's line is the radius of the circle whose involutes the arms are; offset_mm is {offset_mm}, it must not be 0"
+        );
+        return Err(profile.refuse("s_cam", message));
+    }
+    for (key, value) in [("working_deg", file.working_deg), ("blend_deg", file.blend_deg)] {
+        if !(value > 0.0 && value < 180.0) {
+            return Err(refuse(key, format!("{key} is {value}; it must be above 0 and below 180")));
+        }
+    }
+    let back_deg = 180.0 - file.working_deg - 2.0 * file.blend_deg;
+    if back_deg <= 0.0 {
+        let message = format!(
+            "working_deg and twice blend_deg leave {back_deg:.3} deg of the half turn for the return; it must be above 0"
+        );
+        return Err(refuse("working_deg", message));
+    }
+    let (working, blend) = (rad_from_deg(file.working_deg), rad_from_deg(file.blend_deg));
+    let rise = |angle_rad: f64, share: f64| share * offset_mm.abs() * angle_rad;
+    let lift_mm = rise(working, 1.0) + 2.0 * rise(blend, 0.5);
+    let mut arm = vec![
+        MotionSegment { law: MotionLaw::SepticBlend, angle_rad: blend, rise_mm: rise(blend, 0.5) },
+        MotionSegment { law: MotionLaw::ConstantVelocity, angle_rad: working, rise_mm: rise(working, 1.0) },
+        MotionSegment { law: MotionLaw::SepticBlend, angle_rad: blend, rise_mm: rise(blend, 0.5) },
+        MotionSegment { law: MotionLaw::Polynomial4567, angle_rad: rad_from_deg(back_deg), rise_mm: -lift_mm },
+    ];
+    // Past the axis on its other side the roller is lifted against the cam angle.
+    if offset_mm < 0.0 {
+        arm.reverse();
+        arm.iter_mut().for_each(|segment| segment.rise_mm = -segment.rise_mm);
+    }
+    let turn = [arm.clone(), arm].concat();
+    let program =
+        MotionProgram::new(rad_from_deg(file.start_deg), &turn).map_err(|error| profile.refuse("s_cam", error))?;
+    LiftLaw::from_program(program).map_err(|error| profile.refuse("s_cam", error))
 }
 
 /// What the follower does on a disc of radius base circle + eccentricity, turned about a point off its centre.

@@ -10,6 +10,7 @@
 
 use super::locate::Located;
 use super::{ConfigError, Place};
+use camwright::lift::points::ContourPoint;
 use camwright::lift::{LengthUnit, LiftForm, LiftRow, LiftTable};
 use serde::Deserialize;
 use std::path::Path;
@@ -61,11 +62,26 @@ pub struct Format {
     pub mm_per_deg: Option<f64>,
 }
 
+/// What a table is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Content {
+    /// Lifts of a follower, or their increments.
+    Lift,
+    /// Radii of the contour over the azimuth.
+    Radius,
+    /// Points of the contour.
+    Points,
+}
+
 /// The text of a table as numbers.
 #[derive(Debug, Clone)]
 pub struct Printed {
     /// Its rows; a cell that is no number is not a number here either, and told in `findings`.
     pub rows: Vec<LiftRow>,
+    /// Points instead of rows, where the table is of those.
+    pub points: Vec<ContourPoint>,
+    /// What it is a table of.
+    pub content: Content,
     /// What the values are.
     pub form: LiftForm,
     /// What they were printed in.
@@ -91,19 +107,31 @@ enum Column {
         mm_per_unit: Option<f64>,
         unit: LengthUnit,
     },
+    /// Radii of the contour.
+    Radius(LengthUnit),
+    /// The first coordinate of its points, towards azimuth 0.
+    X(LengthUnit),
+    /// The second.
+    Y(LengthUnit),
     Ignored,
 }
 
 const KNOWN: &str = "block, cam_angle_deg, crank_angle_deg, lift_mm, lift_um, lift_inch, lift_deg, increment_mm, \
-                     increment_um, increment_inch, increment_deg";
+                     increment_um, increment_inch, increment_deg, azimuth_deg, radius_mm, radius_inch, x_mm, y_mm, x_inch, y_inch";
 
 fn column(name: &str) -> Option<Column> {
     let value = |form, mm_per_unit, unit| Some(Column::Value { form, mm_per_unit: Some(mm_per_unit), unit });
     let degrees = |form| Some(Column::Value { form, mm_per_unit: None, unit: LengthUnit::Millimetre });
     match name {
         "block" | "-" => Some(Column::Ignored),
-        "cam_angle_deg" => Some(Column::Angle(AngleUnit::Cam)),
+        "cam_angle_deg" | "azimuth_deg" => Some(Column::Angle(AngleUnit::Cam)),
         "crank_angle_deg" => Some(Column::Angle(AngleUnit::Crank)),
+        "radius_mm" => Some(Column::Radius(LengthUnit::Millimetre)),
+        "radius_inch" => Some(Column::Radius(LengthUnit::Inch)),
+        "x_mm" => Some(Column::X(LengthUnit::Millimetre)),
+        "x_inch" => Some(Column::X(LengthUnit::Inch)),
+        "y_mm" => Some(Column::Y(LengthUnit::Millimetre)),
+        "y_inch" => Some(Column::Y(LengthUnit::Inch)),
         "lift_mm" => value(LiftForm::Absolute, 1.0, LengthUnit::Millimetre),
         "lift_um" => value(LiftForm::Absolute, 1e-3, LengthUnit::Millimetre),
         "lift_inch" => value(LiftForm::Absolute, LengthUnit::Inch.mm(), LengthUnit::Inch),
@@ -146,6 +174,9 @@ impl Separator {
 struct Columns {
     angle: Option<(usize, AngleUnit)>,
     value: usize,
+    /// Of points: where y stands; `value` is x.
+    second: Option<usize>,
+    content: Content,
     form: LiftForm,
     mm_per_unit: f64,
     unit: LengthUnit,
@@ -193,9 +224,15 @@ pub fn read(located: &Located, format: &Format) -> Result<Printed, Vec<ConfigErr
         let message = "the table has a column of angles, and the job declares a step as if it had none";
         return Err(at(header.unwrap_or(first_row), message.into()));
     }
+    if columns.second.is_some() && format.step_deg.is_some() {
+        let message = "the table is of points, and the job declares a step of their angles";
+        return Err(at(header.unwrap_or(first_row), message.into()));
+    }
     let separator = Separator::of(first_text, format.decimal_comma);
     let mut printed = Printed {
-        rows: Vec::with_capacity(body.len()),
+        rows: Vec::new(),
+        points: Vec::new(),
+        content: columns.content,
         form: columns.form,
         unit: columns.unit,
         angle,
@@ -216,16 +253,24 @@ pub fn read(located: &Located, format: &Format) -> Result<Printed, Vec<ConfigErr
             None => f64::NAN,
         };
         let (mut angle_deg, mut value) = (columns.angle.map(|(index, _)| number_of(index)), number_of(columns.value));
+        let second = columns.second.map(&mut number_of);
         if cells.len() != columns.count {
             refuse(format!("{} columns, the header has {}", cells.len(), columns.count));
             (angle_deg, value) = (angle_deg.map(|_| f64::NAN), f64::NAN);
-        } else if let Some(cell) = cells.get(columns.value).filter(|_| value.is_finite()) {
-            digits = digits.max(decimals(cell));
+        } else if value.is_finite() {
+            let printed = [Some(columns.value), columns.second].into_iter().flatten().filter_map(|at| cells.get(at));
+            digits = printed.map(|cell| decimals(cell)).fold(digits, i32::max);
+        }
+        let line = usize::try_from(number).unwrap_or(usize::MAX);
+        if let Some(second) = second {
+            let (x_mm, y_mm) = (value * columns.mm_per_unit, second * columns.mm_per_unit);
+            printed.points.push(ContourPoint { line, x_mm, y_mm });
+            continue;
         }
         #[allow(clippy::cast_precision_loss, reason = "row counts are far below 2^53")]
         let stepped = || format.step_deg.map(|step| index as f64 * step);
         printed.rows.push(LiftRow {
-            line: usize::try_from(number).unwrap_or(usize::MAX),
+            line,
             angle_deg: angle_deg.or_else(stepped),
             value_mm: value * columns.mm_per_unit,
         });
@@ -244,7 +289,9 @@ fn columns(
     let names = |text: &str| -> Vec<String> {
         Separator::of(text, false).split(text).into_iter().map(|name| name.trim_matches('"').to_owned()).collect()
     };
-    let is_value = |name: &String| matches!(column(name), Some(Column::Value { .. }));
+    let is_value = |name: &String| {
+        matches!(column(name), Some(Column::Value { .. } | Column::Radius(_) | Column::X(_) | Column::Y(_)))
+    };
     let header = titles.iter().rev().find(|(_, text)| names(text).iter().any(is_value));
     let refuse = |number, message: String| vec![ConfigError::at(Place::line(path, number), message)];
     let declared_angle = || format.angle.unwrap_or(AngleUnit::Cam);
@@ -287,9 +334,21 @@ fn columns(
 
 /// Columns by their names; `angle` is what the angles must be, `mm_per_deg` what a degree of lift is.
 fn understand(names: &[String], angle: Option<AngleUnit>, mm_per_deg: Option<f64>) -> Result<Columns, String> {
-    let mut found: Option<(usize, LiftForm, f64, LengthUnit)> = None;
+    type Found = (usize, Content, LiftForm, f64, LengthUnit);
+    let mut found: Option<Found> = None;
+    let mut second: Option<(usize, LengthUnit)> = None;
     let mut angles: Option<(usize, AngleUnit)> = None;
     for (index, name) in names.iter().enumerate() {
+        let mut take = |new: Found| match found.replace(new) {
+            None => Ok(()),
+            Some((_, Content::Lift, ..)) if new.1 == Content::Lift => {
+                Err("two columns of lifts or increments; one is needed".to_owned())
+            }
+            Some(_) => {
+                Err(format!("column {name} beside another of lifts, radii or points; one kind of them is needed"))
+            }
+        };
+        let contour = |content, unit: LengthUnit| (index, content, LiftForm::Absolute, unit.mm(), unit);
         match column(name) {
             Some(Column::Ignored) => {}
             Some(Column::Angle(unit)) => match angle {
@@ -299,11 +358,12 @@ fn understand(names: &[String], angle: Option<AngleUnit>, mm_per_deg: Option<f64
                 _ if angles.is_some() => return Err("two columns of angles; one is needed".into()),
                 _ => angles = Some((index, unit)),
             },
-            Some(Column::Value { .. }) if found.is_some() => {
-                return Err("two columns of lifts or increments; one is needed".into());
-            }
+            Some(Column::Radius(unit)) => take(contour(Content::Radius, unit))?,
+            Some(Column::X(unit)) => take(contour(Content::Points, unit))?,
+            Some(Column::Y(_)) if second.is_some() => return Err("two columns of y; one is needed".into()),
+            Some(Column::Y(unit)) => second = Some((index, unit)),
             Some(Column::Value { form, mm_per_unit, unit }) => match mm_per_unit.or(mm_per_deg) {
-                Some(mm_per_unit) => found = Some((index, form, mm_per_unit, unit)),
+                Some(mm_per_unit) => take((index, Content::Lift, form, mm_per_unit, unit))?,
                 None => {
                     return Err(format!(
                         "column {name} holds the angle of an arm, and no follower that swings is given"
@@ -313,9 +373,21 @@ fn understand(names: &[String], angle: Option<AngleUnit>, mm_per_deg: Option<f64
             None => return Err(format!("unknown column {name:?}; known are {KNOWN}")),
         }
     }
-    let (value, form, mm_per_unit, unit) =
-        found.ok_or_else(|| format!("no column of lifts or increments; known are {KNOWN}"))?;
-    Ok(Columns { angle: angles, value, form, mm_per_unit, unit, count: names.len() })
+    let (value, content, form, mm_per_unit, unit) =
+        found.ok_or_else(|| format!("no column of lifts or increments, of radii, or of x and y; known are {KNOWN}"))?;
+    match (content, second) {
+        (Content::Points, Some((_, other))) if other != unit => {
+            return Err("x and y are in two units; one is needed".into());
+        }
+        (Content::Points, None) => return Err("a column of x needs one of y".into()),
+        (Content::Points, Some(_)) if angles.is_some() => {
+            return Err("a column of angles beside x and y, which say the azimuth themselves".into());
+        }
+        (Content::Lift | Content::Radius, Some(_)) => return Err("a column of y needs one of x".into()),
+        _ => {}
+    }
+    let second = second.map(|(index, _)| index);
+    Ok(Columns { angle: angles, value, second, content, form, mm_per_unit, unit, count: names.len() })
 }
 
 fn begins_with_number(line: &str) -> bool {

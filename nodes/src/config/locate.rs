@@ -16,6 +16,8 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("jobs/dressed_batch.yaml", include_str!("../../../params/jobs/dressed_batch.yaml")),
     ("jobs/four_lobe_camshaft.yaml", include_str!("../../../params/jobs/four_lobe_camshaft.yaml")),
     ("jobs/rough_and_finish.yaml", include_str!("../../../params/jobs/rough_and_finish.yaml")),
+    ("jobs/plate_cam.yaml", include_str!("../../../params/jobs/plate_cam.yaml")),
+    ("jobs/brake_cam.yaml", include_str!("../../../params/jobs/brake_cam.yaml")),
     ("jobs/eccentric.yaml", include_str!("../../../params/jobs/eccentric.yaml")),
     ("jobs/turned_cam.yaml", include_str!("../../../params/jobs/turned_cam.yaml")),
     ("lifts/intake.csv", include_str!("../../../params/lifts/intake.csv")),

@@ -4,6 +4,7 @@
 pub mod any_job;
 pub(crate) mod compensation_file;
 mod contact_file;
+mod contour_table;
 mod drive_file;
 pub mod fault_file;
 mod follower_file;

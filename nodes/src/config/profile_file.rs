@@ -1,5 +1,5 @@
-//! A cam as a job writes it: base circle, follower and lift. Grinding jobs have one for each kind of lobe, turning jobs one for each
-//! outline along the part.
+//! A cam as a job writes it: base circle, follower and lift, or a lift that says the contour itself. Grinding jobs have one for each kind of
+//! lobe, turning jobs one for each outline along the part, milling jobs one for each cam and for each groove in a plate.
 
 use super::ConfigError;
 use super::follower_file::FollowerFile;
@@ -16,8 +16,8 @@ use serde::Deserialize;
 #[serde(deny_unknown_fields)]
 pub(super) struct ProfileFile {
     pub(super) name: String,
-    base_radius_mm: f64,
-    follower: FollowerFile,
+    base_radius_mm: Option<f64>,
+    follower: Option<FollowerFile>,
     gauge: Option<FollowerFile>,
     lift: LiftFile,
 }
@@ -36,17 +36,35 @@ impl ProfileFile {
         index: usize,
         hash: &mut FileHash,
     ) -> Result<(ProfileSpec, ProfileLift), Vec<ConfigError>> {
-        let follower = self.follower.follower();
-        let of = OfProfile {
-            document,
-            key: &format!("{list}.{index}.lift"),
-            name: &self.name,
-            follower: Some((follower, self.base_radius_mm)),
-        };
+        let given = self.follower.as_ref().map(FollowerFile::follower).zip(self.base_radius_mm);
+        let of = OfProfile { document, key: &format!("{list}.{index}.lift"), name: &self.name, follower: given };
         let lift = lift_file::read(&self.lift, of, |text| hash.add(text.as_bytes()))?;
-        let name = self.name.clone();
-        let spec = ProfileSpec { name, lift: lift.law.clone(), follower, base_radius_mm: self.base_radius_mm };
+        let (follower, base_radius_mm) = self.shape(&lift, given).map_err(|(key, message)| {
+            vec![document.error(&format!("{list}.{index}.{key}"), format!("profile {}: {message}", self.name))]
+        })?;
+        let spec = ProfileSpec { name: self.name.clone(), lift: lift.law.clone(), follower, base_radius_mm };
         Ok((spec, lift))
+    }
+
+    /// Follower and base radius (mm): those of the profile, or those of a lift that says the cam itself.
+    fn shape(
+        &self,
+        lift: &ProfileLift,
+        given: Option<(Follower, f64)>,
+    ) -> Result<(Follower, f64), (&'static str, String)> {
+        let keys = [("base_radius_mm", self.base_radius_mm.is_some()), ("follower", self.follower.is_some())];
+        if let Some(own) = lift.own {
+            return match keys.into_iter().find(|(_, is_given)| *is_given) {
+                None => Ok(own),
+                Some((key, _)) => {
+                    Err((key, format!("{key} is given, and the lift says the contour itself; one of both must go")))
+                }
+            };
+        }
+        given.ok_or_else(|| {
+            let missing = keys.into_iter().find(|(_, is_given)| !is_given).map_or("follower", |(key, _)| key);
+            ("lift", format!("{missing} is missing, without which this lift says no contour"))
+        })
     }
 }
 
@@ -62,14 +80,13 @@ pub(super) fn findings(list: &str, profiles: &[ProfileFile]) -> Vec<(String, Str
         if profiles[..index].iter().any(|other| other.name == *name) {
             refuse("name", format!("there are two profiles named {name}; names must differ"));
         }
-        if !(profile.base_radius_mm.is_finite() && profile.base_radius_mm > 0.0) {
-            let value = profile.base_radius_mm;
+        if let Some(value) = profile.base_radius_mm.filter(|value| !(value.is_finite() && *value > 0.0)) {
             refuse(
                 "base_radius_mm",
                 format!("profile {name}: base_radius_mm is {value}; it must be a positive number"),
             );
         }
-        let followers = [("follower", Some(&profile.follower)), ("gauge", profile.gauge.as_ref())];
+        let followers = [("follower", profile.follower.as_ref()), ("gauge", profile.gauge.as_ref())];
         for (which, follower) in followers.into_iter().filter_map(|(which, file)| Some((which, file?))) {
             let bad = |(_, value): &(_, f64)| !(value.is_finite() && *value > 0.0);
             for (key, value) in follower.arm_lengths().into_iter().filter(bad) {
@@ -94,3 +111,6 @@ pub(crate) fn contour_key(error: &ContourError) -> &'static str {
         ContourError::Lift(_) | ContourError::FaceTurnsBack { .. } | ContourError::AxisOutside { .. } => "lift",
     }
 }
+
+#[cfg(test)]
+mod tests;

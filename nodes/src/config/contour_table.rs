@@ -1,0 +1,73 @@
+//! Tables of the contour itself, radii over the azimuth or points, as lifts of a point that runs round it above its smallest radius.
+
+use super::lift_file::Places;
+use super::lift_text::{Content, Printed};
+use super::{ConfigError, Place};
+use camwright::lift::points::{ContourPoint, rows_of};
+use std::path::Path;
+
+/// How much of a turn the files of a table hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Turn {
+    Whole,
+    /// One flank each.
+    Half,
+}
+
+/// A point this near to the axis of a mirror is its own image (mm).
+const ON_THE_MIRROR_MM: f64 = 1e-9;
+
+/// Makes the tables of a cam lifts above its smallest radius, and says that (mm); `None` where they are lifts already.
+pub(super) fn make_lifts(files: &mut [(&Path, &mut Printed)], turn: Turn) -> Result<Option<f64>, Vec<ConfigError>> {
+    let Some(content) = files.first().map(|(_, printed)| printed.content) else { return Ok(None) };
+    if let Some((path, _)) = files.iter().find(|(_, printed)| printed.content != content) {
+        return Err(vec![ConfigError::at(Place::file(path), "the two flanks are not tables of the same")]);
+    }
+    match content {
+        Content::Lift => return Ok(None),
+        Content::Radius => {}
+        Content::Points => {
+            for (path, printed) in files.iter_mut() {
+                lay_out(path, printed, turn)?;
+            }
+        }
+    }
+    let line = |line: usize| u64::try_from(line).unwrap_or(0);
+    let not_positive: Vec<ConfigError> = (files.iter())
+        .flat_map(|(path, printed)| {
+            let bad = printed.rows.iter().filter(|row| row.value_mm <= 0.0);
+            bad.map(|row| {
+                let message = format!("the radius is {} mm; it must be a positive number", row.value_mm);
+                ConfigError::at(Place::line(path, line(row.line)), message)
+            })
+        })
+        .collect();
+    if !not_positive.is_empty() {
+        return Err(not_positive);
+    }
+    let radii = files.iter().flat_map(|(_, printed)| &printed.rows).map(|row| row.value_mm);
+    let base_mm = radii.filter(|radius| radius.is_finite()).fold(f64::INFINITY, f64::min);
+    for row in files.iter_mut().flat_map(|(_, printed)| &mut printed.rows) {
+        row.value_mm -= base_mm;
+    }
+    // Without a finite radius the table says why it is none.
+    Ok(Some(base_mm))
+}
+
+/// Points as rows of radii at even azimuths. Of a half they are mirrored at azimuth 0, and the rows of the half that is left go from the
+/// nose there to opposite it.
+fn lay_out(path: &Path, printed: &mut Printed, turn: Turn) -> Result<(), Vec<ConfigError>> {
+    let mut points = std::mem::take(&mut printed.points);
+    if turn == Turn::Half {
+        let mirrored = points.iter().rev().filter(|point| point.y_mm.abs() > ON_THE_MIRROR_MM);
+        let mirrored: Vec<_> = mirrored.map(|point| ContourPoint { y_mm: -point.y_mm, ..*point }).collect();
+        points.extend(mirrored);
+    }
+    let rows = rows_of(&points);
+    let mut rows = rows.map_err(|findings| Places { files: vec![(path, printed)] }.errors(findings))?;
+    if turn == Turn::Half {
+        rows.truncate(rows.len() / 2 + 1);
+    }
+    printed.rows = rows;
+    Ok(())
+}

@@ -1,0 +1,319 @@
+//! Kinds of cams that a profile can be, and what is refused of each.
+
+use super::*;
+use camwright::contour::Contour;
+use camwright::units::{TURN_RAD, rad_from_deg};
+use std::path::PathBuf;
+
+/// Files in a folder of their own beside a job.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str, files: &[(&str, &str)]) -> Self {
+        let path = std::env::temp_dir().join(format!("camwright-profile-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).expect("a folder for temporary files");
+        for (file, text) in files {
+            std::fs::write(path.join(file), text).expect("a file in it");
+        }
+        Self(path)
+    }
+
+    /// Reads the keys of a profile, written in YAML flow form.
+    fn read(&self, profile: &str) -> Result<ProfileSpec, Vec<String>> {
+        #[derive(Deserialize)]
+        struct Only {
+            profiles: Vec<ProfileFile>,
+        }
+        let told = |error: ConfigError| error.to_string().replace(&format!("{}/", self.0.display()), "");
+        let text = format!("profiles:\n  - {{name: p, {profile}}}\n");
+        let document = Document::parse(&self.0.join("job.yaml"), &text, &[]).map_err(|error| vec![told(error)])?;
+        let file: Only = document.read().map_err(|error| vec![told(error)])?;
+        let found = findings("profiles", &file.profiles);
+        if !found.is_empty() {
+            return Err(found.into_iter().map(|(_, message)| message).collect());
+        }
+        let read = file.profiles[0].read(&document, "profiles", 0, &mut FileHash::default());
+        read.map(|(spec, _)| spec).map_err(|errors| errors.into_iter().map(told).collect())
+    }
+
+    fn contour(&self, profile: &str) -> Contour {
+        let spec = self.read(profile).expect("a profile");
+        Contour::from_lift(&spec.lift, &spec.follower, spec.base_radius_mm).expect("a contour")
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _gone_already = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn contour(profile: &str) -> Contour {
+    Folder::new("none", &[]).contour(profile)
+}
+
+fn refusal(profile: &str) -> String {
+    Folder::new("refused", &[]).read(profile).expect_err("it is no profile").join("\n")
+}
+
+fn azimuths() -> impl Iterator<Item = f64> {
+    (0..720).map(|i| TURN_RAD * (f64::from(i) + 0.31) / 720.0)
+}
+
+/// Radius of a disc of radius r, its middle e beside the axis towards `nose`, at an azimuth.
+fn disc(e: f64, r: f64, nose: f64, azimuth: f64) -> f64 {
+    let angle = azimuth - nose;
+    e * angle.cos() + (r * r - (e * angle.sin()).powi(2)).sqrt()
+}
+
+/// E 4.2 and D 38: the disc's own radius is 19 mm, or with D as the largest diameter over all 14.8 mm.
+#[test]
+fn an_eccentric_by_its_diameter_is_the_disc() {
+    for (diameter_is, r) in [("disc", 19.0), ("largest", 14.8)] {
+        let found = contour(&format!(
+            "lift: {{eccentric: {{eccentricity_mm: 4.2, diameter_mm: 38, diameter_is: {diameter_is}, nose_deg: 30}}}}"
+        ));
+        for azimuth in azimuths() {
+            let wanted = disc(4.2, r, rad_from_deg(30.0), azimuth);
+            assert!((found.radius_at(azimuth) - wanted).abs() < 1e-9, "{diameter_is}, {azimuth}");
+        }
+    }
+}
+
+#[test]
+fn an_eccentric_that_is_none_is_refused() {
+    let lift = |keys: &str| refusal(&format!("lift: {{eccentric: {{{keys}}}}}"));
+    for (keys, words) in [
+        (
+            "eccentricity_mm: 4, diameter_mm: 38",
+            "needs diameter_mm and what it is that of, diameter_is: disc or largest",
+        ),
+        ("eccentricity_mm: 4, diameter_is: disc", "needs diameter_mm and what it is that of"),
+        ("eccentricity_mm: 4, diameter_mm: -38, diameter_is: disc", "diameter_mm is -38; it must be a positive number"),
+        (
+            "eccentricity_mm: -4, diameter_mm: 38, diameter_is: disc",
+            "the eccentricity (mm) is -4, it must be finite and not negative",
+        ),
+        (
+            "eccentricity_mm: 19, diameter_mm: 38, diameter_is: disc",
+            "eccentricity 19 mm is not below the radius of 19 mm: the disc misses the axis",
+        ),
+        (
+            "eccentricity_mm: 10, diameter_mm: 38, diameter_is: largest",
+            "eccentricity 10 mm is not below the radius of 9 mm",
+        ),
+        ("eccentricity_mm: 4", "the lift of an eccentric needs a follower and a base circle"),
+    ] {
+        let said = lift(keys);
+        assert!(said.starts_with("job.yaml:2: profile p: ") && said.contains(words), "{keys}: {said}");
+    }
+    let disc = "lift: {eccentric: {eccentricity_mm: 4, diameter_mm: 38, diameter_is: disc}}";
+    for (given, key) in [("base_radius_mm: 12", "base_radius_mm"), ("follower: {kind: flat}", "follower")] {
+        let said = refusal(&format!("{given}, {disc}"));
+        assert_eq!(
+            said,
+            format!("job.yaml:2: profile p: {key} is given, and the lift says the contour itself; one of both must go")
+        );
+    }
+}
+
+#[test]
+fn a_lift_needs_what_it_is_a_lift_of() {
+    let round = "lift: {round: true}";
+    assert!(
+        refusal(&format!("base_radius_mm: 10, {round}"))
+            .contains("follower is missing, without which this lift says no contour")
+    );
+    assert!(refusal(&format!("follower: {{kind: flat}}, {round}")).contains("base_radius_mm is missing"));
+    assert!(
+        refusal(&format!("base_radius_mm: -1, follower: {{kind: flat}}, {round}")).contains("base_radius_mm is -1")
+    );
+}
+
+/// Three equal lobes: the contour is the same a third of a turn further, and has the height of its segments.
+#[test]
+fn segments_are_repeated_over_the_turn() {
+    let lobes = |repeat: &str| {
+        format!(
+            "base_radius_mm: 30, follower: {{kind: roller, radius_mm: 10}}, lift: {{{repeat}segments: [{{law: dwell, angle_deg: 30}}, \
+             {{law: 4-5-6-7, angle_deg: 40, rise_mm: 3}}, {{law: dwell, angle_deg: 10}}, {{law: 4-5-6-7, angle_deg: 40, rise_mm: -3}}]}}"
+        )
+    };
+    let contour = contour(&lobes("repeat: 3, "));
+    for azimuth in azimuths() {
+        let (here, there) = (contour.radius_at(azimuth), contour.radius_at(azimuth + TURN_RAD / 3.0));
+        assert!((here - there).abs() < 1e-9, "{azimuth}: {here} {there}");
+    }
+    assert!((contour.radius_at(rad_from_deg(75.0)) - 33.0).abs() < 1e-9);
+    assert!(refusal(&lobes("")).contains("the segments cover 120.000000 deg, one turn is 360 deg"));
+    assert!(refusal(&lobes("repeat: 2, ")).contains("the segments cover 240.000000 deg"));
+    for repeat in ["0", "251", "1000000000000"] {
+        let said = refusal(&lobes(&format!("repeat: {repeat}, ")));
+        assert!(
+            said.contains(&format!("repeat is {repeat}, of 4 segments; it must be at least 1, and at most 1000")),
+            "{said}"
+        );
+    }
+    assert!(
+        refusal("base_radius_mm: 9, follower: {kind: flat}, lift: {round: true, repeat: 2}")
+            .contains("repeat is about segments")
+    );
+}
+
+fn s_cam(offset: f64, keys: &str) -> String {
+    format!(
+        "base_radius_mm: 16, follower: {{kind: roller, radius_mm: 14, offset_mm: {offset}}}, lift: {{s_cam: {{{keys}}}}}"
+    )
+}
+
+/// Along the working part the normal of an arm touches the circle of the offset, which is what an involute of it does; the roller is lifted
+/// by the offset per radian, without an angle of pressure; and half a turn further everything is the same.
+#[test]
+fn arms_of_a_brake_cam_are_involutes() {
+    for offset in [8.0_f64, -8.0] {
+        let contour = contour(&s_cam(offset, "working_deg: 70, blend_deg: 12"));
+        let working = if offset > 0.0 { 12.0..82.0 } else { 98.0..168.0 };
+        for i in 0..=100 {
+            let share = f64::from(i) / 100.0;
+            let angle = rad_from_deg(working.start + 1e-6 + share * (working.end - working.start - 2e-6));
+            let (point, normal) = (contour.point(angle), contour.normal(angle));
+            let from_axis = point.y * normal.x - point.x * normal.y;
+            assert!((from_axis - offset).abs() < 1e-9, "{offset}: {from_axis} at {angle}");
+            assert!(
+                (contour.lift().sample(angle).first - offset).abs() < 1e-9
+                    && contour.pressure_angle(angle).abs() < 1e-9
+            );
+        }
+        assert!((contour.lift().max_lift_mm() - 8.0 * rad_from_deg(82.0)).abs() < 1e-9);
+        for azimuth in azimuths() {
+            let (here, there) = (contour.radius_at(azimuth), contour.radius_at(azimuth + 0.5 * TURN_RAD));
+            assert!((here - there).abs() < 1e-9, "{azimuth}: {here} {there}");
+        }
+    }
+}
+
+#[test]
+fn a_brake_cam_that_is_none_is_refused() {
+    for (offset, keys, words) in [
+        (0.0, "working_deg: 70, blend_deg: 12", "offset_mm is 0, it must not be 0"),
+        (8.0, "working_deg: 0, blend_deg: 12", "working_deg is 0; it must be above 0 and below 180"),
+        (8.0, "working_deg: 70, blend_deg: -1", "blend_deg is -1; it must be above 0 and below 180"),
+        (
+            8.0,
+            "working_deg: 160, blend_deg: 12",
+            "leave -4.000 deg of the half turn for the return; it must be above 0",
+        ),
+        (8.0, "working_deg: 70", "blend_deg"),
+    ] {
+        let said = refusal(&s_cam(offset, keys));
+        assert!(said.contains(words), "{said}");
+    }
+    let flat = "base_radius_mm: 16, follower: {kind: flat}, lift: {s_cam: {working_deg: 70, blend_deg: 12}}";
+    assert!(refusal(flat).contains("an s_cam is made for a roller on a line beside the axis"));
+    assert!(
+        refusal(&s_cam(8.0, "working_deg: 70, blend_deg: 12").replace("lift: {", "lift: {reading: smoothest, "))
+            .contains("reading is about a table")
+    );
+}
+
+/// A disc of radius 19 mm, 4.2 mm beside the axis towards azimuth 0, as radii over azimuths.
+fn radii(count: u32, header: &str, per_mm: f64) -> String {
+    (0..count).fold(header.to_owned(), |text, k| {
+        let deg = 360.0 * f64::from(k) / f64::from(count);
+        text + &format!("{deg},{:.5}\n", per_mm * disc(4.2, 19.0, 0.0, rad_from_deg(deg)))
+    })
+}
+
+#[test]
+fn a_table_of_radii_is_the_contour() {
+    let text = radii(360, "azimuth_deg,radius_mm\n", 1.0);
+    let inches = radii(360, "azimuth_deg,radius_inch\n", 1.0 / 25.4);
+    // Half of it, from the farthest point on.
+    let half: String = text.lines().take(182).fold(String::new(), |all, line| all + line + "\n");
+    let folder = Folder::new("radii", &[("r.csv", &text), ("i.csv", &inches), ("h.csv", &half)]);
+    for (lift, bound) in
+        [("{table: r.csv}", 2e-5), ("{table: i.csv}", 3e-4), ("{half_table: h.csv, zero_deg: 0}", 2e-5)]
+    {
+        let contour = folder.contour(&format!("lift: {lift}"));
+        for azimuth in azimuths() {
+            let off = contour.radius_at(azimuth) - disc(4.2, 19.0, 0.0, azimuth);
+            assert!(off.abs() < bound, "{lift}, {azimuth}: {off}");
+        }
+    }
+    let said = folder.read("base_radius_mm: 10, lift: {table: r.csv}").unwrap_err();
+    assert!(said[0].contains("base_radius_mm is given, and the lift says the contour itself"), "{said:?}");
+}
+
+/// Points of that disc, evenly round its own middle.
+fn points(count: u32, header: &str) -> String {
+    (0..count).fold(header.to_owned(), |text, k| {
+        let angle = TURN_RAD * f64::from(k) / f64::from(count);
+        text + &format!("{:.5};{:.5}\n", 4.2 + 19.0 * angle.cos(), 19.0 * angle.sin())
+    })
+}
+
+#[test]
+fn a_table_of_points_is_the_contour() {
+    let text = points(360, "x_mm;y_mm\n");
+    let clockwise = text.lines().skip(1).fold(String::new(), |all, line| line.to_owned() + "\n" + &all);
+    let half: String = text.lines().take(182).fold(String::new(), |all, line| all + line + "\n");
+    let files = [("p.csv", text.as_str()), ("c.csv", &clockwise), ("h.csv", &half)];
+    let folder = Folder::new("points", &files);
+    for lift in ["{table: p.csv}", "{table: c.csv, columns: [x_mm, y_mm]}", "{half_table: h.csv, zero_deg: 0}"] {
+        let contour = folder.contour(&format!("lift: {lift}"));
+        for azimuth in azimuths() {
+            let off = contour.radius_at(azimuth) - disc(4.2, 19.0, 0.0, azimuth);
+            assert!(off.abs() < 3e-5, "{lift}, {azimuth}: {off}");
+        }
+    }
+}
+
+#[test]
+fn tables_of_contours_are_refused_with_their_lines() {
+    let good = points(360, "x_mm;y_mm\n");
+    let lines: Vec<&str> = good.lines().collect();
+    let with = |at: usize, line: &str| {
+        let mut lines = lines.clone();
+        lines[at - 1] = line;
+        lines.join("\n")
+    };
+    let zero = radii(360, "azimuth_deg,radius_mm\n", 1.0).replace("\n10,23.", "\n10,-23.");
+    for (text, lift, words) in [
+        (with(20, lines[30]), "", "t.csv:21: the point lies at azimuth 1".to_owned()),
+        (with(20, "0;0"), "", "t.csv:20: the point lies on the axis".into()),
+        (with(20, "12,5;1"), "", "t.csv:20: \"12,5\" has a decimal comma".into()),
+        (with(20, "12.5;x"), "", "t.csv:20: \"x\" is not a number".into()),
+        (with(20, "12.5"), "", "t.csv:20: 1 columns, the header has 2".into()),
+        (lines[..200].join("\n"), "", "t.csv:2: the point lies ".into()),
+        (good.replace("x_mm;y_mm", "x_mm;y_inch"), "", "x and y are in two units; one is needed".into()),
+        (good.replace("x_mm;y_mm", "x_mm;block"), "", "a column of x needs one of y".into()),
+        (good.replace("x_mm;y_mm", "y_mm;block"), "", "radii, or of x and y".into()),
+        (good.replace("x_mm;y_mm", "y_mm;lift_mm"), "", "a column of y needs one of x".into()),
+        (
+            good.replace("x_mm;y_mm", "x_mm;radius_mm"),
+            "",
+            "column radius_mm beside another of lifts, radii or points".into(),
+        ),
+        (
+            good.clone(),
+            ", step_cam_deg: 1",
+            "the table is of points, and the job declares a step of their angles".into(),
+        ),
+        (zero, "", "t.csv:12: the radius is -23.12219 mm; it must be a positive number".into()),
+        (
+            radii(360, "azimuth_deg,radius_mm\n", 1.0).replace("\n10,", "\n8.5,"),
+            "",
+            "t.csv:12: angle 8.5000 deg".into(),
+        ),
+    ] {
+        let said = Folder::new("bad", &[("t.csv", &text)])
+            .read(&format!("lift: {{table: t.csv{lift}}}"))
+            .unwrap_err()
+            .join("\n");
+        assert!(said.contains(&words), "{words}: {said}");
+    }
+    let text = radii(360, "azimuth_deg,radius_mm\n", 1.0);
+    let folder = Folder::new("two", &[("a.csv", &text), ("b.csv", &good)]);
+    let said = folder.read("lift: {opening_table: a.csv, closing_table: b.csv}").unwrap_err().join("\n");
+    assert!(said.contains("the two flanks are not tables of the same"), "{said}");
+}
