@@ -223,7 +223,7 @@ pub(super) fn named<'a>(
     })
 }
 
-/// The cams, each tried with the mill and what every pass leaves.
+/// The cams, each tried with the mill and what the pass leaves that leaves most, for which a mill is widest.
 fn cams(
     document: &Document,
     file: &MillingFile,
@@ -231,18 +231,25 @@ fn cams(
     tool: &MillingTool,
     passes: &[MillingPass],
 ) -> Result<Vec<MilledCam>, Vec<ConfigError>> {
+    let thickest = passes.iter().max_by(|a, b| a.leaves_mm.total_cmp(&b.leaves_mm));
+    let mut contours: Vec<Option<Contour>> = vec![None; profiles.len()];
     let (mut cams, mut findings) = (Vec::new(), Vec::new());
     for (index, cam) in file.cams.iter().enumerate() {
-        let read = || {
+        let mut read = || {
             let (at, profile) = named(document, profiles, &cam.profile, &format!("cams.{index}.profile"))?;
-            let contour =
-                Contour::from_lift(&profile.lift, &profile.follower, profile.base_radius_mm).map_err(|error| {
-                    let key = format!("profiles.{at}.{}", contour_key(&error));
-                    document.error(&key, format!("profile {}: {error}", profile.name))
-                })?;
+            let contour = match &contours[at] {
+                Some(contour) => contour.clone(),
+                None => {
+                    Contour::from_lift(&profile.lift, &profile.follower, profile.base_radius_mm).map_err(|error| {
+                        let key = format!("profiles.{at}.{}", contour_key(&error));
+                        document.error(&key, format!("profile {}: {error}", profile.name))
+                    })?
+                }
+            };
+            contours[at] = Some(contour.clone());
             let (name, phase_rad) = (cam.name.clone(), rad_from_deg(cam.phase_deg));
             let milled = MilledCam { name, contour, phase_rad, z_mm: cam.z_mm, width_mm: cam.width_mm };
-            for pass in passes {
+            if let Some(pass) = thickest {
                 tool.fits_cam(&milled, pass.leaves_mm).map_err(|error| {
                     document.error("tool.radius_mm", format!("cam {}, pass {}: {error}", cam.name, pass.name))
                 })?;

@@ -300,3 +300,50 @@ fn a_table_that_is_far_too_long_is_refused_by_its_size_or_at_the_row_too_many() 
     assert!(longer.contains("has 40000022 bytes, at most 16777216 are read"), "{longer}");
     std::fs::remove_dir_all(&folder).unwrap();
 }
+
+/// Bytes left out, put in or changed, wherever: an answer, and no more than a moment for it.
+#[test]
+fn no_text_makes_the_reader_panic() {
+    let (mut read_well, mut refused) = (0, 0);
+    for seed in 0..400_u64 {
+        // SplitMix64: the same texts everywhere.
+        let mut state = seed;
+        let mut random = |below: usize| {
+            state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let z = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            usize::try_from((z ^ (z >> 31)) % below as u64).expect("a small number")
+        };
+        let mut text = if random(2) == 0 { PLATE.as_bytes().to_vec() } else { BARREL.as_bytes().to_vec() };
+        // Half of them get other figures alone, of which many are a job.
+        let figures: Vec<usize> = (0..text.len()).filter(|at| text[*at].is_ascii_digit()).collect();
+        if random(2) == 0 {
+            for _ in 0..=random(3) {
+                text[figures[random(figures.len())]] = b"0123456789"[random(10)];
+            }
+        }
+        for _ in 0..random(3) {
+            let (at, with) = (random(text.len()), b"0123456789.-e:, {}[]\n#x"[random(23)]);
+            match random(3) {
+                0 => drop(text.remove(at)),
+                1 => text.insert(at, with),
+                _ => text[at] = with,
+            }
+        }
+        let text = String::from_utf8(text).expect("ASCII stays ASCII");
+        match with(&text, &[]) {
+            Ok(job) => {
+                read_well += 1;
+                assert!(job.spec.grooves.iter().all(|groove| groove.steps_mm().len() <= 1000), "seed {seed}");
+            }
+            Err(errors) => {
+                refused += 1;
+                assert!(
+                    !errors.is_empty() && errors.iter().all(|error| error.starts_with("job.yaml")),
+                    "seed {seed}: {errors:?}"
+                );
+            }
+        }
+    }
+    assert!(read_well > 40 && refused > 100, "{read_well} read, {refused} refused");
+}

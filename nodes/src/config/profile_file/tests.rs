@@ -20,6 +20,10 @@ impl Folder {
 
     /// Reads the keys of a profile, written in YAML flow form.
     fn read(&self, profile: &str) -> Result<ProfileSpec, Vec<String>> {
+        self.read_whole(profile).map(|(spec, _)| spec)
+    }
+
+    fn read_whole(&self, profile: &str) -> Result<(ProfileSpec, ProfileLift), Vec<String>> {
         #[derive(Deserialize)]
         struct Only {
             profiles: Vec<ProfileFile>,
@@ -33,7 +37,7 @@ impl Folder {
             return Err(found.into_iter().map(|(_, message)| message).collect());
         }
         let read = file.profiles[0].read(&document, "profiles", 0, &mut FileHash::default());
-        read.map(|(spec, _)| spec).map_err(|errors| errors.into_iter().map(told).collect())
+        read.map_err(|errors| errors.into_iter().map(told).collect())
     }
 
     fn contour(&self, profile: &str) -> Contour {
@@ -266,6 +270,14 @@ fn a_table_of_points_is_the_contour() {
             assert!(off.abs() < 3e-5, "{lift}, {azimuth}: {off}");
         }
     }
+    // Two digits more than the points have, and not all of a number's.
+    let (_, lift) = folder.read_whole("lift: {table: p.csv}").unwrap();
+    let table = lift.table.expect("a table");
+    assert!(
+        (table.digit_mm() - 1e-7).abs() < 1e-12
+            && (table.resolution_mm() - 1e-5).abs() < 1e-15
+            && table.blocks() == 720
+    );
 }
 
 #[test]
