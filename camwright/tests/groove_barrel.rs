@@ -111,7 +111,7 @@ fn the_shift_of_a_smaller_mill_leaves_what_the_formulas_say() {
                      of the whole wall {:+.2} um at R {:.2} mm, {:.1} deg, to {:+.2} um at R {:.2} mm, {:.1} deg; with the axis right at the \
                      mean radius {at_mean_um:.2}",
                     if y_axis { "with Y" } else { "without Y" },
-                    wall.name(),
+                    wall.name_on_cylinder(),
                     um_from_mm(formula(floor)),
                     um_from_mm(formula(outer)),
                     um_from_mm(exact(floor)),
@@ -179,6 +179,32 @@ fn wall_errors_are_those_of_the_swept_mill() {
     assert!(made > 30, "{made}");
 }
 
+/// Whatever lies between the walls, a little off them, is cut by one path or another, with Y and without.
+#[test]
+fn nothing_is_left_between_the_walls() {
+    let mut deepest = f64::NEG_INFINITY;
+    for seed in 0..16 {
+        let mut random = Seeded(500 + seed);
+        let law = random_law(&mut random, 6.0);
+        let (roller, floor) = (random.within(6.0, 12.0), random.within(25.0, 40.0));
+        let outer = floor + random.within(4.0, 15.0);
+        let Ok(groove) = BarrelGroove::new(&law, roller, outer, floor) else { continue };
+        let (radius, y_axis) = (roller * random.one_of(&[0.45, 0.3, 0.2]), random.next().is_multiple_of(2));
+        let paths = groove.paths(mill(radius, y_axis), 0.0, Coverage::Slot).unwrap();
+        assert!(paths.len() > 2, "seed {seed}");
+        for _ in 0..60 {
+            let (angle, x) = (random.within(0.0, TURN_RAD), random.within(floor, outer));
+            let beside = roller * random.within(-0.85, 0.85);
+            let left = paths.iter().map(|path| swept(&law, path, (beside, radius), 1.0, angle, x));
+            let left = left.fold(f64::INFINITY, f64::min);
+            assert!(left < 0.0, "seed {seed}: {left} left {beside} mm beside the pitch curve, at {angle}, {x}");
+            deepest = deepest.max(left);
+        }
+    }
+    println!("at least {deepest} mm inside a path");
+    assert!(deepest > -2.0, "{deepest}");
+}
+
 /// A groove that is refused as undercut really is: the roller cuts into one of its own walls; and one that is not is not.
 #[test]
 fn undercut_is_what_the_roller_does_to_its_own_walls() {
@@ -208,7 +234,7 @@ fn undercut_is_what_the_roller_does_to_its_own_walls() {
                     "seed {seed}: {slot_radius_mm}"
                 );
                 assert!((floor..=outer).contains(&from_axis_mm), "seed {seed}");
-                let side = if wall == "inner wall" { -1.0 } else { 1.0 };
+                let side = if wall == "wall towards -Z" { -1.0 } else { 1.0 };
                 let near = (0..41).map(|i| angle_deg.to_radians() + 0.01 * f64::from(i - 20));
                 let bite = near
                     .map(|angle| swept(&law, path, (roller, roller), side, angle, from_axis_mm))
@@ -239,7 +265,7 @@ fn what_cannot_be_a_groove_is_refused_with_figures_and_place() {
     );
     assert!(refusal(&law, 8.0, f64::INFINITY, 40.0).contains("the radius of the cylinder is inf mm"));
     let steep = refusal(&lobe(MotionLaw::Polynomial4567, 20.0, 30.0), 12.0, 50.0, 40.0);
-    assert!(steep.starts_with("the groove is undercut at its inner wall at cam angle 1"), "{steep}");
+    assert!(steep.starts_with("the groove is undercut at its wall towards -Z, at cam angle 1"), "{steep}");
     let groove = BarrelGroove::new(&law, 8.0, 50.0, 40.0).unwrap();
     for y_axis in [false, true] {
         let refusal =

@@ -225,7 +225,7 @@ fn what_cannot_be_a_groove_is_refused_with_figures_and_place() {
     let up = quick.iter().map(|&(law, deg, rise)| segment(law, rad_from_deg(deg), rise));
     let down = quick.iter().rev().map(|&(law, deg, rise)| segment(law, rad_from_deg(deg), -rise));
     let outer = refusal(&program(0.0, &up.chain(down).collect::<Vec<_>>()), roller(30.0, 0.0), 60.0);
-    assert!(outer.starts_with("the groove is undercut at its outer wall at cam angle "), "{outer}");
+    assert!(outer.starts_with("the groove is undercut at its outer wall, at cam angle "), "{outer}");
     assert!(outer.ends_with("mm there, it must be above 30.000 mm"), "{outer}");
 }
 

@@ -87,7 +87,7 @@ impl BarrelGroove {
                 let (z, x) = (lift.sample(thinnest.angle_rad), worst(thinnest.angle_rad).1);
                 let (curvature, twist) = groove.bending(&z, x);
                 return Err(GrooveError::Undercut {
-                    wall: wall.name(),
+                    wall: wall.name_on_cylinder(),
                     angle_deg: deg_from_rad(thinnest.angle_rad),
                     from_axis_mm: x,
                     slot_radius_mm: wall.side() / curvature,
@@ -133,7 +133,7 @@ impl BarrelGroove {
     /// # Errors
     /// A mill that does not, or is far too small for it.
     pub fn fits(&self, cutter_radius_mm: f64, leaves_mm: f64, coverage: Coverage) -> Result<(), GrooveError> {
-        side_by_side(self.roller_radius_mm, cutter_radius_mm, leaves_mm, coverage).map(|_| ())
+        side_by_side(self.roller_radius_mm, cutter_radius_mm, leaves_mm, coverage, Wall::name_on_cylinder).map(|_| ())
     }
 
     /// Paths of a mill that cuts the groove, or leaves so much on each of its walls: Z, and Y if there is one, with depth along X. One path
@@ -147,7 +147,8 @@ impl BarrelGroove {
         leaves_mm: f64,
         coverage: Coverage,
     ) -> Result<Vec<CutterPath>, GrooveError> {
-        let beside = side_by_side(self.roller_radius_mm, cutter.radius_mm, leaves_mm, coverage)?;
+        let beside =
+            side_by_side(self.roller_radius_mm, cutter.radius_mm, leaves_mm, coverage, Wall::name_on_cylinder)?;
         beside.into_iter().map(|(name, offset_mm)| self.path(name, offset_mm, cutter.y_axis)).collect()
     }
 

@@ -47,12 +47,21 @@ impl Wall {
         }
     }
 
-    /// Name, for people.
+    /// Name in a plate, for people.
     #[must_use]
-    pub const fn name(self) -> &'static str {
+    pub const fn name_in_plate(self) -> &'static str {
         match self {
             Wall::Inner => "inner wall",
             Wall::Outer => "outer wall",
+        }
+    }
+
+    /// Name on a cylinder, for people.
+    #[must_use]
+    pub const fn name_on_cylinder(self) -> &'static str {
+        match self {
+            Wall::Inner => "wall towards -Z",
+            Wall::Outer => "wall towards +Z",
         }
     }
 }
@@ -84,7 +93,7 @@ pub enum GrooveError {
     },
     /// The pitch curve bends more tightly than the roller is round.
     #[error(
-        "the groove is undercut at its {wall} at cam angle {angle_deg:.2} deg, {from_axis_mm:.3} mm from the axis: the pitch curve has a radius of \
+        "the groove is undercut at its {wall}, at cam angle {angle_deg:.2} deg, {from_axis_mm:.3} mm from the axis: the pitch curve has a radius of \
          curvature of {slot_radius_mm:.3} mm there, it must be above {bound_mm:.3} mm"
     )]
     Undercut {
@@ -155,6 +164,7 @@ fn side_by_side(
     cutter_radius_mm: f64,
     leaves_mm: f64,
     coverage: Coverage,
+    name: fn(Wall) -> &'static str,
 ) -> Result<Vec<(String, f64)>, GrooveError> {
     positive("the radius of the mill", cutter_radius_mm)?;
     if !leaves_mm.is_finite() || leaves_mm < 0.0 {
@@ -174,13 +184,13 @@ fn side_by_side(
         return Err(GrooveError::CutterTooSmall { cutter_radius_mm, half_width_mm, paths, most: MOST_PATHS });
     }
     let mut offsets = Vec::new();
-    offsets.push((Wall::Inner.name().to_string(), -beside_mm));
+    offsets.push((name(Wall::Inner).to_string(), -beside_mm));
     if coverage == Coverage::Slot {
         for between in (1..MOST_PATHS).take_while(|between| f64::from(*between) < paths - 1.0) {
             let share = f64::from(between) / (paths - 1.0);
             offsets.push((format!("between {between}"), beside_mm * (2.0 * share - 1.0)));
         }
     }
-    offsets.push((Wall::Outer.name().to_string(), beside_mm));
+    offsets.push((name(Wall::Outer).to_string(), beside_mm));
     Ok(offsets)
 }

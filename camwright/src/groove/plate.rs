@@ -48,7 +48,7 @@ impl PlateGroove {
             let frame = inner.local(thinnest.angle_rad);
             let (along, across) = frame.outside(2.0 * roller_radius_mm);
             return Err(GrooveError::Undercut {
-                wall: Wall::Outer.name(),
+                wall: Wall::Outer.name_in_plate(),
                 angle_deg: deg_from_rad(thinnest.angle_rad),
                 from_axis_mm: libm::hypot(along, across),
                 slot_radius_mm: -1.0 / curvature(thinnest.angle_rad),
@@ -90,7 +90,7 @@ impl PlateGroove {
     /// # Errors
     /// A mill that does not, or is far too small for it.
     pub fn fits(&self, cutter_radius_mm: f64, leaves_mm: f64, coverage: Coverage) -> Result<(), GrooveError> {
-        side_by_side(self.roller_radius_mm, cutter_radius_mm, leaves_mm, coverage).map(|_| ())
+        side_by_side(self.roller_radius_mm, cutter_radius_mm, leaves_mm, coverage, Wall::name_in_plate).map(|_| ())
     }
 
     /// Paths of a mill that cuts the groove, or leaves so much on each of its walls: X of its centre, depth along Z. One path where the mill
@@ -104,7 +104,7 @@ impl PlateGroove {
         leaves_mm: f64,
         coverage: Coverage,
     ) -> Result<Vec<CutterPath>, GrooveError> {
-        let beside = side_by_side(self.roller_radius_mm, cutter_radius_mm, leaves_mm, coverage)?;
+        let beside = side_by_side(self.roller_radius_mm, cutter_radius_mm, leaves_mm, coverage, Wall::name_in_plate)?;
         let path = |(name, offset_mm): (_, f64)| {
             let path = ToolPath::for_wheel(&self.inner, self.roller_radius_mm + offset_mm)?;
             Ok(CutterPath::round(name, &path, CarriageAxis::Z))

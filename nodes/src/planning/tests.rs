@@ -32,6 +32,23 @@ fn the_default_job_is_planned_with_one_hash_and_short_pages() {
     assert!(lobe_times_s(&prepared).iter().sum::<f64>() < prepared.planned.plan.duration_s);
 }
 
+/// Three equal lobes are as high a third of a turn further, the arms of a brake half a turn.
+#[test]
+fn jobs_of_repeated_shapes_are_planned_and_repeat() {
+    for (job, times, reach_mm) in [("plate_cam", 3.0, 50.0), ("brake_cam", 2.0, 31.5)] {
+        let prepared = prepare(job, &[], None).unwrap();
+        let contour = &prepared.planned.lobes[0].design.contour;
+        let turn = 2.0 * std::f64::consts::PI;
+        let radii = (0..720).map(|i| turn * f64::from(i) / 720.0).map(|azimuth| {
+            let (here, there) = (contour.radius_at(azimuth), contour.radius_at(azimuth + turn / times));
+            assert!((here - there).abs() < 1e-9, "{job}, {azimuth}: {here} {there}");
+            here
+        });
+        let farthest = radii.fold(0.0, f64::max);
+        assert!((farthest - reach_mm).abs() < 0.5, "{job}: {farthest}");
+    }
+}
+
 /// The default job has a lobe that starts on its flank, as in JPS6156064B2.
 #[test]
 fn one_lobe_starts_on_its_flank() {
