@@ -61,6 +61,32 @@ fn shipped_jobs_give_programs_for_every_control_that_come_back_within_their_tole
     }
 }
 
+/// Three figures to a program and its pictures, and the same contour as the closed form's: X(θ) = E cos θ + √((D/2 + R)² − E² sin² θ).
+#[test]
+fn three_figures_give_a_program_and_pictures_of_an_eccentric() {
+    let folder = Folder::new("post-eccentric");
+    let figures = ["--eccentric", "4.2", "--diameter", "38", "--tool-radius", "15", "--out"];
+    let output = Command::new(env!("CARGO_BIN_EXE_camwright")).arg("post").args(figures).arg(folder.path()).output();
+    let output = output.expect("camwright runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    for name in ["eccentric_disc.ngc", "A/tool_path.png", "A/tool_path.svg", "A/finish_segments.png"] {
+        assert!(folder.join(name).is_file(), "{name}");
+    }
+    let text = std::fs::read_to_string(folder.join("A/finish_segments.csv")).expect("segments");
+    let mut knots = 0;
+    for row in text.lines().skip(1) {
+        let cells: Vec<f64> = row.split(',').take(2).map(|cell| cell.parse().expect("a number")).collect();
+        let [c_deg, x_mm] = cells[..] else { panic!("{row}") };
+        if (0.0..=360.0).contains(&c_deg) {
+            let (sin, cos) = c_deg.to_radians().sin_cos();
+            let exact = 4.2 * cos + (34.0_f64.powi(2) - (4.2 * sin).powi(2)).sqrt();
+            assert!((x_mm - exact).abs() <= 0.0005, "{c_deg} deg: {x_mm} {exact}");
+            knots += 1;
+        }
+    }
+    assert!(knots > 100, "{knots}");
+}
+
 #[test]
 fn the_same_job_gives_the_same_bytes_with_what_it_was_made_of_and_no_date() {
     let (one, other) = (Folder::new("post-one"), Folder::new("post-other"));
@@ -75,7 +101,10 @@ fn the_same_job_gives_the_same_bytes_with_what_it_was_made_of_and_no_date() {
     }
     let text = std::fs::read_to_string(one.join("eccentric.ngc")).expect("a program");
     let hash = first["job_hash"].as_str().expect("a hash");
-    assert!(text.contains(&hash[..16]) && text.contains("tolerance 10 um rough; 0.5 um finish"), "{text:.600}");
+    assert!(
+        text.contains(&hash[..16]) && text.contains("tolerances- grind infeed 10 um; grind spark-out 0.5 um"),
+        "{text:.600}"
+    );
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Programs for LinuxCNC on its own interpreter: it must make of them what our reader makes of them, and that is what was meant.
 
+#![allow(clippy::print_stdout, reason = "figures, with --nocapture")]
+
 #[path = "../camwright/tests/cams/mod.rs"]
 mod cams;
 #[path = "../camwright/tests/nc/sample.rs"]
@@ -10,6 +12,8 @@ mod support;
 use camwright::nc::{
     Action, Block, Dialect, LEAST_RATE_MM_MIN, Motion, NcAxis, Pose, Program, Step, XValues, raised_feeds, read,
 };
+use camwright::post::Ran;
+use camwright_nodes::planning::{compare_program, write_program};
 use sample::{random_program, target, two_cams};
 use support::{Driven, LinuxCnc};
 
@@ -158,5 +162,51 @@ fn what_linuxcnc_refuses_is_not_read() {
         assert!(linuxcnc.drive(&text).is_err(), "LinuxCNC takes {fault}");
         let file = camwright::nc::ProgramFile { name: "a.ngc".into(), text };
         assert!(read(Dialect::LinuxCnc, XValues::Radius, &[file]).is_err(), "{fault} is read");
+    }
+}
+
+/// The whole way of every shipped job: its program is written to the disk, LinuxCNC interprets it, and what the axes do then lies within the
+/// tolerance of the paths that were planned. The interpreter prints four places, as many as the programs have.
+#[test]
+fn programs_of_jobs_drive_their_paths_on_linuxcnc() {
+    let Some(linuxcnc) = LinuxCnc::find() else { return };
+    for (job, set) in [
+        ("eccentric_disc", vec![]),
+        ("eccentric_disc", vec!["profiles.disc.lift.eccentric.diameter_is=largest", "nc.knots=on_curve"]),
+        ("eccentric_disc", vec!["tool.cuts_with=face", "nc.x_values=diameter"]),
+        ("plate_groove", vec!["nc.rotation_sense=-1"]),
+        ("barrel_groove", vec![]),
+        ("barrel_groove", vec!["grooves.B.y_axis=false"]),
+        ("four_lobe_camshaft", vec![]),
+        ("rough_and_finish", vec!["nc.x_of=cutting_edge", "nc.x_values=diameter"]),
+        ("plate_cam", vec!["nc.rotation_sense=-1"]),
+        ("brake_cam", vec![]),
+    ] {
+        let what = format!("{job} {set:?}");
+        let set: Vec<String> = set.into_iter().map(str::to_owned).collect();
+        let folder = support::Folder::new("linuxcnc-job");
+        let summary = write_program(job, &set, folder.path(), |_| {}).unwrap_or_else(|error| panic!("{what}: {error}"));
+        let text = std::fs::read_to_string(folder.join(&summary.files[0])).expect("a program");
+        let driven = linuxcnc.drive(&text).unwrap_or_else(|said| panic!("{what}: {said}"));
+        let place = |pose: Pose| NcAxis::ALL.map(|axis| pose.of(axis).unwrap_or(f64::NAN));
+        let ran = driven.iter().filter_map(|driven| match driven.action {
+            Action::Rapid(pose) => Some(Ran { pose: place(pose), time_s: None }),
+            Action::Feed { pose, time_s } => Some(Ran { pose: place(pose), time_s: Some(time_s) }),
+            _ => None,
+        });
+        let ran: Vec<Ran> = ran.collect();
+        let compared = compare_program(job, &set, &ran).unwrap_or_else(|error| panic!("{what}: {error}"));
+        println!(
+            "{what}: {} motions, {:.4} um off the paths at most, {:.1} % of the tolerance",
+            compared.moves,
+            compared.error_um(),
+            100.0 * compared.share_of_tolerance
+        );
+        assert!(compared.moves == summary.read_back.moves, "{what}: {} {}", compared.moves, summary.read_back.moves);
+        assert!(compared.share_of_tolerance <= 1.0, "{what}: {compared:?}");
+        assert!(
+            (compared.share_of_tolerance - summary.read_back.share_of_tolerance).abs() < 0.2,
+            "{what}: {compared:?}"
+        );
     }
 }

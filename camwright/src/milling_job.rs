@@ -148,6 +148,8 @@ pub struct MillingJob {
     pub passes: Vec<MillingPass>,
     /// How far the mill keeps from the part on its ways (mm).
     pub clearance_mm: f64,
+    /// Radius of the blank where cams are milled (mm); `None`: turned to the largest radius of each.
+    pub blank_radius_mm: Option<f64>,
 }
 
 /// Why a mill cannot make a cam or a groove.

@@ -84,7 +84,7 @@ impl PeriodicSpline {
 
     /// The same with a constant added.
     #[must_use]
-    pub(crate) fn raised(&self, by: f64) -> Self {
+    pub fn raised(&self, by: f64) -> Self {
         Self { coefficients: self.coefficients.iter().map(|coefficient| coefficient + by).collect() }
     }
 

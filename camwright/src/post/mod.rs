@@ -246,7 +246,9 @@ impl Posted {
         let format = request.control.format;
         let index = self.program.subprograms.len();
         let number = u32::try_from(index).ok().and_then(|index| request.number.checked_add(1 + index));
-        let name = if of.passes.len() > 1 { format!("{} {}", of.name, of_pass.name) } else { of.name.clone() };
+        let others = request.features.iter().filter(|other| other.name == of.name).count();
+        let name =
+            if of.passes.len() > 1 || others > 1 { format!("{} {}", of.name, of_pass.name) } else { of.name.clone() };
         let rises = Target::default()
             .with(NcAxis::from(of.path.infeed), format.count(NcAxis::from(of.path.infeed), of.clear_mm)?);
         let mut blocks = pieces.approach(&turn, format)?;

@@ -8,8 +8,22 @@ use std::process::ExitCode;
 /// Arguments of `camwright post`.
 #[derive(Debug, Clone, clap::Args)]
 pub(super) struct PostArgs {
-    /// Name or path of a job file
-    job: String,
+    /// Name or path of a job file; left out where --eccentric says what is made
+    #[arg(required_unless_present = "eccentric")]
+    job: Option<String>,
+    /// An eccentric disc from three figures: its eccentricity, with --diameter and --tool-radius (the job `eccentric_disc` with
+    /// them)
+    #[arg(long, value_name = "MM", conflicts_with = "job", requires_all = ["diameter", "tool_radius"])]
+    eccentric: Option<f64>,
+    /// Diameter of the disc
+    #[arg(long, value_name = "MM", requires = "eccentric")]
+    diameter: Option<f64>,
+    /// Radius of the mill
+    #[arg(long, value_name = "MM", requires = "eccentric")]
+    tool_radius: Option<f64>,
+    /// What the diameter is that of: the disc itself, or the largest one of the part as it turns
+    #[arg(long, value_name = "WHAT", requires = "eccentric", value_parser = ["disc", "largest"], default_value = "disc")]
+    diameter_is: String,
     /// Folder for the program's files, `summary.json`, and for every cam its segments and drawings (SVG and PNG)
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -25,9 +39,10 @@ pub(super) struct PostArgs {
 /// Exit code 0: made, written, read back and within its tolerances; 2: refused, or not written.
 pub(super) fn main(args: &PostArgs) -> ExitCode {
     let progress = |text: &str| drop(writeln!(io::stderr(), "{text}"));
-    progress(&format!("planning {}", args.job));
+    let (job, set) = asked(args);
+    progress(&format!("planning {job}"));
     let telling = |path: &Path| progress(&format!("writing {}", path.display()));
-    match planning::write_program(&args.job, &args.set, &args.out, telling) {
+    match planning::write_program(job, &set, &args.out, telling) {
         Ok(summary) => {
             let text = if args.json {
                 serde_json::to_string_pretty(&summary).unwrap_or_default()
@@ -45,9 +60,28 @@ pub(super) fn main(args: &PostArgs) -> ExitCode {
     }
 }
 
+/// The job with what is set over it: the eccentric's figures first.
+fn asked(args: &PostArgs) -> (&str, Vec<String>) {
+    let figures = [
+        ("profiles.disc.lift.eccentric.eccentricity_mm", args.eccentric),
+        ("profiles.disc.lift.eccentric.diameter_mm", args.diameter),
+        ("tool.radius_mm", args.tool_radius),
+    ];
+    let mut set: Vec<String> =
+        figures.into_iter().filter_map(|(key, value)| Some(format!("{key}={}", value?))).collect();
+    if args.eccentric.is_some() {
+        set.push(format!("profiles.disc.lift.eccentric.diameter_is={}", args.diameter_is));
+        let text = args.tool_radius.map_or_else(String::new, |radius_mm| format!("mill radius {radius_mm} mm"));
+        set.push(format!("tool.text={text}"));
+    }
+    set.extend(args.set.iter().cloned());
+    (args.job.as_deref().unwrap_or("eccentric_disc"), set)
+}
+
 fn as_text(summary: &ProgramSummary, out: &Path) -> String {
+    let width = summary.turns.iter().map(|turn| turn.feature.len()).max().unwrap_or(0).max(3);
     let mut text = format!(
-        "{:<8} {:<16} {:>5} {:>6} {:>8} {:>7} {:>12} {:>8} {:>14} {:>16} {:>9} {:>8}\n",
+        "{:<width$} {:<16} {:>5} {:>6} {:>8} {:>7} {:>12} {:>8} {:>14} {:>16} {:>9} {:>8}\n",
         "cam",
         "pass",
         "calls",
@@ -63,7 +97,7 @@ fn as_text(summary: &ProgramSummary, out: &Path) -> String {
     );
     for turn in &summary.turns {
         text += &format!(
-            "{:<8} {:<16} {:>5} {:>6} {:>8} {:>7.1} {:>12.3} {:>8.4} {:>14} {:>16} {:>9.1} {:>8.3}\n",
+            "{:<width$} {:<16} {:>5} {:>6} {:>8} {:>7.1} {:>12.3} {:>8.4} {:>14} {:>16} {:>9.1} {:>8.3}\n",
             turn.feature,
             turn.pass,
             turn.calls,

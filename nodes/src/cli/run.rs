@@ -110,6 +110,7 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let (ground, turned) = match any_job::load(&job, &args.set) {
         Ok(AnyJob::Ground(read)) => (Some(read), None),
         Ok(AnyJob::Turned(read)) => (None, Some(read)),
+        Ok(AnyJob::Milled(read)) => return Err(NodeError::Parameter(planning::is_milled(&read).to_string())),
         Err(_) => (None, None),
     };
     ground.iter().try_for_each(|read| fits_grinding(&job, read, &args)).map_err(NodeError::Parameter)?;

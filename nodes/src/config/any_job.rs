@@ -3,12 +3,13 @@
 use super::ConfigError;
 use super::job_file::{self, Job};
 use super::locate::{Located, locate};
+use super::milling_file::{self, MilledJob};
 use super::turning_file::{self, TurnedJob};
 use super::yaml::Document;
 use std::path::PathBuf;
 
 /// What jobs a file can hold, by the kind that its schema names.
-const KINDS: [&str; 2] = ["job", "turning_job"];
+const KINDS: [&str; 3] = ["job", "turning_job", "milling_job"];
 
 /// A job as its files describe it.
 #[derive(Debug, Clone)]
@@ -17,6 +18,8 @@ pub enum AnyJob {
     Ground(Box<Job>),
     /// A part that is turned.
     Turned(Box<TurnedJob>),
+    /// A part that is milled on a machine that is not ours.
+    Milled(Box<MilledJob>),
 }
 
 /// Finds, reads and understands a job of any kind with `key=value` overrides.
@@ -40,23 +43,34 @@ pub fn parse(located: &Located, overrides: &[String]) -> Result<AnyJob, ConfigEr
 /// # Errors
 /// Anything that is not a job, at least one sentence.
 pub fn read(located: &Located, overrides: &[String]) -> Result<AnyJob, Vec<ConfigError>> {
-    let is_turned = is_turned(located, overrides).map_err(|error| vec![error])?;
-    if is_turned {
-        turning_file::read(located, overrides).map(|job| AnyJob::Turned(Box::new(job)))
-    } else {
-        job_file::read(located, overrides).map(|job| AnyJob::Ground(Box::new(job)))
+    match kind(located, overrides).map_err(|error| vec![error])? {
+        JobKind::Ground => job_file::read(located, overrides).map(|job| AnyJob::Ground(Box::new(job))),
+        JobKind::Turned => turning_file::read(located, overrides).map(|job| AnyJob::Turned(Box::new(job))),
+        JobKind::Milled => milling_file::read(located, overrides).map(|job| AnyJob::Milled(Box::new(job))),
     }
 }
 
-/// Whether a job file is one of turning.
+/// What a job file is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JobKind {
+    /// Grinding.
+    Ground,
+    /// Turning.
+    Turned,
+    /// Milling.
+    Milled,
+}
+
+/// What a job file is about, whatever else is wrong with it.
 ///
 /// # Errors
 /// Text that is not YAML, a schema that no job has.
-pub fn is_turned(located: &Located, overrides: &[String]) -> Result<bool, ConfigError> {
+pub fn kind(located: &Located, overrides: &[String]) -> Result<JobKind, ConfigError> {
     let document = Document::parse(&located.path, &located.text, overrides)?;
     match document.kind() {
-        Some("job") => Ok(false),
-        Some("turning_job") => Ok(true),
+        Some("job") => Ok(JobKind::Ground),
+        Some("turning_job") => Ok(JobKind::Turned),
+        Some("milling_job") => Ok(JobKind::Milled),
         _ => {
             let known = KINDS.map(|kind| format!("\"camwright/{kind}/1\"")).join(" or ");
             Err(match document.text_at("schema") {
@@ -71,7 +85,7 @@ pub fn is_turned(located: &Located, overrides: &[String]) -> Result<bool, Config
 #[must_use]
 pub fn turns(name: &str, overrides: &[String]) -> bool {
     let located = locate("jobs", name, "yaml", None);
-    located.is_ok_and(|located| is_turned(&located, overrides).unwrap_or_default())
+    located.is_ok_and(|located| kind(&located, overrides).is_ok_and(|kind| kind == JobKind::Turned))
 }
 
 /// The machine file that a job names, as its other readers find it; `None` for what is no job.
@@ -117,7 +131,7 @@ mod tests {
 
     #[test]
     fn a_schema_that_no_job_has_is_refused_with_those_that_jobs_have() {
-        let known = "\"camwright/job/1\" or \"camwright/turning_job/1\"";
+        let known = "\"camwright/job/1\" or \"camwright/turning_job/1\" or \"camwright/milling_job/1\"";
         for (text, words) in [
             ("schema: camwright/machine/1\n", "job.yaml:1: schema is \"camwright/machine/1\", expected "),
             ("# a job\nschema: job\n", "job.yaml:2: schema is \"job\", expected "),

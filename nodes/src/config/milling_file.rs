@@ -5,6 +5,7 @@ use super::groove_file::{self, GrooveFile};
 use super::hash::FileHash;
 use super::lift_file::ProfileLift;
 use super::locate::{Located, locate};
+use super::nc_file::{NcFile, NcSettings};
 use super::profile_file::{self, ProfileFile, contour_key};
 use super::yaml::Document;
 use camwright::contour::Contour;
@@ -44,6 +45,9 @@ struct MillingFile {
     passes: Vec<PassFile>,
     #[serde(default = "default_clearance")]
     clearance_mm: f64,
+    blank_radius_mm: Option<f64>,
+    #[serde(default)]
+    nc: NcFile,
 }
 
 #[derive(Debug, Deserialize)]
@@ -110,6 +114,8 @@ pub struct MilledJob {
     pub hash: String,
     /// Lifts that its contours and grooves were made of, by the names of profiles and grooves.
     pub lifts: Vec<(String, ProfileLift)>,
+    /// How an NC program is made of it.
+    pub nc: NcSettings,
     /// The job file, for messages that point into it.
     pub document: Document,
 }
@@ -159,9 +165,11 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<MilledJob, Vec<Co
         (cams, grooves) => return Err([cams.err(), grooves.err()].into_iter().flatten().flatten().collect()),
     };
     lies_one_way(&document, &file, tool.cuts_with, &grooves).map_err(one)?;
-    let (name, clearance_mm) = (file.name, file.clearance_mm);
+    let nc = file.nc.read(&document)?;
+    let (name, clearance_mm, blank_radius_mm) = (file.name, file.clearance_mm, file.blank_radius_mm);
     Ok(MilledJob {
-        spec: MillingJob { name, tool, cams, grooves, passes, clearance_mm },
+        spec: MillingJob { name, tool, cams, grooves, passes, clearance_mm, blank_radius_mm },
+        nc,
         title: file.title,
         source: document.text.clone(),
         hash: hash.hex(),
@@ -399,6 +407,9 @@ fn numbers(file: &MillingFile) -> Vec<(String, String)> {
     within("tool.radius_mm".into(), file.tool.radius_mm, 0.0, 1000.0);
     within("tool.spindle_rpm".into(), file.tool.spindle_rpm, 0.0, 1e6);
     within("clearance_mm".into(), file.clearance_mm, 0.0, 1000.0);
+    if let Some(blank_mm) = file.blank_radius_mm {
+        within("blank_radius_mm".into(), blank_mm, 0.0, 10_000.0);
+    }
     for (index, pass) in file.passes.iter().enumerate() {
         within(format!("passes.{index}.work_speed_rpm"), pass.work_speed_rpm, 0.0, 10_000.0);
         within(format!("passes.{index}.tolerance_um"), pass.tolerance_um, 0.0, 1000.0);

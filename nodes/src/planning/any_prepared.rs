@@ -5,6 +5,7 @@ use super::{MachineNow, PreparedJob, plan};
 use crate::config::ConfigError;
 use crate::config::any_job::{self, AnyJob};
 use crate::config::fault_file::JobFault;
+use crate::config::milling_file::MilledJob;
 use camwright::machine::description::MachineDescription;
 
 /// A job, planned and ready to send.
@@ -32,7 +33,16 @@ pub fn plan_any(job: AnyJob, machine: Option<&MachineNow>) -> Result<AnyPrepared
     Ok(match job {
         AnyJob::Ground(job) => AnyPrepared::Ground(Box::new(plan(*job, machine)?)),
         AnyJob::Turned(job) => AnyPrepared::Turned(Box::new(turning::plan_turned(*job, machine)?)),
+        AnyJob::Milled(job) => return Err(is_milled(&job)),
     })
+}
+
+/// Why a milling job has no plan: its program is for another machine.
+#[must_use]
+pub fn is_milled(job: &MilledJob) -> ConfigError {
+    let name = &job.spec.name;
+    let message = format!("{name} is milled on a machine that is not ours: camwright post {name} makes its NC program");
+    job.document.error("schema", message)
 }
 
 impl AnyPrepared {

@@ -1,5 +1,6 @@
 //! Everything that can be said about a job or a lift table before anything moves.
 
+use super::program::check_milled;
 use super::turning::check_turned;
 use super::{MachineNow, PreparedJob, blame, giving_way, plan};
 use crate::config::ConfigError;
@@ -100,6 +101,7 @@ fn check_job(located: &Located, overrides: &[String], machine: Option<&MachineNo
     let job = match any_job::read(located, overrides) {
         Ok(AnyJob::Ground(job)) => *job,
         Ok(AnyJob::Turned(job)) => return check_turned(&located.path, *job, machine),
+        Ok(AnyJob::Milled(job)) => return check_milled(&located.path, &job),
         Err(errors) => return Report::refused(&located.path, errors),
     };
     let warnings = warnings(&job);

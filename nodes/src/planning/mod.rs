@@ -30,7 +30,7 @@ mod turn;
 mod turn_summary;
 mod turning;
 
-pub use any_prepared::{AnyPrepared, plan_any, prepare_any};
+pub use any_prepared::{AnyPrepared, is_milled, plan_any, prepare_any};
 pub use blame::blame;
 pub use capability::{LobeCapability, MeasuredLobe, capability, measure_lobe};
 pub use causes::{Causes, Instead, Without, causes};
@@ -47,7 +47,7 @@ pub use journals::{
 pub use kept_stiffness::{KeptContacts, kept_contacts};
 pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
 pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result};
-pub use program::{ProgramSummary, ProgrammedTurn, write_program};
+pub use program::{ProgramSummary, ProgrammedTurn, compare_program, write_program};
 pub use rehearse::{Outlines, RehearsalFailed, rehearse_job, rehearse_job_on, rehearse_outlines_on};
 pub use times::{TimeCompared, compare_times};
 pub use turn_summary::{BoundSummary, RemovalClass};

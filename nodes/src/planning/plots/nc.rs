@@ -17,6 +17,7 @@ const OUTLINE: Pen = Pen::solid(Colour::BLACK, 0.4);
 const HINT: Pen = Pen::solid(Colour(190, 190, 190), 0.15);
 const AXIS: Pen = Pen { colour: Colour::GREY, width_mm: 0.18, dash: Dash::Centre };
 const METAL: Colour = Colour(240, 240, 236);
+const BEHIND: Colour = Colour(252, 252, 250);
 const KNOT: Pen = Pen::solid(Colour(170, 0, 0), 0.25);
 const CURVE: Pen = Pen::solid(Colour(0, 114, 178), CURVE_MM);
 
@@ -27,7 +28,7 @@ const CUTTERS: u32 = 36;
 const POINTS_PER_RAD: f64 = 60.0;
 const CURVE_POINTS: u32 = 7200;
 
-/// A shape in the plane across the spindle axis, mm of the part's frame.
+/// A shape, in mm of the part's frame.
 #[derive(Debug, Clone)]
 pub(in crate::planning) struct Outline {
     /// Closed lines; material is inside of the first.
@@ -36,6 +37,20 @@ pub(in crate::planning) struct Outline {
     pub(in crate::planning) cutter_mm: f64,
     /// How far its centre is beyond the programmed X (mm).
     pub(in crate::planning) edge_mm: f64,
+    /// The plane in which it is drawn.
+    pub(in crate::planning) sheet: Sheet,
+}
+
+/// The plane of a drawing.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::planning) enum Sheet {
+    /// Across the spindle axis, seen from +Z.
+    Across,
+    /// A cylinder rolled off: to the right along its circumference, up along Z.
+    Developed {
+        /// Its radius (mm).
+        radius_mm: f64,
+    },
 }
 
 /// All drawings of a program, with the name of the cam or groove they are of.
@@ -44,7 +59,8 @@ pub(in crate::planning) fn program_plots<'a>(to_post: &'a ToPost<'_>, posted: &P
     for (feature, of) in to_post.request.features.iter().enumerate() {
         let turns: Vec<&PostedTurn> = posted.turns.iter().filter(|turn| turn.feature == feature).collect();
         let Some(last) = turns.last() else { continue };
-        if let Some(outline) = to_post.outlines.get(feature) {
+        let is_last = !to_post.request.features[feature + 1..].iter().any(|other| other.name == of.name);
+        if let Some(outline) = to_post.outlines.get(feature).filter(|_| is_last) {
             let drawing = tool_path(to_post, feature, last, outline);
             plots.push((of.name.as_str(), Plot { name: "tool_path".into(), drawing }));
         }
@@ -70,33 +86,63 @@ fn begin(to_post: &ToPost<'_>, turn: &PostedTurn, shows: &str) -> Drawing {
     sheet(&title, shows, &made_of, &format!("job {:.16}", to_post.job_hash))
 }
 
+/// Where the centre of a cutter stands on a sheet, by what is programmed.
+struct Places<'a> {
+    outline: &'a Outline,
+    axes: Vec<CarriageAxis>,
+    sense: f64,
+}
+
+impl Places<'_> {
+    /// The place at an angle of the part's frame, with the positions of the axes that move.
+    fn at(&self, u_rad: f64, position: impl Fn(CarriageAxis) -> Option<f64>) -> Point {
+        let azimuth = self.sense * u_rad;
+        let of = |axis| self.axes.contains(&axis).then(|| position(axis)).flatten().unwrap_or(0.0);
+        match self.outline.sheet {
+            Sheet::Across => {
+                let x_mm = of(CarriageAxis::X) + self.outline.edge_mm;
+                [x_mm * azimuth.cos(), x_mm * azimuth.sin()]
+            }
+            Sheet::Developed { radius_mm } => [radius_mm * azimuth + of(CarriageAxis::Y), of(CarriageAxis::Z)],
+        }
+    }
+}
+
 /// The shape with the cutter along its path; segments in turn in three colours.
 fn tool_path(to_post: &ToPost<'_>, feature: usize, turn: &PostedTurn, outline: &Outline) -> Drawing {
-    let shows = "shape, cutter every 10° and the segments of its centre's path, seen from +Z";
+    let shows = match outline.sheet {
+        Sheet::Across => "shape, cutter every 10° and the segments of its path, seen from +Z",
+        Sheet::Developed { .. } => {
+            "walls rolled off at the mean radius, cutter every 10° and the segments of its path; Z upwards"
+        }
+    };
     let mut drawing = begin(to_post, turn, shows);
     let of = &to_post.request.features[feature];
     let sense = f64::from(to_post.request.control.rotation_sense);
-    let Some(x_axis) = turn.axes.iter().position(|axis| *axis == CarriageAxis::X) else { return drawing };
-    let place = |u_rad: f64, x_mm: f64| {
-        let (sin, cos) = (sense * u_rad).sin_cos();
-        [(x_mm + outline.edge_mm) * cos, (x_mm + outline.edge_mm) * sin]
-    };
-    let centre_at = |u_rad: f64| of.path.sample(CarriageAxis::X, sense * u_rad).map(|x| place(u_rad, x.value));
+    let places = Places { outline, axes: turn.axes.clone(), sense };
+    let centre_at =
+        |u_rad: f64| places.at(u_rad, |axis| of.path.sample(axis, sense * u_rad).map(|sample| sample.value));
     let centres: Vec<Point> =
-        (0..CUTTERS).filter_map(|index| centre_at(f64::from(index) * TURN_RAD / f64::from(CUTTERS))).collect();
+        (0..CUTTERS).map(|index| centre_at(f64::from(index) * TURN_RAD / f64::from(CUTTERS))).collect();
     let view = view(outline, &centres);
-    for centre in &centres {
-        view.circle(&mut drawing, *centre, outline.cutter_mm, HINT);
-    }
+    let across = matches!(outline.sheet, Sheet::Across);
     for (index, line) in outline.closed.iter().enumerate() {
-        if index == 0 {
-            view.area(&mut drawing, line, METAL);
+        if across {
+            view.area(&mut drawing, line, if index == 0 { METAL } else { BEHIND });
         }
         view.line(&mut drawing, line.iter().copied(), OUTLINE);
     }
-    let reach = centres.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max);
-    for ends in [[[-reach, 0.0], [reach, 0.0]], [[0.0, -reach], [0.0, reach]]] {
-        view.line(&mut drawing, ends.into_iter(), AXIS);
+    if outline.cutter_mm > 0.0 {
+        for centre in &centres {
+            view.circle(&mut drawing, *centre, outline.cutter_mm, HINT);
+        }
+    }
+    let drawn = outline.closed.iter().flatten().chain(&centres);
+    let reach = drawn.map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max);
+    if across {
+        for ends in [[[-reach, 0.0], [reach, 0.0]], [[0.0, -reach], [0.0, reach]]] {
+            view.line(&mut drawing, ends.into_iter(), AXIS);
+        }
     }
     for (index, pair) in turn.knots.windows(2).enumerate() {
         let [from, to] = pair else { continue };
@@ -104,12 +150,15 @@ fn tool_path(to_post: &ToPost<'_>, feature: usize, turn: &PostedTurn, outline: &
         let points = ((to.0 - from.0) * POINTS_PER_RAD).ceil().clamp(1.0, 1e5) as u32;
         let along = (0..=points).map(|point| {
             let share = f64::from(point) / f64::from(points);
-            place(from.0 + share * (to.0 - from.0), from.1[x_axis] + share * (to.1[x_axis] - from.1[x_axis]))
+            places.at(from.0 + share * (to.0 - from.0), |axis| {
+                let index = turn.axes.iter().position(|other| *other == axis)?;
+                Some(from.1[index] + share * (to.1[index] - from.1[index]))
+            })
         });
         view.line(&mut drawing, along, SEGMENTS[index % SEGMENTS.len()]);
     }
     drawing.line(&ROOM.corners(), Pen::solid(Colour::BLACK, 0.25));
-    for deg in (0..360_u16).step_by(30).map(f64::from) {
+    for deg in (0..360_u16).step_by(30).filter(|_| across).map(f64::from) {
         let (sin, cos) = rad_from_deg(deg).sin_cos();
         let [x, y] = view.at([1.06 * reach * cos, 1.06 * reach * sin]);
         drawing.text([x, y + 1.0], SMALL, &format!("{deg}°"));
@@ -141,7 +190,7 @@ fn view(outline: &Outline, centres: &[Point]) -> View {
         }
     }
     // Degrees stand around.
-    let room = 0.08 * (high[0] - low[0]).max(high[1] - low[1]);
+    let room = 0.16 * (high[0] - low[0]).max(high[1] - low[1]);
     let scale = (ROOM.width / (high[0] - low[0] + room)).min(ROOM.height / (high[1] - low[1] + room));
     let middle = [0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])];
     let centre = [ROOM.left + 0.5 * ROOM.width - scale * middle[0], ROOM.top + 0.5 * ROOM.height + scale * middle[1]];

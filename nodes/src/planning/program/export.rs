@@ -9,13 +9,16 @@
 //! | `<feature>/<pass>_segments.svg`, `.png` | travels over the angle with their knots, slopes, errors with the tolerance |
 
 use super::super::files::Files;
+use super::super::findings::{Finding, Report, Severity};
+use super::super::plan;
 use super::super::plots::nc::program_plots;
-use super::super::{AnyPrepared, prepare_any};
 use super::summary::{self, ProgramSummary};
-use super::{ToPost, ground};
+use super::{ToPost, ground, milled};
+use crate::config::any_job::{self, AnyJob};
+use crate::config::milling_file::MilledJob;
 use crate::config::{ConfigError, Place};
 use camwright::nc::{Action, NcAxis, Pose, ProgramFile, read};
-use camwright::post::{PostError, PostedTurn, Ran, compare, post};
+use camwright::post::{Compared, PostError, PostedTurn, Ran, compare, post};
 use camwright::units::{deg_from_rad, um_from_mm};
 use std::fs;
 use std::io::{self, Write};
@@ -35,12 +38,55 @@ pub fn write_program(
     out: &Path,
     progress: impl FnMut(&Path),
 ) -> Result<ProgramSummary, ConfigError> {
-    match prepare_any(job, overrides, None)? {
-        AnyPrepared::Ground(prepared) => {
-            let settings = prepared.job.nc;
-            ground::with_request(&prepared, &settings, |to_post| write(to_post, out, progress))
+    with_request(job, overrides, |to_post| write(to_post, out, progress))
+}
+
+/// Compares what a control drives of the program of a job with the paths that it was made for.
+///
+/// # Errors
+/// What [`write_program`] says; another number of calls; a rapid that is not clear of the part.
+pub fn compare_program(job: &str, overrides: &[String], driven: &[Ran]) -> Result<Compared, ConfigError> {
+    with_request(job, overrides, |to_post| {
+        let blamed = |error: PostError| to_post.document.error(key(&error), error.to_string());
+        let posted = post(&to_post.request).map_err(blamed)?;
+        compare(&to_post.request, &posted, driven).map_err(blamed)
+    })
+}
+
+/// What there is to be said of a milling job before anything is written.
+pub(in crate::planning) fn check_milled(path: &Path, job: &MilledJob) -> Report {
+    let posted = milled::with_request(job, |to_post| {
+        let posted = post(&to_post.request).map_err(|error| to_post.document.error(key(&error), error.to_string()))?;
+        let blocks: usize = posted.calls.iter().map(|call| posted.turns[call.0].blocks).sum();
+        let name = to_post.job;
+        let (calls, feeds_s) = (posted.calls.len(), posted.feed_time_s);
+        Ok((format!("{name}: {calls} calls, {blocks} blocks, {feeds_s:.2} s of feeds"), to_post.notes))
+    });
+    let warnings = job.lifts.iter().flat_map(|(_, lift)| &lift.warnings);
+    let warnings = warnings.map(|warning| Finding { severity: Severity::Warning, error: warning.clone() }).collect();
+    match posted {
+        Ok((summary, notes)) => Report { file: path.to_path_buf(), findings: warnings, summary: Some(summary), notes },
+        Err(error) => {
+            let mut report = Report::refused(path, vec![error]);
+            report.findings.extend(warnings);
+            report
         }
-        AnyPrepared::Turned(prepared) => Err(prepared.job.document.error(
+    }
+}
+
+/// Makes the request of a job of any kind and hands it on.
+fn with_request<R>(
+    job: &str,
+    overrides: &[String],
+    done: impl FnOnce(ToPost<'_>) -> Result<R, ConfigError>,
+) -> Result<R, ConfigError> {
+    match any_job::load(job, overrides)? {
+        AnyJob::Ground(job) => {
+            let settings = job.nc;
+            ground::with_request(&plan(*job, None)?, &settings, done)
+        }
+        AnyJob::Milled(job) => milled::with_request(&job, done),
+        AnyJob::Turned(job) => Err(job.document.error(
             "schema",
             "the insert's path of a turning job differs in every turn; there is no NC program of it, only its plan (camwright run)",
         )),
@@ -84,21 +130,24 @@ fn file_name(name: &str) -> String {
 fn header(to_post: &ToPost<'_>) -> Vec<String> {
     let (request, settings) = (&to_post.request, &to_post.settings);
     let x = match (settings.x_of_edge, settings.control.format.x_values()) {
-        (false, camwright::nc::XValues::Radius) => "X is the distance of the cutter's centre from the axis of C",
+        (false, camwright::nc::XValues::Radius) => "X is the distance of the centre of the cutter from the axis of C",
         (false, camwright::nc::XValues::Diameter) => {
-            "X is twice the distance of the cutter's centre from the axis of C"
+            "X is twice the distance of the centre of the cutter from the axis of C"
         }
         (true, camwright::nc::XValues::Radius) => "X is the distance of the cutting edge from the axis of C",
         (true, camwright::nc::XValues::Diameter) => "X is twice the distance of the cutting edge from the axis of C",
     };
+    let mut tolerances: Vec<String> = Vec::new();
+    for pass in request.features.iter().flat_map(|of| &of.passes) {
+        let tolerance = format!("{} {} um", pass.name, rounded_um(pass.tolerance_mm));
+        if !tolerances.contains(&tolerance) {
+            tolerances.push(tolerance);
+        }
+    }
     vec![
         format!("{} - {}", to_post.job, request.tool.text),
         format!("camwright {}, job {:.HASH_DIGITS$}", env!("CARGO_PKG_VERSION"), to_post.job_hash),
-        format!(
-            "tolerance {} um rough, {} um finish",
-            rounded_um(settings.rough_tolerance_mm),
-            rounded_um(settings.finish_tolerance_mm)
-        ),
+        format!("tolerances: {}", tolerances.join(", ")),
         x.to_owned(),
         format!(
             "positive C turns the part {} seen from +Z",

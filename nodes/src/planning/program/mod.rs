@@ -1,15 +1,18 @@
 //! NC programs of jobs, for machines whose controls read text: what `camwright post` makes.
 //!
 //! ```text
-//! PreparedJob ─► ground ─► ProgramRequest ─► camwright::post ─► Program ─► files ─► read back from the disk ─► compared with the paths
+//! PreparedJob ─► ground ─┐
+//! MilledJob ───► milled ─┴► ProgramRequest ─► camwright::post ─► Program ─► files ─► read back from the disk ─► compared with the paths
 //! ```
 
 mod export;
 mod ground;
+mod milled;
 mod summary;
 
+pub(super) use export::check_milled;
 pub(super) use export::error_mm;
-pub use export::write_program;
+pub use export::{compare_program, write_program};
 pub use summary::{ProgramSummary, TurnSummary as ProgrammedTurn};
 
 use super::plots::nc::Outline;
