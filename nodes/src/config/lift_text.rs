@@ -192,24 +192,7 @@ pub fn read(located: &Located, format: &Format) -> Result<Printed, Vec<ConfigErr
     let path = &located.path;
     let text = located.text.trim_start_matches('\u{feff}');
     let lines = text.lines().count();
-    let skipped = format.header_lines.unwrap_or(0).min(lines);
-    let mut titles: Vec<(u64, &str)> = Vec::new();
-    let mut said: Vec<(u64, &str)> = (1_u64..).zip(text.lines()).take(skipped).collect();
-    let mut body: Vec<(u64, &str)> = Vec::new();
-    for (number, line) in (1_u64..).zip(text.lines()).skip(skipped) {
-        let content = line.split('#').next().unwrap_or("").trim();
-        if content.is_empty() || content.starts_with("//") || content.starts_with(['!', '%', '*']) {
-            said.push((number, line));
-        } else if body.is_empty() && !begins_with_number(content) {
-            titles.push((number, content));
-        } else if body.len() == MOST_ROWS {
-            let message = format!("is a row too many: a table has at most {MOST_ROWS}, for steps of 0.01 deg");
-            return Err(vec![ConfigError::at(Place::line(path, number), message)]);
-        } else {
-            // Tabs at the head of a row are an empty cell, not space.
-            body.push((number, line.split('#').next().unwrap_or("").trim_matches(' ').trim_end()));
-        }
-    }
+    let Sorted { titles, mut said, body } = sorted(path, text, format.header_lines.unwrap_or(0).min(lines))?;
     let at = |number: u64, message: String| vec![ConfigError::at(Place::line(path, number), message)];
     let Some(&(first_row, first_text)) = body.first() else {
         return Err(match titles.last() {
@@ -228,7 +211,6 @@ pub fn read(located: &Located, format: &Format) -> Result<Printed, Vec<ConfigErr
         let message = "the table is of points, and the job declares a step of their angles";
         return Err(at(header.unwrap_or(first_row), message.into()));
     }
-    let separator = Separator::of(first_text, format.decimal_comma);
     let mut printed = Printed {
         rows: Vec::new(),
         points: Vec::new(),
@@ -241,8 +223,52 @@ pub fn read(located: &Located, format: &Format) -> Result<Printed, Vec<ConfigErr
         findings: Vec::new(),
         doubts: doubts(path, &said, columns.unit, columns.angle.map(|(_, angle)| angle).or(format.angle)),
     };
+    read_rows(&mut printed, path, &body, &columns, Separator::of(first_text, format.decimal_comma), format);
+    Ok(printed)
+}
+
+/// The lines of a text by what they are, each with its number.
+struct Sorted<'a> {
+    /// Before the first row.
+    titles: Vec<(u64, &'a str)>,
+    /// Comments, and lines that the job skips.
+    said: Vec<(u64, &'a str)>,
+    /// Rows.
+    body: Vec<(u64, &'a str)>,
+}
+
+fn sorted<'a>(path: &Path, text: &'a str, skipped: usize) -> Result<Sorted<'a>, Vec<ConfigError>> {
+    let mut titles: Vec<(u64, &str)> = Vec::new();
+    let mut said: Vec<(u64, &str)> = (1_u64..).zip(text.lines()).take(skipped).collect();
+    let mut body: Vec<(u64, &str)> = Vec::new();
+    for (number, line) in (1_u64..).zip(text.lines()).skip(skipped) {
+        let content = line.split('#').next().unwrap_or("").trim();
+        if content.is_empty() || content.starts_with("//") || content.starts_with(['!', '%', '*']) {
+            said.push((number, line));
+        } else if body.is_empty() && !begins_with_number(content) {
+            titles.push((number, content));
+        } else if body.len() == MOST_ROWS {
+            let message = format!("is a row too many: a table has at most {MOST_ROWS}, for steps of 0.01 deg");
+            return Err(vec![ConfigError::at(Place::line(path, number), message)]);
+        } else {
+            // Tabs at the head of a row are an empty cell, not space.
+            body.push((number, line.split('#').next().unwrap_or("").trim_matches(' ').trim_end()));
+        }
+    }
+    Ok(Sorted { titles, said, body })
+}
+
+/// Reads rows into what is printed, with what is wrong in them.
+fn read_rows(
+    printed: &mut Printed,
+    path: &Path,
+    body: &[(u64, &str)],
+    columns: &Columns,
+    separator: Separator,
+    format: &Format,
+) {
     let mut digits = 0;
-    for (index, (number, text)) in body.into_iter().enumerate() {
+    for (index, &(number, text)) in body.iter().enumerate() {
         let mut refuse = |message: String| printed.findings.push(ConfigError::at(Place::line(path, number), message));
         let cells = separator.split(text);
         let mut number_of = |index: usize| match cells.get(index) {
@@ -276,7 +302,6 @@ pub fn read(located: &Located, format: &Format) -> Result<Printed, Vec<ConfigErr
         });
     }
     printed.last_digit_mm /= 10_f64.powi(digits);
-    Ok(printed)
 }
 
 /// The columns, declared or from the header, and the line of the header.
