@@ -36,6 +36,7 @@ pub mod plan;
 pub mod plan_check;
 pub mod point_to_point;
 pub mod post;
+pub mod program_motion;
 pub mod rake_section;
 pub mod raw_part;
 pub mod rehearsal;

@@ -105,11 +105,27 @@ impl Steps<'_> {
     ) -> Result<(), PlanError> {
         let own = self.machine.axis(axis).limits;
         let limits = speed.map_or(own, |speed| own.at_most(speed));
-        let targets = alloc::vec![AxisTarget { axis, target_counts, limits }];
+        self.move_axes(of, alloc::vec![AxisTarget { axis, target_counts, limits }], label)
+    }
+
+    /// All axes start and arrive together.
+    pub(super) fn move_axes(&mut self, of: Of<'_>, targets: Vec<AxisTarget>, label: &str) -> Result<(), PlanError> {
         let (ticks, stop_ticks) = self.time_of_move(self.at, &targets, label)?;
-        self.at[axis.index()] = target_counts;
+        for target in &targets {
+            self.at[target.axis.index()] = target.target_counts;
+        }
         self.add(of, SegmentKind::Move(targets), ticks, stop_ticks, label);
         Ok(())
+    }
+
+    /// Length of a stop on a path that uses [`MOVE_SHARE`] of what every axis may do (ticks); the axis that leaves no room for any.
+    pub(super) fn stop_ticks(&self) -> Result<u64, Axis> {
+        let mut stop_s = 0.0_f64;
+        for axis in Axis::ALL {
+            let own = self.machine.axis(axis).limits;
+            stop_s = stop_s.max(path_stop_s(&own.with_share(MOVE_SHARE), &own).ok_or(axis)?);
+        }
+        Ok(whole_ticks(stop_s, self.machine.cycle_time_s()).max(1))
     }
 
     fn time_of_move(&self, from: [i64; AXIS_COUNT], to: &[AxisTarget], label: &str) -> Result<(u64, u64), PlanError> {

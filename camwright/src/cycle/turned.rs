@@ -26,7 +26,6 @@ use crate::insert_path::{
 };
 use crate::machine::description::{Axis, InsertDescription, MachineDescription};
 use crate::numeric::hermite::{HermiteError, HermiteSpline, Knot};
-use crate::path_stop::path_stop_s;
 use crate::plan::{Command, Phase, Plan, SegmentKind, SpiralSegment};
 use crate::plan_check::{PlanCheckError, PlanReport, check_plan};
 use crate::point_to_point::{MOVE_SHARE, whole_ticks};
@@ -359,12 +358,7 @@ fn add_pass(
     let counts = |axis: Axis, at: f64| machine.axis(axis).scale.counts(at);
     let wrong = |source| TurningError::Spline { pass: number, source };
     let law = pass.spindle.law.clone();
-    let mut stop_s = 0.0_f64;
-    for axis in Axis::ALL {
-        let own = machine.axis(axis).limits;
-        let stop = path_stop_s(&own.with_share(MOVE_SHARE), &own);
-        stop_s = stop_s.max(stop.ok_or(TurningError::NoStop { pass: number, axis })?);
-    }
+    let stop_ticks = steps.stop_ticks().map_err(|axis| TurningError::NoStop { pass: number, axis })?;
     let (path, advance) = pass.path.laws().map_err(wrong)?;
     let moved = |knot: &Knot| Knot { value: knot.value - job.part_zero_mm, ..*knot };
     let advance = HermiteSpline::new(advance.knots().iter().map(moved).collect()).map_err(wrong)?;
@@ -387,13 +381,12 @@ fn add_pass(
         speed: steps.plan.time_laws.len(),
         start_counts: 0,
     };
-    let cycle_s = machine.cycle_time_s();
-    let ticks = whole_ticks(law.end(), cycle_s);
+    let ticks = whole_ticks(law.end(), machine.cycle_time_s());
     let label = alloc::format!("pass {number}, {:.1} turns", pass.turns);
     steps.plan.time_laws.push(law);
     steps.plan.angle_laws.push(path);
     steps.plan.angle_laws.push(advance);
-    steps.add(of(Phase::Cut), SegmentKind::Spiral(spiral), ticks, whole_ticks(stop_s, cycle_s).max(1), &label);
+    steps.add(of(Phase::Cut), SegmentKind::Spiral(spiral), ticks, stop_ticks, &label);
     steps.at[Axis::C.index()] = zero_counts + counts(Axis::C, angle_rad);
     steps.at[Axis::X.index()] = x_end;
     steps.at[Axis::Z.index()] = z_end;

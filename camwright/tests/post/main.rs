@@ -7,7 +7,7 @@ use camwright::nc::{Dialect, Format, NcAxis, XValues, driven};
 use camwright::numeric::periodic_spline::PeriodicSpline;
 use camwright::post::{Lead, PostError, ProgramRequest, Ran, TurnSpeed, compare, post};
 use camwright::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
-use setup::{Shop, lobe_path};
+use setup::{Shop, lobe_path_of};
 
 /// What a program drives by its own account, before any dialect.
 fn ran(request: &ProgramRequest<'_>, program: &camwright::nc::Program) -> Vec<Ran> {
@@ -19,7 +19,7 @@ fn ran(request: &ProgramRequest<'_>, program: &camwright::nc::Program) -> Vec<Ra
 
 #[test]
 fn a_cam_is_driven_within_the_tolerance_of_every_pass_in_every_dialect() {
-    let path = lobe_path();
+    let path = lobe_path_of(25.0);
     for dialect in [Dialect::LinuxCnc, Dialect::Fanuc, Dialect::Siemens] {
         for x_values in [XValues::Radius, XValues::Diameter] {
             for (sense, phase_deg) in [(1, 0.0), (-1, 210.0)] {
@@ -85,7 +85,7 @@ fn grooves_come_down_along_their_axis_and_travel_on_the_others() {
 
 #[test]
 fn what_linuxcnc_would_drive_too_fast_goes_in_steps() {
-    let path = lobe_path();
+    let path = lobe_path_of(25.0);
     // So slow that much of the flank's foot is below 0.1 mm/min.
     let shop = Shop { rpm: 0.02, ..Shop::default() };
     let request = shop.cam(&path);
@@ -101,7 +101,7 @@ fn what_linuxcnc_would_drive_too_fast_goes_in_steps() {
 
 #[test]
 fn a_control_that_reads_slowly_gets_a_wider_tolerance_or_none() {
-    let path = lobe_path();
+    let path = lobe_path_of(25.0);
     let shop = Shop { rpm: 60.0, most_blocks_s: 250.0, ..Shop::default() };
     let mut request = shop.cam(&path);
     let refused = post(&request).expect_err("too many blocks").to_string();
@@ -126,7 +126,7 @@ fn a_control_that_reads_slowly_gets_a_wider_tolerance_or_none() {
 
 #[test]
 fn times_are_those_of_the_speed() {
-    let path = lobe_path();
+    let path = lobe_path_of(25.0);
     let shop = Shop::default();
     let mut request = shop.cam(&path);
     let turned = 450.0 / 360.0;
@@ -155,7 +155,7 @@ fn times_are_those_of_the_speed() {
 /// The comparison must see what is wrong.
 #[test]
 fn a_program_that_drives_something_else_is_found() {
-    let path = lobe_path();
+    let path = lobe_path_of(25.0);
     let request = Shop::default().cam(&path);
     let posted = post(&request).expect("a program");
     let good = ran(&request, &posted.program);
@@ -180,7 +180,7 @@ fn a_program_that_drives_something_else_is_found() {
 
 #[test]
 fn numbers_that_make_no_program_are_refused() {
-    let path = lobe_path();
+    let path = lobe_path_of(25.0);
     let good = Shop::default().cam(&path);
     let refused = |change: &dyn Fn(&mut ProgramRequest<'_>)| {
         let mut request = good.clone();

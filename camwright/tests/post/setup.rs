@@ -12,8 +12,8 @@ use camwright::post::{Control, FeatureRequest, Lead, PassRequest, ProgramRequest
 use camwright::tool_path::ToolPath;
 use camwright::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
 
-/// The path of the axis of a cutter of 25 mm on the reference lobe: roller 8.5, base 16, lift 6, 3-4-5 over 62°.
-pub(crate) fn lobe_path() -> CutterPath {
+/// The reference lobe: roller 8.5, base 16, lift 6, 3-4-5 over 62°.
+pub(crate) fn lobe_contour() -> Contour {
     let half = rad_from_deg(62.0);
     let segment = |law, angle_rad, rise_mm| MotionSegment { law, angle_rad, rise_mm };
     let segments = [
@@ -23,8 +23,13 @@ pub(crate) fn lobe_path() -> CutterPath {
     ];
     let law = LiftLaw::from_program(MotionProgram::new(0.0, &segments).expect("a turn")).expect("a lift");
     let roller = Follower::Roller { radius_mm: 8.5, offset_mm: 0.0 };
-    let path = ToolPath::for_wheel(&Contour::from_lift(&law, &roller, 16.0).expect("a cam"), 25.0).expect("a path");
-    let centres = path.spline().coefficients().iter().map(|x| x + 25.0).collect();
+    Contour::from_lift(&law, &roller, 16.0).expect("a cam")
+}
+
+/// The path of the axis of a cutter of a radius (mm) on it.
+pub(crate) fn lobe_path_of(radius_mm: f64) -> CutterPath {
+    let path = ToolPath::for_wheel(&lobe_contour(), radius_mm).expect("a path");
+    let centres = path.spline().coefficients().iter().map(|x| x + radius_mm).collect();
     let position = PeriodicSpline::from_coefficients(centres).expect("a spline");
     CutterPath {
         name: "contour".into(),
