@@ -194,7 +194,7 @@ fn of_groove(
             }
         };
         made.push(Made {
-            name: if alone { groove.name.clone() } else { format!("{} {}", groove.name, path.name) },
+            name: if alone { groove.name.clone() } else { format!("{} {}", groove.name, in_letters(&path.name)) },
             phase_rad: groove.phase_rad,
             path,
             stands_mm,
@@ -206,6 +206,11 @@ fn of_groove(
         });
     }
     Ok(made)
+}
+
+/// A path's name in letters: subprograms and folders are named by it, which have no signs.
+fn in_letters(name: &str) -> String {
+    name.replace("+Z", "plus Z").replace("-Z", "minus Z")
 }
 
 /// The walls of a groove round a cylinder, rolled off at its mean radius.
@@ -230,7 +235,7 @@ fn wall_note(
     spec: &MillingJob,
     y_axis: bool,
 ) -> Option<String> {
-    let wall = Wall::BOTH.into_iter().find(|wall| wall.name() == path.name)?;
+    let wall = Wall::BOTH.into_iter().find(|wall| wall.name_on_cylinder() == path.name)?;
     let errors = walls.wall_errors(path, spec.tool.radius_mm, 0.0, wall);
     let at = |error: &WallError| {
         format!(
