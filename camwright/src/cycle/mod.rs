@@ -45,7 +45,7 @@ pub use lobe::{LobeDesign, PlannedLobe, designs};
 pub use logged::{Contact, ContactFrom, NotCorrected, rests_rad};
 pub use measure::{MeasuredJob, PlannedMeasuring, Skipped, measured_stocks, plan_measured_job, plan_measuring};
 pub use order::{LobeOrder, fastest_order};
-pub use program::{PlannedProgram, ProgramPlanError, ProgramRequest, plan_program};
+pub use program::{PlannedProgram, ProgramLobe, ProgramPlanError, ProgramRequest, plan_program};
 pub use turned::{PlannedPass, PlannedTurning, TurningError, plan_turning};
 
 use crate::dressing::PlannedDress;

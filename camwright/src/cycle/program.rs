@@ -29,6 +29,19 @@ pub struct ProgramRequest<'a> {
     pub files: &'a [ProgramFile],
     /// How it stands to the machine.
     pub setup: ProgramSetup,
+    /// The lobes of the part, in the order in which they are told of; none where it does not matter which one is ground.
+    pub lobes: &'a [ProgramLobe<'a>],
+}
+
+/// A lobe that a program may grind.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProgramLobe<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Where `z_axis` stands when its middle is before the wheel (mm).
+    pub z_mm: f64,
+    /// Its width (mm).
+    pub width_mm: f64,
 }
 
 /// Why a program cannot be driven.
@@ -37,19 +50,19 @@ pub enum ProgramPlanError {
     /// Something that it says.
     #[error(transparent)]
     Motion(#[from] ProgramMotionError),
-    /// It feeds where no part can be.
+    /// It feeds where no lobe is.
     #[error(
-        "{lines}: z_axis is at {z_mm} mm, where no lobe is before the wheel; the nearest, {switch}, is at {station_mm} mm"
+        "{lines}: z_axis is at {z_mm} mm, where no lobe is before the wheel; the nearest, {lobe}, is at {lobe_mm} mm"
     )]
     OffThePart {
         /// File and lines.
         lines: String,
         /// Where the table is (mm).
         z_mm: f64,
-        /// The nearest station.
-        switch: String,
+        /// The nearest lobe.
+        lobe: String,
         /// Where that is (mm).
-        station_mm: f64,
+        lobe_mm: f64,
     },
     /// No room for a stop on the path.
     #[error("{} leaves no room for a stop on the path", axis.joint())]
@@ -93,7 +106,7 @@ pub fn plan_program(
     machine: &MachineDescription,
     start: PlanStart,
 ) -> Result<PlannedProgram, ProgramPlanError> {
-    let lobes = alloc::vec![String::from(request.name)];
+    let lobes = request.lobes.iter().map(|lobe| String::from(lobe.name)).collect();
     let plan = Plan { job: String::from(request.name), lobes, ..Plan::default() };
     let mut steps = Steps { machine, at: start.counts, ticks: 0, plan };
     let home = Of::part(Phase::Home);
@@ -109,8 +122,12 @@ pub fn plan_program(
     }
     let mut runs = Vec::new();
     let mut cutter_runs = !is_told;
-    for (done, step) in driven {
-        let of = |phase: Phase| Of::lobe(phase, 0, request.name);
+    let faced = request.faced(&driven, machine)?;
+    for ((done, step), lobe) in driven.into_iter().zip(faced) {
+        let of = |phase: Phase| match lobe.and_then(|index| Some((index, request.lobes.get(index)?))) {
+            Some((index, lobe)) => Of::lobe(phase, index, lobe.name),
+            None => Of::part(phase),
+        };
         match step {
             ProgramStep::Rapid(targets) => {
                 let targets = targets.into_iter().map(|(axis, target_counts)| AxisTarget {
@@ -122,7 +139,6 @@ pub fn plan_program(
                 steps.move_axes(of(Phase::Position), targets.collect(), &label)?;
             }
             ProgramStep::Run(run) => {
-                request.faces_a_lobe(&run, machine)?;
                 runs.push((steps.plan.segments.len(), run.clone()));
                 let label = format!("feeds of {}", request.lines(run.done.0, run.done.1));
                 add_run(&mut steps, of(Phase::Cut), run, &label)?;
@@ -138,13 +154,8 @@ pub fn plan_program(
             ProgramStep::Cutter(_) => {}
             ProgramStep::Dwell(time_s) => {
                 let ticks = whole_ticks(time_s, machine.cycle_time_s());
-                steps.add(
-                    of(Phase::Position),
-                    SegmentKind::Dwell,
-                    ticks,
-                    0,
-                    &format!("pause of {}", request.lines(done, done)),
-                );
+                let label = format!("pause of {}", request.lines(done, done));
+                steps.add(of(Phase::Position), SegmentKind::Dwell, ticks, 0, &label);
             }
         }
     }
@@ -169,21 +180,38 @@ impl ProgramRequest<'_> {
         }
     }
 
-    /// Lobes stand at stations; what feeds elsewhere would cut nothing and tell nobody.
-    fn faces_a_lobe(&self, run: &Run, machine: &MachineDescription) -> Result<(), ProgramPlanError> {
+    /// The lobe of every step: that which the wheel is before when it feeds next.
+    fn faced(
+        &self,
+        steps: &[(usize, ProgramStep)],
+        machine: &MachineDescription,
+    ) -> Result<Vec<Option<usize>>, ProgramPlanError> {
+        let mut faced = alloc::vec![None; steps.len()];
+        let mut next = None;
+        for (index, (_, step)) in steps.iter().enumerate().rev() {
+            if let ProgramStep::Run(run) = step {
+                next = self.lobe_before(run, machine)?;
+            }
+            faced[index] = next;
+        }
+        Ok(faced)
+    }
+
+    /// The lobe that the wheel is before; what feeds elsewhere would cut nothing and tell nobody.
+    fn lobe_before(&self, run: &Run, machine: &MachineDescription) -> Result<Option<usize>, ProgramPlanError> {
         let z_mm = run.laws.advance.sample(0.0).value;
-        let beside = |station_mm: f64| (station_mm - z_mm).abs();
-        let nearest = machine.stations.iter().min_by(|a, b| beside(a.position_mm).total_cmp(&beside(b.position_mm)));
+        let beside = |lobe: &ProgramLobe<'_>| (lobe.z_mm - z_mm).abs();
+        let nearest = self.lobes.iter().enumerate().min_by(|(_, a), (_, b)| beside(a).total_cmp(&beside(b)));
         match nearest {
-            Some(station) if beside(station.position_mm) > 0.5 * machine.wheel.width_mm => {
+            Some((_, lobe)) if beside(lobe) >= 0.5 * (lobe.width_mm + machine.wheel.width_mm) => {
                 Err(ProgramPlanError::OffThePart {
                     lines: self.lines(run.done.0, run.done.1),
                     z_mm,
-                    switch: station.switch.clone(),
-                    station_mm: station.position_mm,
+                    lobe: String::from(lobe.name),
+                    lobe_mm: lobe.z_mm,
                 })
             }
-            _ => Ok(()),
+            nearest => Ok(nearest.map(|(index, _)| index)),
         }
     }
 }

@@ -33,9 +33,11 @@ const FARTHEST: f64 = 1e6;
 /// How a program stands to the machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProgramSetup {
-    /// Radius of the cutter, whose centre the program moves (mm): `x_axis` is the distance of its cutting point. On a lathe `x_axis` is the
-    /// insert's centre already, and this is not used.
+    /// Radius of the cutter (mm).
     pub cutter_radius_mm: f64,
+    /// The program's X is the distance of the cutting point, as `x_axis` is; else that of the cutter's centre. On a lathe `x_axis` is the
+    /// insert's centre itself, and so is X.
+    pub x_of_edge: bool,
     /// `z_axis` where the program's Z is 0 (mm).
     pub z_zero_mm: f64,
     /// Rotation sense of the machine that the program was made for.
@@ -151,7 +153,7 @@ impl ProgramSetup {
     fn position(&self, axis: Axis, pose: &Pose, machine: &MachineDescription) -> Option<f64> {
         match axis {
             Axis::C => pose.of(NcAxis::C),
-            Axis::X if machine.is_lathe() => pose.of(NcAxis::X),
+            Axis::X if machine.is_lathe() || self.x_of_edge => pose.of(NcAxis::X),
             Axis::X => pose.of(NcAxis::X).map(|centre_mm| centre_mm - self.cutter_radius_mm),
             Axis::Z => pose.of(NcAxis::Z).map(|z_mm| z_mm + self.z_zero_mm),
         }

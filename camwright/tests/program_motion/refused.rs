@@ -36,7 +36,7 @@ fn a_short_program_is_planned_and_each_of_its_faults_is_told_with_its_line() {
         (
             "Z20",
             "Z-20",
-            "lines 5 to 7: z_axis is at 20 mm, where no lobe is before the wheel; the nearest, LS1, is at 60 mm",
+            "lines 5 to 7: z_axis is at 20 mm, where no lobe is before the wheel; the nearest, I1, is at 60 mm",
         ),
         ("X80", "X64", "x_axis goes to 4 mm; its soft limits are 5 to 250 mm"),
         ("X80", "X9999999", "line 5: x_axis goes to 9999939, beyond what can be counted"),
@@ -88,4 +88,27 @@ fn a_program_for_another_wheel_is_an_alarm_before_anything_moves() {
     let motion = Prepared::new(Motion::Plan(std::sync::Arc::new(planned.plan)), &machine).expect("ready");
     let done = rehearse(Box::new(motion), &mut Interpolator::new(&machine), &mut grinder, |_, _| {});
     assert!(matches!(done, Err(RehearsalError::Alarm(_))), "{done:?}");
+}
+
+/// Feeds at two stations: what comes before a lobe's feeds belongs to it, what comes after the last to nobody.
+#[test]
+fn every_step_is_told_with_the_lobe_that_it_is_for() {
+    let second = GOOD.replace("Z20 C0", "Z70 C540").replace("C540 F60", "C1080 F60").replace("C450", "C990");
+    let second = second.replace("C90 F60", "C630 F60");
+    let planned = plan(&blocks(&format!("{GOOD}\n{second}")), setup(), &ideal()).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(planned.plan.lobes, ["I1", "E1"]);
+    let lobes: Vec<_> = planned.runs.iter().map(|(segment, _)| planned.plan.segments[*segment].lobe).collect();
+    assert_eq!(lobes, [Some(0), Some(1)]);
+    let (first, last) = (planned.runs[0].0, planned.runs[1].0);
+    assert!(planned.plan.segments[first + 1..last].iter().all(|segment| segment.lobe == Some(1)));
+    assert!(planned.plan.segments[last + 1..].iter().all(|segment| segment.lobe.is_none()));
+}
+
+/// The same way of the wheel, said of its cutting point.
+#[test]
+fn x_of_the_edge_is_a_radius_less_than_that_of_the_centre() {
+    let edge = GOOD.replace("X90", "X30").replace("X85", "X25").replace("X80", "X20");
+    let of_edge = plan(&blocks(&edge), ProgramSetup { x_of_edge: true, ..setup() }, &ideal());
+    let of_centre = plan(&blocks(GOOD), setup(), &ideal()).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(of_edge.unwrap_or_else(|error| panic!("{error}")).plan, of_centre.plan);
 }

@@ -2,7 +2,7 @@
 
 use crate::setup::{Shop, lobe_contour, lobe_path_of};
 use camwright::cutter_path::{CarriageAxis, CutterPath, Travel};
-use camwright::cycle::{PlanStart, PlannedProgram, ProgramPlanError, ProgramRequest, plan_program};
+use camwright::cycle::{PlanStart, PlannedProgram, ProgramLobe, ProgramPlanError, ProgramRequest, plan_program};
 use camwright::form::Form;
 use camwright::interpolator::{Interpolator, Motion, Outcome, Prepared};
 use camwright::machine::Machine;
@@ -108,6 +108,7 @@ pub(crate) fn blocks(text: &str) -> Read {
 pub(crate) fn setup() -> ProgramSetup {
     ProgramSetup {
         cutter_radius_mm: cam_grinder().wheel.new_radius_mm,
+        x_of_edge: false,
         z_zero_mm: STATION_MM - PROGRAM_Z_MM,
         rotation_sense: 1,
         path_tolerance_mm: TOLERANCE_MM,
@@ -127,7 +128,11 @@ pub(crate) fn plan(
     setup: ProgramSetup,
     machine: &MachineDescription,
 ) -> Result<PlannedProgram, ProgramPlanError> {
-    let request = ProgramRequest { name: "cam", motion: &read.motion, files: &read.files, setup };
+    // A lathe's part is one, wherever it is cut.
+    let lobes = [("I1", STATION_MM), ("E1", STATION_MM + 50.0)];
+    let lobes = lobes.map(|(name, z_mm)| ProgramLobe { name, z_mm, width_mm: 15.0 });
+    let lobes = if machine.is_lathe() { &[][..] } else { &lobes[..] };
+    let request = ProgramRequest { name: "cam", motion: &read.motion, files: &read.files, setup, lobes };
     plan_program(&request, machine, start(machine))
 }
 
