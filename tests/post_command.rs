@@ -35,9 +35,13 @@ fn refusal(job: &str, set: &[&str]) -> String {
 #[test]
 fn shipped_jobs_give_programs_for_every_control_that_come_back_within_their_tolerances() {
     let diameter = vec!["nc.x_values=diameter", "nc.x_of=cutting_edge"];
-    for (job, set) in
-        [("four_lobe_camshaft", vec![]), ("rough_and_finish", vec!["nc.rotation_sense=-1"]), ("eccentric", diameter)]
-    {
+    for (job, set) in [
+        ("four_lobe_camshaft", vec![]),
+        ("rough_and_finish", vec!["nc.rotation_sense=-1"]),
+        ("eccentric", diameter),
+        ("plate_groove", vec![]),
+        ("barrel_groove", vec!["grooves.B.name=groove_of_the_indexer"]),
+    ] {
         for (control, files) in [("linuxcnc", "ngc"), ("fanuc", "NC"), ("siemens", "SPF")] {
             let folder = Folder::new("post");
             let control_is = format!("nc.control={control}");
@@ -46,11 +50,14 @@ fn shipped_jobs_give_programs_for_every_control_that_come_back_within_their_tole
             let back = &summary["read_back"];
             let share = back["share_of_tolerance"].as_f64().expect("a number");
             assert!(share > 0.5 && share <= 1.0, "{job} {set:?}: {share}");
-            assert!(back["time_error_s"].as_f64().expect("a number") < 1e-4, "{job} {set:?}: {back}");
+            let turns = summary["turns"].as_array().expect("turns");
+            let longest_s = turns.iter().filter_map(|turn| turn["time_s"].as_f64()).fold(0.0, f64::max);
+            // A Fanuc's F has three places.
+            assert!(back["time_error_s"].as_f64().expect("a number") < 5e-5 * longest_s, "{job} {set:?}: {back}");
             let names = summary["files"].as_array().expect("files");
             assert!(names.iter().all(|name| folder.join(name.as_str().expect("a name")).is_file()));
             assert!(names.iter().any(|name| name.as_str().expect("a name").ends_with(files)), "{names:?}");
-            for turn in summary["turns"].as_array().expect("turns") {
+            for turn in turns {
                 let number = |key: &str| turn[key].as_f64().expect("a number");
                 assert!(number("error_um") <= number("tolerance_um"), "{turn}");
                 assert!(number("blocks_s") <= 500.0, "{turn}");

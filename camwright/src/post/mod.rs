@@ -29,6 +29,9 @@ use turn::Turn;
 /// C is programmed with fewer increments: eight digits, which all controls read.
 const C_INCREMENTS: i64 = 100_000_000;
 
+/// Longest name of a subprogram (characters): SINUMERIK has 24, of which three may be a beginning that makes it a name.
+const MOST_NAME: usize = 20;
+
 /// The control that runs a program.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Control {
@@ -247,7 +250,7 @@ impl Posted {
         let index = self.program.subprograms.len();
         let number = u32::try_from(index).ok().and_then(|index| request.number.checked_add(1 + index));
         let others = request.features.iter().filter(|other| other.name == of.name).count();
-        let name =
+        let title =
             if of.passes.len() > 1 || others > 1 { format!("{} {}", of.name, of_pass.name) } else { of.name.clone() };
         let rises = Target::default()
             .with(NcAxis::from(of.path.infeed), format.count(NcAxis::from(of.path.infeed), of.clear_mm)?);
@@ -255,8 +258,13 @@ impl Posted {
         blocks.extend(pieces.feeds());
         blocks.push(Block::Rapid(rises));
         self.program.subprograms.push(Subprogram {
-            title: format!("{}: {}, {} blocks", name, of.path.name, pieces.blocks()),
-            name,
+            // A long name is cut off on some controls, so it is cut here, where its number keeps it apart.
+            name: if title.chars().count() <= MOST_NAME {
+                title.clone()
+            } else {
+                format!("{:.12} {}", of.name, index + 1)
+            },
+            title: format!("{title}: {}, {} blocks", of.path.name, pieces.blocks()),
             number: number.ok_or(PostError::TooManySubprograms { count: index })?,
             offset_axis: Some(of.path.infeed),
             blocks,

@@ -210,7 +210,7 @@ fn of_groove(
 
 /// A path's name in letters: subprograms and folders are named by it, which have no signs.
 fn in_letters(name: &str) -> String {
-    name.replace("+Z", "plus Z").replace("-Z", "minus Z")
+    name.replace("wall towards +Z", "plus Z").replace("wall towards -Z", "minus Z")
 }
 
 /// The walls of a groove round a cylinder, rolled off at its mean radius.
