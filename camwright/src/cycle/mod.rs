@@ -71,7 +71,8 @@ pub struct PlanStart {
 
 impl PlanStart {
     /// X and Z at the home position of a job, C unhomed.
-    fn at_home(job: &JobSpec, machine: &MachineDescription) -> Self {
+    #[must_use]
+    pub fn at_home(job: &JobSpec, machine: &MachineDescription) -> Self {
         let counts = |axis: Axis, at: f64| machine.axis(axis).scale.counts(at);
         Self { counts: [0, counts(Axis::X, job.home.x_mm), counts(Axis::Z, job.home.z_mm)], c_homed: false }
     }

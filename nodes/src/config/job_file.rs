@@ -11,6 +11,7 @@ use super::machine_file::{self, Machine};
 use super::nc_file::{NcFile, NcSettings};
 use super::pass_file::{InfeedFile, RoughingFile, SpeedFile, passes, roughing_findings};
 use super::profile_file::{self, ProfileFile};
+use super::program_file::{self, JobProgram};
 use super::start_file::{DryRunFile, StartFile};
 use super::wheel_file::{DressingFile, ObstacleFile, WheelPowerFile, wishes};
 use super::yaml::Document;
@@ -84,6 +85,7 @@ struct JobFile {
     measure_stock: Option<StockFile>,
     #[serde(default)]
     nc: NcFile,
+    program: Option<String>,
 }
 
 /// In which order the lobes are machined.
@@ -170,6 +172,8 @@ pub struct Job {
     pub wheel_radius_mm: Option<f64>,
     /// How an NC program is made of it.
     pub nc: NcSettings,
+    /// The NC program that it is ground by, instead of its own cuts.
+    pub program: Option<JobProgram>,
     /// The job file, for messages that point into it.
     pub document: Document,
 }
@@ -238,6 +242,8 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     let faults = fault_file::read_all(&file.faults, &document, machine.as_ref(), &mut findings);
     let nc = file.nc.read(&document).map_err(|errors| findings.extend(errors)).ok();
     let Some((machine, nc)) = machine.zip(nc).filter(|_| findings.is_empty()) else { return Err(findings) };
+    let program = file.program.as_deref().map(|name| program_file::read(name, &document, &nc, &mut hash));
+    let program = program.transpose().map_err(one)?;
     let mut spec = spec(&file, profiles, lobes, file.blocks_per_turn.or(blocks).unwrap_or(FORMULA_BLOCKS));
     let lobe_order = (file.lobe_order == LobeOrderFile::Fastest).then(|| fastest_order(&spec, &machine.description));
     if let Some(order) = &lobe_order {
@@ -261,6 +267,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
         faults,
         wheel_radius_mm: file.wheel_radius_mm,
         nc,
+        program,
         document,
     })
 }

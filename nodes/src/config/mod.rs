@@ -27,6 +27,7 @@ mod pass_file;
 mod probe_file;
 mod process_file;
 pub(crate) mod profile_file;
+pub mod program_file;
 mod start_file;
 pub mod stiffness_file;
 mod stl;

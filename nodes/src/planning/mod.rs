@@ -24,6 +24,7 @@ mod lifts;
 mod lobes;
 mod plots;
 mod program;
+mod programmed;
 mod rehearse;
 mod times;
 mod turn;
@@ -176,6 +177,7 @@ pub fn plan(job: Job, machine: Option<&MachineNow>) -> Result<PreparedJob, Confi
     };
     let provenance = Provenance { job_hash: job.hash.clone(), machine_hash: description.hash.clone() };
     let planned = plan_job(&job.spec, &description, wheel, None).map_err(|error| blame(&job, &error))?;
+    let planned = programmed::with_program(&job, &description, wheel.radius_mm, planned)?;
     let (planned, measuring) = journals::measuring(&job, &description, wheel, planned, &provenance)?;
     let expected_correction = journals::expected(&job, &description, &planned)?;
     let inspections = inspections(&job, &planned)?;

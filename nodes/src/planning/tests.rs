@@ -179,3 +179,64 @@ fn a_gauge_is_told_what_to_read() {
     let error = with_gauge("{kind: knife, offset_mm: 16}").err().unwrap();
     assert!(error.contains("four_lobe_camshaft.yaml:12: profile intake: gauge: follower offset 16 mm"), "{error}");
 }
+
+/// A folder that goes with its test.
+struct Folder(std::path::PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("camwright-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Made by `camwright post`, read from the disk and ground: what the blocks and the rounding of their corners leave, and the machine's drives.
+#[test]
+fn a_job_is_ground_by_its_own_program() {
+    for control in ["linuxcnc", "siemens"] {
+        let folder = Folder::new(&format!("program-{control}"));
+        let mut set: Vec<String> =
+            ["nc.rough_tolerance_um=2", "nc.path_tolerance_um=10", "work_speed_rpm=20"].map(String::from).to_vec();
+        set.push(format!("nc.control={control}"));
+        let written = write_program("eccentric", &set, &folder.0, |_| {}).unwrap();
+        let own = prepare("eccentric", &set, None).unwrap();
+        set.push(format!("program={}", folder.0.join(&written.files[0]).display()));
+        let prepared = prepare("eccentric", &set, None).unwrap();
+        assert!(prepared.plan_hash() != own.plan_hash() && prepared.job.hash != own.job.hash);
+        assert_eq!(prepared.planned.plan.lobes, own.planned.plan.lobes);
+        let (_, lobes) = rehearse_job(&prepared, &[], |_, _| {}).unwrap();
+        let error_m = lobes[0].form_error_max.abs();
+        assert!(error_m > 1e-7 && error_m < 3e-6, "{control}: {error_m} m");
+    }
+}
+
+#[test]
+fn programs_that_a_job_cannot_be_ground_by_are_refused() {
+    let folder = Folder::new("program-refused");
+    let path = folder.0.join("short.ngc");
+    let program = |text: &str| {
+        std::fs::write(&path, format!("G21 G17 G90 G94\n{text}\nM2\n")).unwrap();
+        format!("program={}", path.display())
+    };
+    let feeds = "G0 X160 Z80 C0\nG93 G64 P0.05\nG1 X120 C90 F6\nG1 C450 F2\nG1 X160 C540 F6";
+    prepare("eccentric", &[program(feeds)], None).unwrap();
+    for (text, set, words) in [
+        (feeds.replace("C450", "B3"), None, "short.ngc:5"),
+        (feeds.replace("C450", "C80"), None, "short.ngc, line 5: the feed turns C from 90 to 80 deg"),
+        (feeds.replace("Z80", "Z110"), None, "where no lobe is before the wheel"),
+        (feeds.into(), Some("nc.rotation_sense=-1"), "the program is for a rotation sense of -1, this machine's is 1"),
+        (feeds.into(), Some("dry_run.stand_off_mm=5"), "dry_run"),
+    ] {
+        let set: Vec<String> = [program(&text)].into_iter().chain(set.map(String::from)).collect();
+        let found = prepare("eccentric", &set, None).unwrap_err().to_string();
+        assert!(found.contains(words), "{found}");
+    }
+    assert!(refusal(&["program=/nowhere/at_all.ngc"]).contains("not found"));
+}

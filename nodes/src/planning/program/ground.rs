@@ -4,6 +4,7 @@ use super::super::PreparedJob;
 use super::super::plots::nc::{Outline, Sheet};
 use super::ToPost;
 use crate::config::ConfigError;
+use crate::config::job_file::Job;
 use crate::config::nc_file::NcSettings;
 use camwright::cutter_path::{CarriageAxis, CutterPath, Travel};
 use camwright::cycle::PlannedLobe;
@@ -58,7 +59,7 @@ pub(super) fn with_request<R>(
     done: impl FnOnce(ToPost<'_>) -> Result<R, ConfigError>,
 ) -> Result<R, ConfigError> {
     let (spec, document) = (&prepared.job.spec, &prepared.job.document);
-    refuse_what_needs_the_machine(prepared)?;
+    refuse_what_needs_the_machine(&prepared.job)?;
     let lobes = lobes(prepared, settings);
     let per_turn_mm = |pass: &PassSpec, plan: &SpeedPlan| pass.total_infeed_mm / f64::from(infeed_turns(pass, plan));
     let deepest_mm = prepared.planned.lobes.iter().flat_map(|lobe| spec.passes.iter().zip(&lobe.passes));
@@ -120,8 +121,9 @@ fn spindle_rpm(surface_m_s: f64, radius_mm: f64) -> u32 {
     rpm
 }
 
-fn refuse_what_needs_the_machine(prepared: &PreparedJob) -> Result<(), ConfigError> {
-    let (spec, document) = (&prepared.job.spec, &prepared.job.document);
+/// What no program can do, since it is made beforehand.
+pub(in crate::planning) fn refuse_what_needs_the_machine(job: &Job) -> Result<(), ConfigError> {
+    let (spec, document) = (&job.spec, &job.document);
     let refusals = [
         (spec.correction.is_some(), "runout_correction", "corrects runout by what a gauge reads while it runs"),
         (spec.measure_stock.is_some(), "measure_stock", "measures the stock before it cuts"),

@@ -13,6 +13,7 @@ mod summary;
 pub(super) use export::check_milled;
 pub(super) use export::error_mm;
 pub use export::{compare_program, write_program};
+pub(super) use ground::refuse_what_needs_the_machine;
 pub use summary::{ProgramSummary, TurnSummary as ProgrammedTurn};
 
 use super::plots::nc::Outline;

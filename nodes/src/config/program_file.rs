@@ -1,0 +1,72 @@
+//! The NC program that a job is ground by: the key `program`.
+
+use super::hash::FileHash;
+use super::locate::locate;
+use super::nc_file::NcSettings;
+use super::yaml::Document;
+use super::{ConfigError, Place};
+use camwright::nc::{Dialect, Motion, ProgramFile, read as read_program};
+use std::path::{Path, PathBuf};
+
+/// A program that was read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JobProgram {
+    /// What it does.
+    pub motion: Motion,
+    /// Its files, the main program first.
+    pub files: Vec<ProgramFile>,
+}
+
+/// Finds and reads the program that a job names, with the control and the X values that its key `nc` says.
+pub(super) fn read(
+    name: &str,
+    document: &Document,
+    nc: &NcSettings,
+    hash: &mut FileHash,
+) -> Result<JobProgram, ConfigError> {
+    let dialect = nc.control.dialect;
+    let extension = match dialect {
+        Dialect::LinuxCnc => "ngc",
+        Dialect::Fanuc => "NC",
+        Dialect::Siemens => "MPF",
+    };
+    let main = locate("programs", name, extension, Some(&document.path))?;
+    let mut paths = vec![main.path.clone()];
+    let mut files = vec![ProgramFile { name: file_name(&main.path), text: main.text }];
+    if dialect == Dialect::Siemens {
+        for path in subprograms(&main.path, &files[0].text)? {
+            let located = locate("programs", &path.display().to_string(), "SPF", None)?;
+            files.push(ProgramFile { name: file_name(&located.path), text: located.text });
+            paths.push(located.path);
+        }
+    }
+    files.iter().for_each(|file| hash.add(file.text.as_bytes()));
+    let read = read_program(dialect, nc.control.format.x_values(), &files);
+    let motion = read.map_err(|error| {
+        let named = files.iter().position(|file| file.name == error.file);
+        let path = named.and_then(|index| paths.get(index)).unwrap_or(&main.path);
+        ConfigError::at(Place::line(path, u64::from(error.line)), error.fault.to_string())
+    })?;
+    Ok(JobProgram { motion, files })
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+}
+
+/// Subprograms of a SINUMERIK are files of their own: those beside the main program that it names.
+fn subprograms(main: &Path, text: &str) -> Result<Vec<PathBuf>, ConfigError> {
+    let folder = main.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let entries = std::fs::read_dir(folder);
+    let entries = entries.map_err(|error| ConfigError::at(Place::file(folder), format!("cannot be read: {error}")))?;
+    let word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let words: Vec<&str> = text.split(|c| !word(c)).collect();
+    let is_named = |path: &PathBuf| {
+        let is_sub = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("spf"));
+        let stem = path.file_stem().map(|stem| stem.to_string_lossy());
+        is_sub && stem.is_some_and(|stem| words.iter().any(|word| word.eq_ignore_ascii_case(&stem)))
+    };
+    let mut paths: Vec<PathBuf> = entries.filter_map(Result::ok).map(|entry| entry.path()).filter(is_named).collect();
+    paths.sort();
+    Ok(paths)
+}
