@@ -3,29 +3,10 @@
 
 mod cams;
 
-use cams::Seeded;
+use cams::{Seeded, reference_lobe};
 use camwright::archimedean::{Chain, Knots, Request, Travelling, theoretical_pieces};
-use camwright::contour::Contour;
-use camwright::follower::Follower;
-use camwright::lift::{LiftLaw, MotionProgram, MotionSegment};
-use camwright::motion_law::MotionLaw;
 use camwright::numeric::hermite::Sample;
-use camwright::tool_path::ToolPath;
-use camwright::units::{TURN_RAD, rad_from_deg, um_from_mm};
-
-/// The path of a cutter of 25 mm on the reference lobe: roller 8.5, base 16, lift 6, 3-4-5 over 62°.
-fn reference_path() -> ToolPath {
-    let half = rad_from_deg(62.0);
-    let segment = |law, angle_rad, rise_mm| MotionSegment { law, angle_rad, rise_mm };
-    let segments = [
-        segment(MotionLaw::Polynomial345, half, 6.0),
-        segment(MotionLaw::Polynomial345, half, -6.0),
-        segment(MotionLaw::Dwell, TURN_RAD - 2.0 * half, 0.0),
-    ];
-    let law = LiftLaw::from_program(MotionProgram::new(0.0, &segments).expect("a turn")).expect("a lift");
-    let roller = Follower::Roller { radius_mm: 8.5, offset_mm: 0.0 };
-    ToolPath::for_wheel(&Contour::from_lift(&law, &roller, 16.0).expect("a cam"), 25.0).expect("a path")
-}
+use camwright::units::{TURN_RAD, um_from_mm};
 
 fn turn<'a>(travels: &'a [Travelling<'a>], tolerance_mm: f64, knots: Knots) -> Request<'a> {
     Request { travels, from_rad: 0.0, to_rad: TURN_RAD, tolerance_mm, rounding_mm: 0.0, knots }
@@ -48,7 +29,7 @@ fn farthest_off(chain: &Chain, axis: usize, function: impl Fn(f64) -> f64, looks
 
 #[test]
 fn the_reference_lobe_takes_as_many_pieces_as_theory_says() {
-    let path = reference_path();
+    let path = reference_lobe(25.0);
     let travel = |angle: f64| path.sample(angle);
     let travels: [Travelling<'_>; 1] = [&travel];
     println!("tolerance  knots     pieces  theory   error um  slope jump mm/rad  X step at 60 rpm mm/s");

@@ -2,10 +2,8 @@
 
 mod cams;
 
-use camwright::contour::Contour;
-use camwright::follower::Follower;
+use cams::reference_lobe;
 use camwright::machine::description::MotionLimits;
-use camwright::motion_law::MotionLaw;
 use camwright::numeric::hermite::Sample;
 use camwright::speed_plan::{TurnRequest, TurnSpeed};
 use camwright::tool_path::ToolPath;
@@ -13,14 +11,6 @@ use camwright::units::TURN_RAD;
 
 const C: MotionLimits = MotionLimits { velocity: 10.0 * std::f64::consts::PI, acceleration: 300.0, jerk: 3e4 };
 const X: MotionLimits = MotionLimits { velocity: 500.0, acceleration: 1e4, jerk: 1e6 };
-
-/// Roller 8.5 mm, base radius 16 mm, lift 6 mm, rise and fall by 3-4-5 polynomials over 62 degrees each.
-fn reference_lobe(wheel_radius_mm: f64) -> ToolPath {
-    let follower = Follower::Roller { radius_mm: 8.5, offset_mm: 0.0 };
-    let lift = cams::lobe(MotionLaw::Polynomial345, 6.0, 62.0);
-    let contour = Contour::from_lift(&lift, &follower, 16.0).expect("a regular contour");
-    ToolPath::for_wheel(&contour, wheel_radius_mm).expect("the wheel fits")
-}
 
 /// Q′ at unit speed of C (mm²/rad).
 fn removal(path: &ToolPath, infeed_mm: f64, x: Sample) -> f64 {

@@ -9,6 +9,7 @@ use camwright::lift::{
 };
 use camwright::motion_law::MotionLaw;
 use camwright::speed_plan::Cutting;
+use camwright::tool_path::ToolPath;
 use camwright::units::{TURN_RAD, rad_from_deg};
 
 /// The `SplitMix64` generator: the same numbers on every machine.
@@ -30,6 +31,19 @@ impl Seeded {
     pub(crate) fn one_of<T: Copy>(&mut self, choices: &[T]) -> T {
         choices[usize::try_from(self.next() % choices.len() as u64).expect("a small index")]
     }
+}
+
+/// The reference lobe: roller 8.5 mm, base radius 16 mm, lift 6 mm, rise and fall by 3-4-5 polynomials over 62 degrees each, nose at 180
+/// degrees.
+pub(crate) fn reference_contour() -> Contour {
+    let follower = Follower::Roller { radius_mm: 8.5, offset_mm: 0.0 };
+    let contour = Contour::from_lift(&lobe(MotionLaw::Polynomial345, 6.0, 62.0), &follower, 16.0);
+    contour.expect("a regular contour")
+}
+
+/// The path of a wheel on it.
+pub(crate) fn reference_lobe(wheel_radius_mm: f64) -> ToolPath {
+    ToolPath::for_wheel(&reference_contour(), wheel_radius_mm).expect("the wheel fits")
 }
 
 pub(crate) fn segment(law: MotionLaw, angle_rad: f64, rise_mm: f64) -> MotionSegment {

@@ -1,5 +1,7 @@
 //! Programs of cutter paths: what they drive against the paths they were made for.
 
+#[path = "../cams/mod.rs"]
+mod cams;
 mod setup;
 
 use camwright::cutter_path::{CarriageAxis, CutterPath, Travel};

@@ -1,41 +1,15 @@
 //! A shop with its control, and what it makes.
 
+use crate::cams::reference_lobe;
 use camwright::archimedean::Knots;
-use camwright::contour::Contour;
-use camwright::cutter_path::{CarriageAxis, CutterPath, Travel};
-use camwright::follower::Follower;
-use camwright::lift::{LiftLaw, MotionProgram, MotionSegment};
-use camwright::motion_law::MotionLaw;
+use camwright::cutter_path::{CarriageAxis, CutterPath};
 use camwright::nc::{Dialect, Direction, Format, Tool, XValues};
-use camwright::numeric::periodic_spline::PeriodicSpline;
 use camwright::post::{Control, FeatureRequest, Lead, PassRequest, ProgramRequest, TurnSpeed};
-use camwright::tool_path::ToolPath;
-use camwright::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
+use camwright::units::{rad_from_deg, rad_s_from_rpm};
 
-/// The reference lobe: roller 8.5, base 16, lift 6, 3-4-5 over 62°.
-pub(crate) fn lobe_contour() -> Contour {
-    let half = rad_from_deg(62.0);
-    let segment = |law, angle_rad, rise_mm| MotionSegment { law, angle_rad, rise_mm };
-    let segments = [
-        segment(MotionLaw::Polynomial345, half, 6.0),
-        segment(MotionLaw::Polynomial345, half, -6.0),
-        segment(MotionLaw::Dwell, TURN_RAD - 2.0 * half, 0.0),
-    ];
-    let law = LiftLaw::from_program(MotionProgram::new(0.0, &segments).expect("a turn")).expect("a lift");
-    let roller = Follower::Roller { radius_mm: 8.5, offset_mm: 0.0 };
-    Contour::from_lift(&law, &roller, 16.0).expect("a cam")
-}
-
-/// The path of the axis of a cutter of a radius (mm) on it.
+/// The path of the axis of a cutter of a radius (mm) on the reference lobe.
 pub(crate) fn lobe_path_of(radius_mm: f64) -> CutterPath {
-    let path = ToolPath::for_wheel(&lobe_contour(), radius_mm).expect("a path");
-    let centres = path.spline().coefficients().iter().map(|x| x + radius_mm).collect();
-    let position = PeriodicSpline::from_coefficients(centres).expect("a spline");
-    CutterPath {
-        name: "contour".into(),
-        travels: vec![Travel { axis: CarriageAxis::X, position }],
-        infeed: CarriageAxis::X,
-    }
+    CutterPath::of_periphery(&reference_lobe(radius_mm))
 }
 
 /// A shop.

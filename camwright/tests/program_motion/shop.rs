@@ -1,6 +1,7 @@
 //! Parts, their programs and the machine that grinds them.
 
-use crate::setup::{Shop, lobe_contour, lobe_path_of};
+use crate::cams::reference_contour;
+use crate::setup::{Shop, lobe_path_of};
 use camwright::cutter_path::{CarriageAxis, CutterPath, Travel};
 use camwright::cycle::{PlanStart, PlannedProgram, ProgramLobe, ProgramPlanError, ProgramRequest, plan_program};
 use camwright::form::Form;
@@ -58,7 +59,7 @@ impl Part {
     pub(crate) fn deviation(&self, radii: &[f64]) -> (f64, f64) {
         let range = |all: &[f64]| all.iter().fold((f64::MAX, f64::MIN), |(low, high), d| (low.min(*d), high.max(*d)));
         if self.name == "reference lobe" {
-            return range(&Form::measure(radii, &lobe_contour(), 0.0).expect("radii").deviations_mm);
+            return range(&Form::measure(radii, &reference_contour(), 0.0).expect("radii").deviations_mm);
         }
         let off = |(index, radius): (usize, &f64)| {
             let (s, c) = (index as f64 * TURN_RAD / radii.len() as f64).sin_cos();
