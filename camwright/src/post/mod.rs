@@ -29,6 +29,9 @@ use turn::Turn;
 /// C is programmed with fewer increments: eight digits, which all controls read.
 const C_INCREMENTS: i64 = 100_000_000;
 
+/// What a control may round off, in tolerances of the pass.
+const ROUNDED_OFF: f64 = 4.0;
+
 /// Longest name of a subprogram (characters): SINUMERIK has 24, of which three may be a beginning that makes it a name.
 const MOST_NAME: usize = 20;
 
@@ -41,7 +44,7 @@ pub struct Control {
     pub format: Format,
     /// Blocks that it reads in a second for as long as it takes.
     pub most_blocks_s: f64,
-    /// What it may round off where two blocks meet (mm); `None`: the program does not say.
+    /// What it may round off where two blocks meet (mm); `None`: four times the tolerance of each pass.
     pub path_tolerance_mm: Option<f64>,
     /// σ: +1 if a positive C turns the part clockwise seen from +Z, −1 if against it.
     pub rotation_sense: i8,
@@ -195,6 +198,7 @@ pub fn post(request: &ProgramRequest<'_>) -> Result<Posted, PostError> {
         posted.rise_clear(request, of)?;
         for (pass, of_pass) in of.passes.iter().enumerate() {
             let turn = posted.add_turn(request, (feature, pass))?;
+            posted.round_off(request, turn)?;
             for leaves_mm in &of_pass.leaves_mm {
                 c_end = posted.call(request, of, turn, *leaves_mm, c_end)?;
             }
@@ -237,6 +241,20 @@ impl Posted {
         self.program.main.push(Step::Block(Block::Rapid(target)));
         if request.coolant && self.turns.is_empty() {
             self.program.main.push(Step::Block(Block::Coolant(true)));
+        }
+        Ok(())
+    }
+
+    /// What the control may round off in a pass, where the request does not say it for all: some times what its
+    /// pieces are off, without which no axis could go round a corner.
+    fn round_off(&mut self, request: &ProgramRequest<'_>, turn: usize) -> Result<(), PostError> {
+        if request.control.path_tolerance_mm.is_none() {
+            let count = request.control.format.count(NcAxis::Z, ROUNDED_OFF * self.turns[turn].tolerance_mm)?.max(1);
+            let block = Step::Block(Block::PathTolerance(count));
+            let last = self.program.main.iter().rfind(|step| matches!(step, Step::Block(Block::PathTolerance(_))));
+            if last != Some(&block) {
+                self.program.main.push(block);
+            }
         }
         Ok(())
     }

@@ -153,7 +153,7 @@ impl NcFile {
                 },
                 format,
                 most_blocks_s: self.most_blocks_s,
-                path_tolerance_mm: Some(mm_from_um(self.path_tolerance_um.unwrap_or(self.finish_tolerance_um))),
+                path_tolerance_mm: self.path_tolerance_um.map(mm_from_um),
                 rotation_sense: self.rotation_sense,
             },
             program_number: self.program_number,

@@ -6,6 +6,9 @@ use camwright::post::{Compared, Posted, PostedTurn};
 use camwright::units::{deg_from_rad, um_from_mm};
 use serde::Serialize;
 
+/// A shortest block that is as good as none (s).
+const LIKE_NONE_S: f64 = 1e-4;
+
 /// A program, as `summary.json` has it.
 #[derive(Debug, Clone, Serialize)]
 pub struct ProgramSummary {
@@ -90,15 +93,19 @@ pub(super) fn summary(
         let of = &to_post.request.features[turn.feature];
         let pass = &of.passes[turn.pass];
         if turn.tolerance_mm > pass.tolerance_mm {
+            let control = &to_post.request.control;
+            let shortest_s = control.dialect.shortest_block_s();
+            // Only some have a format that knows no short ones.
+            let none_shorter =
+                if shortest_s > LIKE_NONE_S { format!(", none shorter than {shortest_s:.4} s") } else { String::new() };
             notes.push(format!(
-                "{}, pass {}: a tolerance of {:.3} um instead of {:.3}, so that the control reads no more than {:.0} blocks a second, none \
-                 shorter than {:.4} s",
+                "{}, pass {}: a tolerance of {:.3} um instead of {:.3}, so that the control reads no more than {:.0} blocks a \
+                 second{none_shorter}",
                 of.name,
                 pass.name,
                 um_from_mm(turn.tolerance_mm),
                 um_from_mm(pass.tolerance_mm),
-                to_post.request.control.most_blocks_s,
-                to_post.request.control.dialect.shortest_block_s(),
+                control.most_blocks_s,
             ));
         }
     }
