@@ -13,13 +13,13 @@ pub(super) struct PostArgs {
     job: Option<String>,
     /// An eccentric disc from three figures: its eccentricity, with --diameter and --tool-radius (the job `eccentric_disc` with
     /// them)
-    #[arg(long, value_name = "MM", conflicts_with = "job", requires_all = ["diameter", "tool_radius"])]
+    #[arg(long, value_name = "MM", conflicts_with = "job", requires_all = ["diameter", "tool_radius"], allow_negative_numbers = true)]
     eccentric: Option<f64>,
     /// Diameter of the disc
-    #[arg(long, value_name = "MM", requires = "eccentric")]
+    #[arg(long, value_name = "MM", requires = "eccentric", allow_negative_numbers = true)]
     diameter: Option<f64>,
     /// Radius of the mill
-    #[arg(long, value_name = "MM", requires = "eccentric")]
+    #[arg(long, value_name = "MM", requires = "eccentric", allow_negative_numbers = true)]
     tool_radius: Option<f64>,
     /// What the diameter is that of: the disc itself, or the largest one of the part as it turns
     #[arg(long, value_name = "WHAT", requires = "eccentric", value_parser = ["disc", "largest"], default_value = "disc")]
