@@ -21,6 +21,9 @@ const BEHIND: Colour = Colour(252, 252, 250);
 const KNOT: Pen = Pen::solid(Colour(170, 0, 0), 0.25);
 const CURVE: Pen = Pen::solid(Colour(0, 114, 178), CURVE_MM);
 
+/// Where degrees stand, as a share of how far shape and path reach.
+const DEGREES_AT: f64 = 1.06;
+
 /// Cutters that are hinted at along a turn.
 const CUTTERS: u32 = 36;
 
@@ -137,8 +140,7 @@ fn tool_path(to_post: &ToPost<'_>, feature: usize, turn: &PostedTurn, outline: &
             view.circle(&mut drawing, *centre, outline.cutter_mm, HINT);
         }
     }
-    let drawn = outline.closed.iter().flatten().chain(&centres);
-    let reach = drawn.map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max);
+    let reach = reach(outline, &centres);
     if across {
         for ends in [[[-reach, 0.0], [reach, 0.0]], [[0.0, -reach], [0.0, reach]]] {
             view.line(&mut drawing, ends.into_iter(), AXIS);
@@ -160,7 +162,7 @@ fn tool_path(to_post: &ToPost<'_>, feature: usize, turn: &PostedTurn, outline: &
     drawing.line(&ROOM.corners(), Pen::solid(Colour::BLACK, 0.25));
     for deg in (0..360_u16).step_by(30).filter(|_| across).map(f64::from) {
         let (sin, cos) = rad_from_deg(deg).sin_cos();
-        let [x, y] = view.at([1.06 * reach * cos, 1.06 * reach * sin]);
+        let [x, y] = view.at([DEGREES_AT * reach * cos, DEGREES_AT * reach * sin]);
         drawing.text([x, y + 1.0], SMALL, &format!("{deg}°"));
     }
     let mut x = 14.0;
@@ -176,6 +178,11 @@ fn tool_path(to_post: &ToPost<'_>, feature: usize, turn: &PostedTurn, outline: &
     drawing
 }
 
+/// How far from the axis shape and path reach (mm).
+fn reach(outline: &Outline, centres: &[Point]) -> f64 {
+    outline.closed.iter().flatten().chain(centres).map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max)
+}
+
 /// A view in which the shape and the cutters have room.
 fn view(outline: &Outline, centres: &[Point]) -> View {
     let all = outline.closed.iter().flatten().copied();
@@ -184,13 +191,15 @@ fn view(outline: &Outline, centres: &[Point]) -> View {
         [[x - r, y - r], [x + r, y + r]]
     });
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for point in all.chain(cutters) {
+    // Degrees stand around the axis.
+    let reach = DEGREES_AT * reach(outline, centres);
+    let degrees = [[-reach, -reach], [reach, reach]].into_iter().filter(|_| matches!(outline.sheet, Sheet::Across));
+    for point in all.chain(cutters).chain(degrees) {
         for axis in 0..2 {
             (low[axis], high[axis]) = (low[axis].min(point[axis]), high[axis].max(point[axis]));
         }
     }
-    // Degrees stand around.
-    let room = 0.16 * (high[0] - low[0]).max(high[1] - low[1]);
+    let room = 0.08 * (high[0] - low[0]).max(high[1] - low[1]);
     let scale = (ROOM.width / (high[0] - low[0] + room)).min(ROOM.height / (high[1] - low[1] + room));
     let middle = [0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])];
     let centre = [ROOM.left + 0.5 * ROOM.width - scale * middle[0], ROOM.top + 0.5 * ROOM.height + scale * middle[1]];
