@@ -14,3 +14,4 @@ pub mod replay;
 pub mod ros;
 pub mod run_logger;
 pub mod running;
+pub mod scene;

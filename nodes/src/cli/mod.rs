@@ -12,6 +12,7 @@ mod run_client;
 mod run_report;
 mod setup;
 mod turned_report;
+mod urdf;
 
 use crate::ros::RosArgs;
 use clap::{Parser, Subcommand};
@@ -42,6 +43,8 @@ enum CommandLine {
     Drives(drives::DrivesArgs),
     /// Set a running cell up: jog, probe, dress, touch off, find the part's phase.
     Setup(setup::SetupArgs),
+    /// Print the URDF of a machine.
+    Urdf(urdf::UrdfArgs),
     /// Look into a bag.
     Bag(crate::bag::cli::BagArgs),
     /// Play a bag to the ROS graph.
@@ -67,6 +70,7 @@ pub fn main() -> ExitCode {
         CommandLine::Check(args) => check::main(&args),
         CommandLine::Drives(args) => drives::main(&args),
         CommandLine::Setup(args) => setup::main(&args, &ros_args),
+        CommandLine::Urdf(args) => urdf::main(&args),
         CommandLine::Bag(args) => crate::bag::cli::run(&args),
         CommandLine::Replay(args) => crate::replay::run(&args, &ros_args),
     }

@@ -201,6 +201,7 @@ fn run(execution: Execution, prepared: AnyPrepared) {
     let _current = logger.enter();
     let started = prepared.summary();
     shared.board.planned(JobStatus::EXECUTING, &prepared, &started);
+    shared.lobe_forms.designed(&prepared);
     logger.info(&format!("job {started}"));
     match prepared {
         AnyPrepared::Ground(prepared) => GrindingRun::new(execution, *prepared).run(),

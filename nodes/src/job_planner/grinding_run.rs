@@ -158,6 +158,7 @@ impl GrindingRun {
         let result = |(index, part): (usize, &PartLobe)| {
             let lobe = &lobes[index];
             let mut result = planning::lobe_result(&lobe.design, part).map_err(|e| Failure::Failed(e.to_string()))?;
+            self.execution.shared.lobe_forms.ground(&self.prepared, index, part);
             result.start_angle = lobe.start_rad;
             let left_out = turns_left_out.get(index).copied().unwrap_or_default();
             let planned = lobe.passes.iter().map(SpeedPlan::turns).sum::<u32>();

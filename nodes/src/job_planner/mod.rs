@@ -12,6 +12,7 @@ mod grinding_run;
 mod identify;
 mod learned;
 mod loading;
+mod lobe_forms;
 mod lobe_ticks;
 pub(crate) mod parts;
 mod preview;
@@ -31,6 +32,7 @@ use crate::ros::{
     RosArgs, ServiceHandle, SpinThread, Subscription, diagnostic_status,
 };
 use crate::running::{NodeError, autostart};
+use crate::scene;
 use board::Board;
 use camwright::wheel::WheelNow;
 use camwright_msgs::camwright_msgs::action::{ExecutePlan, RunJob};
@@ -43,6 +45,7 @@ use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use course::{Course, Loaded, RunHandler};
 use gaugings::Gaugings;
 use learned::LearnedStore;
+use lobe_forms::LobeForms;
 use parts::Parts;
 use setup::Setup;
 use std::path::Path;
@@ -102,6 +105,7 @@ struct Shared {
     work: Mutex<Option<mpsc::Sender<Work>>>,
     plan: Publisher<PlanPage>,
     form_map: Publisher<FormMap>,
+    lobe_forms: LobeForms,
     /// Set-up work, and what it found of the part.
     setup: Setup,
     load_lobe: Client<LoadLobe>,
@@ -141,7 +145,7 @@ impl JobPlanner {
     /// Parameters that are refused, DDS that cannot start.
     pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
         let options = NodeOptions::new("job_planner", args).parameters(settings::parameters());
-        let node = Node::new(options.parameter(autostart::parameter()))?;
+        let node = Node::new(options.parameter(autostart::parameter()).parameter(scene::parameter()))?;
         settings::validate(&node.parameters().all()).map_err(NodeError::Parameter)?;
         node.parameters().on_set(settings::validate);
         let (work, orders) = mpsc::channel::<Work>();
@@ -161,6 +165,7 @@ impl JobPlanner {
             work: Mutex::new(Some(work)),
             plan: node.publisher("~/plan", &Qos::latched(PLAN_DEPTH))?,
             form_map: node.publisher("~/form_map", &Qos::latched(1))?,
+            lobe_forms: LobeForms::new(&node)?,
             setup: Setup::new(&node)?,
             load_lobe: node.client("machine/load_lobe")?,
             load_bar: node.client("machine/load_bar")?,

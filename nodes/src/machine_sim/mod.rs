@@ -4,8 +4,10 @@ mod clock_outlet;
 mod faults;
 pub mod lasting;
 mod loading;
+mod outline;
 mod part;
 mod pump;
+mod scene_outlet;
 mod ticker;
 
 pub(crate) use part::MOST_PAGES;
@@ -38,6 +40,7 @@ use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 use loading::Loads;
 use part::Snapshot;
 use pump::{Context, Outlets, Pump};
+use scene_outlet::SceneOutlet;
 use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -91,7 +94,7 @@ fn pop<S: camwright_msgs::Service>(waiting: &Waiting<S>) -> Option<Responder<S>>
 }
 
 fn parameters() -> Vec<Parameter> {
-    vec![
+    let own = vec![
         Parameter::string("machine", "cam_grinder").describe("machine file, by name or path").read_only(),
         Parameter::string_array("machine_overrides", &[]).describe("key=value pairs over the machine file").read_only(),
         Parameter::string("pace", "realtime").describe("realtime or fast").read_only(),
@@ -99,7 +102,8 @@ fn parameters() -> Vec<Parameter> {
             .describe("file of what outlives a run; empty: the user's state directory; 'none': nowhere")
             .read_only(),
         autostart::parameter(),
-    ]
+    ];
+    own.into_iter().chain(scene_outlet::parameters()).collect()
 }
 
 impl MachineSim {
@@ -133,6 +137,7 @@ impl MachineSim {
             cycle_time_ns: file.description.cycle_time_ns,
         };
 
+        let wheel_radius_mm = machine.lasting().wheel_radius_mm;
         let description = node.publisher("machine/description", &Qos::latched(1))?;
         description.publish(&description_message(&file, machine.lasting()))?;
 
@@ -150,7 +155,8 @@ impl MachineSim {
             pace: if pace == Pace::Fast { MachineStream::PACE_FAST } else { MachineStream::PACE_REALTIME },
             stream_period_ticks: u64::from(file.description.feedback_delay_ticks / 10).max(1),
         };
-        let pump = Pump::new(context, Outlets::new(&node, pace == Pace::Fast, &file.description)?);
+        let scene = SceneOutlet::new(&node, &file.description, wheel_radius_mm, inlet.clone())?;
+        let pump = Pump::new(context, Outlets::new(&node, pace == Pace::Fast, &file.description)?, scene);
 
         let resets: Waiting<Trigger> = Waiting::default();
         let loads = Loads::default();
@@ -404,7 +410,7 @@ fn answers(
             known.tell(&state, &node);
         }
         Outbound::Used(chunk) => drop(chunk),
-        Outbound::Tick(..) | Outbound::Snapshot(_) => {}
+        Outbound::Tick(..) | Outbound::Snapshot(_) | Outbound::Outline(_) => {}
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::clock_outlet::ClockOutlet;
 use super::part::{LobeRefused, MOST_PAGES, RawLobe, Snapshot};
+use super::scene_outlet::SceneOutlet;
 use super::ticker::Outbound;
 use crate::convert::gauge::readings;
 use crate::convert::time::TickClock;
@@ -71,6 +72,7 @@ pub(super) struct Context {
 pub(super) struct Pump {
     context: Context,
     outlets: Outlets,
+    scene: SceneOutlet,
     latches: Vec<Latch>,
     last_io: Option<IoState>,
     active: Vec<CoreAlarm>,
@@ -80,12 +82,13 @@ pub(super) struct Pump {
 }
 
 impl Pump {
-    pub(super) fn new(context: Context, outlets: Outlets) -> Self {
+    pub(super) fn new(context: Context, outlets: Outlets, scene: SceneOutlet) -> Self {
         let mut joint_names = crate::convert::setpoints::joint_names();
         joint_names.push(WHEEL_JOINT.to_owned());
         Self {
             context,
             outlets,
+            scene,
             latches: Vec::new(),
             last_io: None,
             active: Vec::new(),
@@ -105,14 +108,24 @@ impl Pump {
             while let Some(report) = reports.receive() {
                 let outcome = match report {
                     Outbound::Tick(report, state) => self.tick(&report, &state),
+                    Outbound::Outline(outline) => {
+                        self.scene.show(&outline, self.lobes.get(outline.lobe), self.context.clock)
+                    }
                     Outbound::Snapshot(snapshot) => {
                         let outcome = self.part(&snapshot);
                         answer(Outbound::Snapshot(snapshot));
                         outcome
                     }
                     other => {
-                        if let Outbound::LobeDone(outcome, lobe) = &other {
-                            self.loaded(outcome, lobe);
+                        match &other {
+                            Outbound::LobeDone(outcome, lobe) => self.loaded(outcome, lobe),
+                            Outbound::BarDone(Ok(()), _) => self.scene.ask(0),
+                            Outbound::JobEnded => (0..self.lobes.len().max(1)).for_each(|lobe| self.scene.ask(lobe)),
+                            Outbound::Lasting(state) => {
+                                let outcome = self.scene.mount(state.wheel_radius_mm);
+                                self.scene.told(outcome);
+                            }
+                            _ => {}
                         }
                         answer(other);
                         Ok(())
@@ -136,9 +149,14 @@ impl Pump {
         }
         if lobe.clear {
             self.lobes.clear();
+            let outcome = self.scene.clear();
+            self.scene.told(outcome);
         }
         if outcome.is_ok() && !self.lobes.contains(&lobe.name) {
             self.lobes.push(lobe.name.clone());
+        }
+        if let Some(index) = self.lobes.iter().position(|name| *name == lobe.name).filter(|_| outcome.is_ok()) {
+            self.scene.ask(index);
         }
     }
 
@@ -148,6 +166,7 @@ impl Pump {
         }
         let stamp = self.context.clock.stamp(report.tick);
         self.joint_states(report)?;
+        self.scene.tick(report, &stamp)?;
         self.gauge(report)?;
         self.latches.extend(report.latches.iter().map(|latch| latch_message(latch, &self.context.description)));
         let io_changed = self.last_io != Some(report.io);
@@ -195,6 +214,7 @@ impl Pump {
         let axis = |axis: Axis| &report.axes[axis.index()];
         let mut message = JointState { name: self.joint_names.clone(), ..JointState::default() };
         message.header.stamp = self.context.clock.stamp(report.tick);
+        self.scene.base_frame().clone_into(&mut message.header.frame_id);
         for each in Axis::ALL {
             message.position.push(si_from_counts(description.axis(each).scale, axis(each).counts));
             message.velocity.push(si_from_core(each, axis(each).velocity));

@@ -1,6 +1,7 @@
 //! The machine's cyclic thread: one tick after the other, at the pace of the clock or of the setpoints.
 
 use super::faults::Faults;
+use super::outline::Outline;
 use super::part::{BarRefused, LobeRefused, RawBar, RawLobe, Snapshot};
 use super::pump::StreamState;
 use crate::convert::setpoints::ChunkBuffer;
@@ -63,6 +64,7 @@ pub(super) enum Inbound {
     Lobe(Box<RawLobe>),
     Bar(Box<RawBar>),
     Snapshot(Box<Snapshot>),
+    Outline(Box<Outline>),
     Active(bool),
 }
 
@@ -75,6 +77,7 @@ pub(super) enum Outbound {
     LobeDone(Result<(), LobeRefused>, Box<RawLobe>),
     BarDone(Result<(), BarRefused>, Box<RawBar>),
     Snapshot(Box<Snapshot>),
+    Outline(Box<Outline>),
     /// A chunk was refused; the pump tells and drops it.
     Refused(ChunkError, [u8; 16], Box<ChunkBuffer>),
     /// A second writer sent a chunk; the holder stays.
@@ -361,6 +364,10 @@ impl Ticker {
                 Inbound::Snapshot(mut snapshot) => {
                     snapshot.take(&self.machine);
                     self.send(Outbound::Snapshot(snapshot));
+                }
+                Inbound::Outline(mut outline) => {
+                    outline.take(&self.machine);
+                    self.send(Outbound::Outline(outline));
                 }
                 Inbound::Active(active) => self.active = active,
             }

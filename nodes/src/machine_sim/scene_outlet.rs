@@ -1,0 +1,219 @@
+//! The machine as others see it: description, transforms, markers, and the outline of the part while it is cut.
+
+use super::Inlet;
+use super::outline::Outline;
+use super::ticker::Inbound;
+use crate::convert::time::TickClock;
+use crate::convert::{m_from_mm, si_from_core, si_from_counts};
+use crate::ros::{Node, Parameter, Publisher, Qos, RosError};
+use crate::running::NodeError;
+use crate::scene::{self, Colour, Place, Tree};
+use camwright::machine::description::{Axis, MachineDescription};
+use camwright::machine::report::TickReport;
+use camwright_msgs::builtin_interfaces::msg::Time;
+use camwright_msgs::camwright_msgs::msg::PartLobe;
+use camwright_msgs::control_msgs::msg::{DynamicJointState, InterfaceValue};
+use camwright_msgs::std_msgs::msg::{Header, String as Text};
+use camwright_msgs::tf2_msgs::msg::TFMessage;
+use camwright_msgs::visualization_msgs::msg::{Marker, MarkerArray};
+use std::time::{Duration, Instant};
+
+/// Machine time between two sets of transforms (ns): 50 in a second, as a screen shows them.
+const TRANSFORM_PERIOD_NS: u64 = 20_000_000;
+/// Real time between two outlines of a part that is cut: faster than that nobody looks, however fast the machine runs.
+const OUTLINE_PERIOD: Duration = Duration::from_millis(250);
+/// Markers that a late viewer still gets: more than a part has lobes.
+const MARKER_DEPTH: u32 = 64;
+
+const PUBLISH_TF: &str = "publish_tf";
+const STOCK: Colour = [0.72, 0.74, 0.78, 1.0];
+const GRIT: Colour = [0.62, 0.45, 0.30, 0.45];
+const LETTERS: f64 = 0.012;
+
+/// What is published for viewers.
+#[derive(Debug)]
+pub(super) struct SceneOutlet {
+    node: Node,
+    inlet: Inlet,
+    machine: MachineDescription,
+    tree: Tree,
+    period_ticks: u64,
+    description: Publisher<Text>,
+    told: String,
+    transforms: Option<Publisher<TFMessage>>,
+    states: Publisher<DynamicJointState>,
+    _fixed: Option<Publisher<TFMessage>>,
+    markers: Publisher<MarkerArray>,
+    outline: Publisher<PartLobe>,
+    /// Lobes that are drawn.
+    drawn: usize,
+    /// When an outline was asked for last, and whether it is still under way.
+    asked: Instant,
+    is_asked: bool,
+}
+
+/// The parameters that it goes by.
+pub(super) fn parameters() -> [Parameter; 2] {
+    let publish_tf = Parameter::bool(PUBLISH_TF, true)
+        .describe(
+            "publish /tf and /tf_static; false: robot_state_publisher does, from robot_description and joint_states",
+        )
+        .read_only();
+    [scene::parameter(), publish_tf]
+}
+
+impl SceneOutlet {
+    pub(super) fn new(
+        node: &Node,
+        machine: &MachineDescription,
+        wheel_radius_mm: f64,
+        inlet: Inlet,
+    ) -> Result<Self, NodeError> {
+        let tree = Tree::new(machine, wheel_radius_mm, scene::frames_of(node, machine)?);
+        let publishes_tf = node.parameters().bool(PUBLISH_TF);
+        let transforms = || node.publisher("/tf", &Qos::default_topic().keep_last(100));
+        let fixed = || node.publisher("/tf_static", &Qos::latched(1));
+        let (transforms, fixed) = (publishes_tf.then(transforms).transpose()?, publishes_tf.then(fixed).transpose()?);
+        if let Some(fixed) = &fixed {
+            fixed.publish(&TFMessage { transforms: tree.fixed(&node.now()) })?;
+        }
+        let mut outlet = Self {
+            node: node.clone(),
+            inlet,
+            period_ticks: (TRANSFORM_PERIOD_NS / u64::from(machine.cycle_time_ns).max(1)).max(1),
+            description: node.publisher("robot_description", &Qos::latched(1))?,
+            told: String::new(),
+            transforms,
+            states: node.publisher("dynamic_joint_states", &Qos::default_topic().keep_last(100))?,
+            _fixed: fixed,
+            markers: node.publisher("machine/markers", &Qos::latched(MARKER_DEPTH))?,
+            outline: node.publisher("machine/outline", &Qos::latched(1))?,
+            drawn: 0,
+            asked: Instant::now(),
+            is_asked: false,
+            machine: machine.clone(),
+            tree,
+        };
+        outlet.mount(wheel_radius_mm)?;
+        Ok(outlet)
+    }
+
+    /// Frame that positions of axes are told in.
+    pub(super) fn base_frame(&self) -> &str {
+        &self.tree.frames.base
+    }
+
+    /// A wheel of this radius is mounted, as far as is known (mm).
+    pub(super) fn mount(&mut self, wheel_radius_mm: f64) -> Result<(), RosError> {
+        let tree = Tree::new(&self.machine, wheel_radius_mm, self.tree.frames.clone());
+        let urdf = tree.urdf();
+        if urdf == self.told {
+            return Ok(());
+        }
+        (self.tree, self.told) = (tree, urdf);
+        self.description.publish(&Text { data: self.told.clone() })?;
+        if self.machine.is_lathe() {
+            return Ok(());
+        }
+        let place = Place { frame: &self.tree.frames.wheel, ns: "wheel", id: 0 };
+        let (radius, width) = (m_from_mm(wheel_radius_mm), m_from_mm(self.machine.wheel.width_mm));
+        self.draw(vec![scene::wheel(place, radius, width, GRIT)])
+    }
+
+    /// What a tick moves, and now and then what it cuts.
+    pub(super) fn tick(&mut self, report: &TickReport, stamp: &Time) -> Result<(), RosError> {
+        let cuts = report.removal.area_mm2 > 0.0 || report.turned.volume_mm3 > 0.0;
+        if cuts && !self.is_asked && self.asked.elapsed() >= OUTLINE_PERIOD {
+            self.ask(report.lobe.unwrap_or(0));
+        }
+        if !report.tick.is_multiple_of(self.period_ticks) {
+            return Ok(());
+        }
+        let position = |joint: &str| match Axis::from_joint(joint) {
+            Some(axis) => si_from_counts(self.machine.axis(axis).scale, report.axes[axis.index()].counts),
+            // The wheel's angle means nothing.
+            None => 0.0,
+        };
+        if let Some(transforms) = &self.transforms {
+            transforms.publish(&TFMessage { transforms: self.tree.moved(stamp, position) })?;
+        }
+        self.states.publish(&self.state(report, stamp, position))
+    }
+
+    /// What joint states have no room for: how far each axis is behind its setpoint.
+    fn state(&self, report: &TickReport, stamp: &Time, position: impl Fn(&str) -> f64) -> DynamicJointState {
+        let of_axis = |axis: Axis| {
+            let own = &report.axes[axis.index()];
+            let si = |value: f64| si_from_core(axis, value);
+            let values = vec![position(axis.joint()), si(own.velocity), own.effort, si(own.following_error)];
+            let names = ["position", "velocity", "effort", "following_error"];
+            InterfaceValue { interface_names: names.map(str::to_owned).into(), values }
+        };
+        DynamicJointState {
+            header: Header { stamp: stamp.clone(), frame_id: self.base_frame().to_owned() },
+            joint_names: Axis::ALL.map(|axis| axis.joint().to_owned()).into(),
+            interface_values: Axis::ALL.map(of_axis).into(),
+        }
+    }
+
+    /// Asks the cyclic thread what a lobe, or the part of a lathe, looks like.
+    pub(super) fn ask(&mut self, lobe: usize) {
+        self.asked = Instant::now();
+        self.is_asked = self.inlet.send(Inbound::Outline(Outline::of(lobe, self.machine.is_lathe())));
+    }
+
+    /// The part was taken out.
+    pub(super) fn clear(&mut self) -> Result<(), RosError> {
+        let frames = &self.tree.frames;
+        let ids = 0..i32::try_from(std::mem::take(&mut self.drawn)).unwrap_or(i32::MAX);
+        let both = |id| ["stock", "lobe"].map(|ns| scene::gone(Place { frame: &frames.part, ns, id }));
+        let markers: Vec<Marker> = ids.flat_map(both).collect();
+        if markers.is_empty() { Ok(()) } else { self.draw(markers) }
+    }
+
+    /// The part as the cyclic thread saw it; `name` is that of the lobe.
+    pub(super) fn show(&mut self, outline: &Outline, name: Option<&String>, clock: TickClock) -> Result<(), RosError> {
+        self.is_asked = false;
+        let sections = outline.sections();
+        // A part that was taken out meanwhile.
+        let Some((middle, radii)) = sections.get(sections.len() / 2) else { return Ok(()) };
+        let station = self.machine.stations.get(outline.station).filter(|_| !self.machine.is_lathe());
+        self.outline.publish(&PartLobe {
+            stamp: clock.stamp(outline.tick),
+            tick: outline.tick,
+            name: name.cloned().unwrap_or_default(),
+            station: station.map_or_else(String::new, |station| station.switch.clone()),
+            width: m_from_mm(outline.width_mm),
+            key_way: outline.key_way_rad,
+            radius: radii.clone(),
+            ..PartLobe::default()
+        })?;
+        let half = 0.5 * m_from_mm(outline.width_mm);
+        let slices: Vec<(f64, &[f64])> = match sections.len() {
+            1 => vec![(middle - half, radii), (middle + half, radii)],
+            _ => sections.iter().map(|(z, radii)| (*z, radii.as_slice())).collect(),
+        };
+        let id = i32::try_from(outline.lobe).unwrap_or(i32::MAX);
+        self.drawn = self.drawn.max(outline.lobe.saturating_add(1));
+        let frames = &self.tree.frames;
+        let stock = |ns| Place { frame: &frames.part, ns, id };
+        let mut markers = vec![scene::solid(stock("stock"), &slices, STOCK)];
+        if let Some(name) = name {
+            let most = radii.iter().copied().fold(0.0, f64::max);
+            let place = Place { frame: &frames.table, ns: "lobe", id };
+            markers.push(scene::text(place, [0.0, most + 2.0 * LETTERS, *middle], LETTERS, name.clone()));
+        }
+        self.draw(markers)
+    }
+
+    fn draw(&self, markers: Vec<Marker>) -> Result<(), RosError> {
+        self.markers.publish(&MarkerArray { markers })
+    }
+
+    /// Says what could not be published.
+    pub(super) fn told(&self, outcome: Result<(), RosError>) {
+        if let Err(error) = outcome {
+            self.node.logger().warn(&format!("what viewers see cannot be published: {error}"));
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! Markers: the part as it is, as it shall be, and what it is off.
+
+use super::solids::{azimuth, body, polar, radius_at, ring};
+use camwright_msgs::geometry_msgs::msg::{Point, Pose, Quaternion, Vector3};
+use camwright_msgs::std_msgs::msg::{ColorRGBA, Header};
+use camwright_msgs::visualization_msgs::msg::Marker;
+
+/// Azimuths of a solid: 26 kB, less than one message of DDS may have without fragments of its own kind everywhere.
+const SOLID_AZIMUTHS: usize = 90;
+/// Azimuths of a line.
+const LINE_AZIMUTHS: usize = 360;
+
+/// Red, green, blue, opacity (0..1).
+pub type Colour = [f32; 4];
+
+/// Where a marker belongs.
+///
+/// Stamps are zero and markers are locked to their frame: they belong to what turns, not to a moment, and a viewer that comes late has
+/// no transform of the moment in which a latched marker was made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place<'a> {
+    /// Its frame.
+    pub frame: &'a str,
+    /// Its namespace.
+    pub ns: &'a str,
+    /// Its number there, the same for the same thing for ever.
+    pub id: i32,
+}
+
+impl Place<'_> {
+    fn marker(&self, kind: i32, colour: Colour) -> Marker {
+        let [r, g, b, a] = colour;
+        Marker {
+            header: Header { frame_id: self.frame.to_owned(), ..Header::default() },
+            ns: self.ns.to_owned(),
+            id: self.id,
+            type_: kind,
+            action: Marker::ADD,
+            pose: Pose { orientation: Quaternion { w: 1.0, ..Quaternion::default() }, ..Pose::default() },
+            scale: Vector3 { x: 1.0, y: 1.0, z: 1.0 },
+            color: ColorRGBA { r, g, b, a },
+            frame_locked: true,
+            ..Marker::default()
+        }
+    }
+
+    fn line(&self, points: Vec<Point>, width: f64, colour: Colour) -> Marker {
+        let scale = Vector3 { x: width, y: 0.0, z: 0.0 };
+        Marker { scale, points, ..self.marker(Marker::LINE_STRIP, colour) }
+    }
+}
+
+/// Takes a marker away. Each by its number: some viewers take all namespaces for one when everything is to go.
+#[must_use]
+pub fn gone(place: Place<'_>) -> Marker {
+    Marker { action: Marker::DELETE, ..place.marker(Marker::TRIANGLE_LIST, [0.0; 4]) }
+}
+
+/// A body between two places along the axis: radii at equal steps of a turn, the place (m).
+#[must_use]
+pub fn solid(place: Place<'_>, sections: &[(f64, &[f64])], colour: Colour) -> Marker {
+    let even = |radii: &[f64]| (0..SOLID_AZIMUTHS).map(|i| radius_at(radii, azimuth(i, SOLID_AZIMUTHS))).collect();
+    let sections: Vec<(f64, Vec<f64>)> = sections.iter().map(|(z, radii)| (*z, even(radii))).collect();
+    Marker { points: body(&sections), ..place.marker(Marker::TRIANGLE_LIST, colour) }
+}
+
+/// An outline round the axis at a place along it (m).
+#[must_use]
+pub fn outline(place: Place<'_>, radii: &[f64], z: f64, width: f64, colour: Colour) -> Marker {
+    place.line(ring(radii, z, LINE_AZIMUTHS), width, colour)
+}
+
+/// Both edges of a lobe as one line (m).
+#[must_use]
+pub fn rings(place: Place<'_>, radii: &[f64], [from, to]: [f64; 2], width: f64, colour: Colour) -> Marker {
+    let mut points = ring(radii, from, LINE_AZIMUTHS);
+    points.extend(ring(radii, to, LINE_AZIMUTHS));
+    place.line(points, width, colour)
+}
+
+/// A wheel as long as it is wide, or an insert, about the axis Z of its frame (m).
+#[must_use]
+pub fn wheel(place: Place<'_>, radius: f64, width: f64, colour: Colour) -> Marker {
+    let scale = Vector3 { x: 2.0 * radius, y: 2.0 * radius, z: width };
+    Marker { scale, ..place.marker(Marker::CYLINDER, colour) }
+}
+
+/// What is written beside something (m).
+#[must_use]
+pub fn text(place: Place<'_>, [x, y, z]: [f64; 3], height: f64, text: String) -> Marker {
+    let mut marker = place.marker(Marker::TEXT_VIEW_FACING, [1.0, 1.0, 1.0, 1.0]);
+    marker.pose.position = Point { x, y, z };
+    marker.scale = Vector3 { x: 0.0, y: 0.0, z: height };
+    Marker { text, ..marker }
+}
+
+/// A form error so many times as large, outside of the contour where material is left, coloured by its share of what is allowed (m):
+/// green is on the contour, red too much, blue too little.
+#[must_use]
+pub fn error_ring(
+    place: Place<'_>,
+    contour: &[f64],
+    error: &[f64],
+    z: f64,
+    [magnification, tolerance]: [f64; 2],
+    width: f64,
+) -> Marker {
+    let at = |i: usize| azimuth(i, LINE_AZIMUTHS);
+    let error_at = |i: usize| radius_at(error, at(i));
+    let point = |i: usize| polar(radius_at(contour, at(i)) + magnification * error_at(i), at(i), z);
+    let mut marker = place.line((0..=LINE_AZIMUTHS).map(point).collect(), width, [1.0; 4]);
+    marker.colors = (0..=LINE_AZIMUTHS).map(|i| scale_colour(error_at(i) / tolerance)).collect();
+    marker
+}
+
+/// Colour of a share of what is allowed, −1..1.
+fn scale_colour(share: f64) -> ColorRGBA {
+    let share = if share.is_finite() { share.clamp(-1.0, 1.0) } else { 1.0 };
+    #[allow(clippy::cast_possible_truncation, reason = "a colour")]
+    let (size, sign) = (share.abs() as f32, share);
+    let [r, b] = if sign > 0.0 { [size, 0.0] } else { [0.0, size] };
+    ColorRGBA { r, g: 1.0 - 0.8 * size, b, a: 1.0 }
+}
