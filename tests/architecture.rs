@@ -53,6 +53,8 @@ const ORDER: &[&[&str]] = &[
     &["interpolator"],
     &["cycle"],
     &["machine"],
+    &["packml"],
+    &["loading"],
     &["rehearsal"],
     &["turning_drives"],
     &["cell"],

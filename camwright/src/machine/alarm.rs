@@ -91,6 +91,18 @@ pub enum AlarmKind {
     GaugeInvalid,
     /// The gauge gives the same reading again and again while it must change. Value: how often.
     GaugeStuck,
+    /// The door was opened, or is open, while axes or wheel move.
+    DoorOpened,
+    /// Somebody entered the work area, or is in there, while axes or wheel move.
+    WorkAreaEntered,
+    /// The chuck let go, or is open, while axes or wheel move.
+    ChuckOpened,
+    /// The door does not come to its end.
+    DoorStuck,
+    /// The chuck does not come to its end.
+    ChuckStuck,
+    /// The loader went silent while it was in the work area.
+    LoaderLost,
 }
 
 /// One row of the alarm table.
@@ -107,7 +119,7 @@ pub struct AlarmEntry {
 }
 
 /// Number of kinds, those of an axis counted once per axis; no more alarms than this are ever active.
-pub const ALARM_KINDS: usize = 54;
+pub const ALARM_KINDS: usize = 60;
 
 impl AlarmKind {
     /// Every kind, in the order of the numbers.
@@ -166,6 +178,12 @@ impl AlarmKind {
         AlarmKind::BadSegment,
         AlarmKind::GaugeInvalid,
         AlarmKind::GaugeStuck,
+        AlarmKind::DoorOpened,
+        AlarmKind::WorkAreaEntered,
+        AlarmKind::ChuckOpened,
+        AlarmKind::DoorStuck,
+        AlarmKind::ChuckStuck,
+        AlarmKind::LoaderLost,
     ];
 
     /// The axis it is about.
@@ -312,6 +330,18 @@ impl AlarmKind {
             AlarmKind::GaugeStuck => {
                 (141, "gauge stuck", Stop, "look whether the gauge's contacts touch and move, then reset")
             }
+            AlarmKind::DoorOpened => {
+                (150, "door opened", PowerOff, "find out who opened the door, close it, then reset")
+            }
+            AlarmKind::WorkAreaEntered => {
+                (151, "work area entered", PowerOff, "let whoever is inside leave, look at the part, then reset")
+            }
+            AlarmKind::ChuckOpened => (152, "chuck opened", Stop, "look at the part and at the chuck, then reset"),
+            AlarmKind::DoorStuck => (153, "door stuck", Stop, "look what keeps the door from its end, then reset"),
+            AlarmKind::ChuckStuck => (154, "chuck stuck", Stop, "look what keeps the chuck from its end, then reset"),
+            AlarmKind::LoaderLost => {
+                (155, "loader lost", Stop, "look at the loader, bring it out of the work area, then reset")
+            }
         };
         AlarmEntry { number, name, severity, remedy }
     }
@@ -423,6 +453,12 @@ impl fmt::Display for Alarm {
             AlarmKind::WheelWorn => {
                 write!(f, "wheel radius {:.3} mm, smallest usable {:.3} mm", self.value, self.bound)
             }
+            AlarmKind::DoorOpened => f.write_str("the door is open while axes or wheel move"),
+            AlarmKind::WorkAreaEntered => f.write_str("somebody is in the work area while axes or wheel move"),
+            AlarmKind::ChuckOpened => f.write_str("the chuck is open while axes or wheel move"),
+            AlarmKind::DoorStuck => f.write_str("the door does not come to its end"),
+            AlarmKind::ChuckStuck => f.write_str("the chuck does not come to its end"),
+            AlarmKind::LoaderLost => f.write_str("the loader went silent while it was in the work area"),
         }
     }
 }

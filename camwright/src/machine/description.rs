@@ -13,6 +13,7 @@ pub use crate::machine::effect_description::Effect;
 pub use crate::machine::gauge_description::{GaugeDescription, GaugeKind};
 pub use crate::machine::homing_description::{Homing, HomingKind};
 pub use crate::machine::insert_description::InsertDescription;
+pub use crate::machine::loading_description::LoadingDescription;
 pub use crate::machine::probe_description::{GapDetector, KeyWayProbe};
 pub use crate::machine::process_description::{GrindingProcess, ReferenceCut};
 pub use crate::machine::retract_description::AlarmRetract;
@@ -100,6 +101,8 @@ pub struct MachineDescription {
     pub gap_detector: Option<GapDetector>,
     /// What sees the part's key-way; `None`: nothing does.
     pub key_way_probe: Option<KeyWayProbe>,
+    /// What it is loaded through; `None`: nobody minds how parts come in.
+    pub loading: Option<LoadingDescription>,
     /// What grinding takes; `None`: nobody says.
     pub process: Option<GrindingProcess>,
     /// How an alarm takes the wheel off the part.
@@ -195,6 +198,7 @@ impl MachineDescription {
         self.gauge.map_or(Ok(()), |gauge| gauge.validate())?;
         self.gap_detector.map_or(Ok(()), |detector| detector.validate())?;
         self.key_way_probe.map_or(Ok(()), |probe| probe.validate())?;
+        self.loading.map_or(Ok(()), |loading| loading.validate())?;
         self.process.map_or(Ok(()), |process| process.validate())?;
         self.dresser.map_or(Ok(()), |dresser| dresser.validate())?;
         for (what, extent) in [("headstock", self.headstock), ("tailstock", self.tailstock)] {

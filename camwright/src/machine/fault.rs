@@ -15,6 +15,23 @@ pub enum GaugeFault {
     NotANumber,
 }
 
+/// How what a machine is loaded through fails.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LoadingFault {
+    /// Somebody forces the door open.
+    DoorForced(bool),
+    /// The door does not move any more, or does again.
+    DoorStuck(bool),
+    /// The chuck lets go.
+    ChuckForced(bool),
+    /// The chuck does not move any more, or does again.
+    ChuckStuck(bool),
+    /// The sensor of the part shows this level whatever there is; `None`: it is healthy again.
+    PartSensor(Option<bool>),
+    /// Somebody enters the work area, or leaves it.
+    Person(bool),
+}
+
 /// A fault that begins or ends at a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fault {
@@ -70,6 +87,8 @@ pub enum Fault {
     WheelStall(bool),
     /// The wheel turns so many times as fast as it is ordered to; 1: healthy.
     WheelOverspeed(f64),
+    /// Door, chuck, sensor or somebody inside; nothing on a machine without.
+    Loading(LoadingFault),
 }
 
 impl Default for Fault {
@@ -94,7 +113,7 @@ const JOINT: &str = "a joint";
 const SWITCH: &str = "a station's switch";
 
 /// The faults by name.
-pub const FAULTS: [FaultEntry; 14] = [
+pub const FAULTS: [FaultEntry; 20] = [
     FaultEntry { name: "estop", target: "", value: "none" },
     FaultEntry { name: "power_loss", target: "", value: "none" },
     FaultEntry {
@@ -113,6 +132,12 @@ pub const FAULTS: [FaultEntry; 14] = [
     FaultEntry { name: "gauge_nan", target: "", value: "none" },
     FaultEntry { name: "wheel_stall", target: "", value: "none" },
     FaultEntry { name: "wheel_overspeed", target: "", value: "how many times as fast as ordered" },
+    FaultEntry { name: "door_forced", target: "", value: "none" },
+    FaultEntry { name: "door_stuck", target: "", value: "none" },
+    FaultEntry { name: "chuck_forced", target: "", value: "none" },
+    FaultEntry { name: "chuck_stuck", target: "", value: "none" },
+    FaultEntry { name: "part_sensor", target: "", value: "level: 0 no part, 1 a part" },
+    FaultEntry { name: "person", target: "", value: "none" },
 ];
 
 /// Why a fault cannot be set.
@@ -131,6 +156,12 @@ pub enum FaultError {
         name: &'static str,
         /// The target given.
         target: String,
+    },
+    /// The machine has nothing that could fail so.
+    #[error("{name}: the machine has no door and no chuck (loading)")]
+    NothingThere {
+        /// The fault.
+        name: &'static str,
     },
     /// The value is outside what the fault allows.
     #[error("{name}: value {value} is outside {low} to {high}")]
@@ -214,7 +245,16 @@ impl Fault {
             "gauge_nan" => Fault::Gauge(active.then_some(GaugeFault::NotANumber)),
             "wheel_stall" => Fault::WheelStall(active),
             "wheel_overspeed" => Fault::WheelOverspeed(if active { between(1.0, 3.0)? } else { 1.0 }),
-            _ => return Err(FaultError::UnknownName { name: name.to_string() }),
+            _ if machine.loading.is_none() => return Err(FaultError::NothingThere { name }),
+            "door_forced" => Fault::Loading(LoadingFault::DoorForced(active)),
+            "door_stuck" => Fault::Loading(LoadingFault::DoorStuck(active)),
+            "chuck_forced" => Fault::Loading(LoadingFault::ChuckForced(active)),
+            "chuck_stuck" => Fault::Loading(LoadingFault::ChuckStuck(active)),
+            "person" => Fault::Loading(LoadingFault::Person(active)),
+            _ => {
+                let level = if active { Some(between(0.0, 1.0)? > 0.5) } else { None };
+                Fault::Loading(LoadingFault::PartSensor(level))
+            }
         })
     }
 }
@@ -226,11 +266,21 @@ pub(super) const ORIGIN_TOLERANCE_RAD: f64 = TURN_RAD / 180.0;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::machine::loading_description::LoadingDescription;
     use crate::machine::reference::cam_grinder;
+
+    const LOADING: LoadingDescription = LoadingDescription {
+        door_opens_s: 0.01,
+        door_closes_s: 0.01,
+        chuck_opens_s: 0.01,
+        chuck_closes_s: 0.01,
+        safe_x_mm: 100.0,
+    };
 
     #[test]
     fn every_listed_fault_can_be_set_and_others_are_refused() {
-        let machine = cam_grinder();
+        let plain = cam_grinder();
+        let machine = MachineDescription { loading: Some(LOADING), ..plain.clone() };
         for entry in FAULTS {
             let target = match entry.target {
                 JOINT => "x_axis",
@@ -243,6 +293,8 @@ mod tests {
                 assert!(fault.is_ok(), "{}: {fault:?}", entry.name);
             }
         }
+        let refused = Fault::from_name("door_forced", "", 0.0, true, &plain);
+        assert_eq!(refused, Err(FaultError::NothingThere { name: "door_forced" }));
         assert_eq!(
             Fault::from_name("stuck_input", "LS2", 1.0, true, &machine),
             Ok(Fault::StuckInput { input: Input::Station(1), level: Some(true) })

@@ -27,6 +27,7 @@ mod gauge;
 mod gauge_description;
 mod homing_description;
 mod insert_description;
+mod loading_description;
 mod mechanics;
 pub mod plausibility;
 mod probe_description;
@@ -42,6 +43,7 @@ mod thermal_description;
 pub mod turned_part;
 pub mod wheel;
 mod wheel_description;
+pub mod work_area;
 pub mod workpiece;
 
 pub use cyclic::{Machine, MachineCommand, ResetRefused};

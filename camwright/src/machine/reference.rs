@@ -98,6 +98,7 @@ pub fn cam_grinder() -> MachineDescription {
         gauge: None,
         gap_detector: None,
         key_way_probe: None,
+        loading: None,
         process: None,
         retract: AlarmRetract::default(),
         dresser: None,

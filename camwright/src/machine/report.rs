@@ -3,6 +3,7 @@
 use crate::machine::alarm::{ALARM_KINDS, Alarm};
 use crate::machine::description::AXIS_COUNT;
 use crate::machine::turned_part::TurnedRemoval;
+use crate::machine::work_area::WorkAreaState;
 use crate::machine::workpiece::Removal;
 use crate::numeric::fixed_list::FixedList;
 use crate::setpoint::{Input, Latch};
@@ -118,4 +119,6 @@ pub struct TickReport {
     pub gauge_mm: [Option<f64>; 2],
     /// Speed of the wheel (rad/s).
     pub wheel_rad_s: f64,
+    /// Door, chuck and sensors of a machine that is loaded.
+    pub work_area: Option<WorkAreaState>,
 }

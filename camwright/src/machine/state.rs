@@ -3,6 +3,24 @@
 use crate::machine::description::MachineDescription;
 use crate::wheel::WheelNow;
 
+/// Parts since some moment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Tally {
+    /// Finished.
+    pub total: u64,
+    /// Of those that were judged, within every tolerance.
+    pub good: u64,
+    /// Not within every tolerance.
+    pub bad: u64,
+}
+
+impl Tally {
+    fn judge(&mut self, is_good: bool) {
+        let of = if is_good { &mut self.good } else { &mut self.bad };
+        *of = of.saturating_add(1);
+    }
+}
+
 /// What the machine remembers from one run to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LastingState {
@@ -20,8 +38,10 @@ pub struct LastingState {
     pub parts_since_dress: u32,
     /// Times this wheel has been dressed.
     pub dress_count: u32,
-    /// Parts finished.
-    pub part_count: u64,
+    /// Parts since the machine was new.
+    pub life: Tally,
+    /// Parts of this shift.
+    pub shift: Tally,
 }
 
 impl LastingState {
@@ -36,8 +56,22 @@ impl LastingState {
             lobes_since_dress: 0,
             parts_since_dress: 0,
             dress_count: 0,
-            part_count: 0,
+            life: Tally::default(),
+            shift: Tally::default(),
         }
+    }
+
+    /// Counts a finished part.
+    pub(super) fn count_part(&mut self) {
+        self.life.total = self.life.total.saturating_add(1);
+        self.shift.total = self.shift.total.saturating_add(1);
+        self.parts_since_dress = self.parts_since_dress.saturating_add(1);
+    }
+
+    /// Counts what a finished part was found to be.
+    pub(super) fn judge_part(&mut self, is_good: bool) {
+        self.life.judge(is_good);
+        self.shift.judge(is_good);
     }
 
     /// The wheel.
@@ -69,12 +103,11 @@ impl LastingState {
         Self {
             wheel_radius_mm: radius_mm,
             wheel_wear_mm: 0.0,
-            growth_mm: self.growth_mm,
             growth_at_dress_mm: self.growth_mm,
             lobes_since_dress: 0,
             parts_since_dress: 0,
             dress_count: self.dress_count.saturating_add(1),
-            part_count: self.part_count,
+            ..self
         }
     }
 }

@@ -78,6 +78,12 @@ impl WheelSpindle {
         f64::from(self.ticks) / f64::from(self.ticks_to_speed)
     }
 
+    /// Whether it stands still.
+    #[must_use]
+    pub fn is_still(&self) -> bool {
+        self.ticks == 0
+    }
+
     /// Whether it has its surface speed.
     #[must_use]
     pub fn is_running(&self) -> bool {

@@ -3,6 +3,7 @@
 mod correcting;
 mod drives;
 mod grinding;
+mod guarding;
 mod heat;
 mod motion;
 mod pressing;

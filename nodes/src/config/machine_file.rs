@@ -6,6 +6,7 @@ use super::fault_file::AlarmRetractFile;
 use super::gauge_file::GaugeFile;
 use super::homing_file::{self, HomingFile};
 use super::insert_file::InsertFile;
+use super::loading_file::LoadingFile;
 use super::locate::locate;
 use super::probe_file::{GapDetectorFile, KeyWayProbeFile};
 use super::process_file::ProcessFile;
@@ -49,6 +50,7 @@ struct MachineFile {
     gauge: Option<GaugeFile>,
     gap_detector: Option<GapDetectorFile>,
     key_way_probe: Option<KeyWayProbeFile>,
+    loading: Option<LoadingFile>,
     process: Option<ProcessFile>,
     #[serde(default)]
     alarm_retract: AlarmRetractFile,
@@ -255,6 +257,7 @@ fn describe(
         gauge: file.gauge.as_ref().map(GaugeFile::gauge),
         gap_detector: file.gap_detector.as_ref().map(GapDetectorFile::detector),
         key_way_probe: file.key_way_probe.as_ref().map(KeyWayProbeFile::probe),
+        loading: file.loading.as_ref().map(LoadingFile::loading),
         process: file.process.as_ref().map(ProcessFile::process),
         retract: file.alarm_retract.retract(),
         dresser: file.dresser.as_ref().map(DresserFile::dresser),
@@ -376,6 +379,8 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
     let probes = file.gap_detector.iter().flat_map(GapDetectorFile::ranges);
     let probes = probes.chain(file.key_way_probe.iter().flat_map(KeyWayProbeFile::ranges));
     let probes = probes.chain(file.process.iter().flat_map(ProcessFile::ranges));
+    let x_mm = (file.x_axis.soft_min_mm, file.x_axis.soft_max_mm);
+    let probes = probes.chain(file.loading.iter().flat_map(|loading| loading.ranges(x_mm)));
     for (key, value, low, high) in file.gauge.iter().flat_map(GaugeFile::ranges).chain(probes) {
         within(key, value, low, high)?;
     }

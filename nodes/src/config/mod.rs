@@ -19,6 +19,7 @@ pub(crate) mod journal_file;
 pub mod lift_file;
 mod lift_formula;
 pub mod lift_text;
+mod loading_file;
 pub mod locate;
 pub mod machine_file;
 pub mod milling_file;

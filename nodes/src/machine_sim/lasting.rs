@@ -1,8 +1,8 @@
-//! What outlives a run of the machine, in one small file: wheel radius, growth of the wheelhead, dress count, part counter.
+//! What outlives a run of the machine, in one small file: wheel radius, growth of the wheelhead, dress count, part counters.
 
 use crate::config::{ConfigError, Place};
 use camwright::machine::description::MachineDescription;
-use camwright::machine::state::LastingState;
+use camwright::machine::state::{LastingState, Tally};
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -27,6 +27,30 @@ struct StateFile {
     parts_since_dress: u32,
     dress_count: u32,
     part_count: u64,
+    #[serde(default, skip_serializing_if = "is_no_part")]
+    good_count: u64,
+    #[serde(default, skip_serializing_if = "is_no_part")]
+    bad_count: u64,
+    #[serde(default, skip_serializing_if = "is_new_shift")]
+    shift: ShiftFile,
+}
+
+/// Parts of a shift.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ShiftFile {
+    part_count: u64,
+    good_count: u64,
+    bad_count: u64,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it so")]
+fn is_no_part(count: &u64) -> bool {
+    *count == 0
+}
+
+fn is_new_shift(shift: &ShiftFile) -> bool {
+    *shift == ShiftFile::default()
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it so")]
@@ -101,7 +125,8 @@ pub fn load(path: &Path, description: &MachineDescription) -> Result<LastingStat
         lobes_since_dress: file.lobes_since_dress,
         parts_since_dress: file.parts_since_dress,
         dress_count: file.dress_count,
-        part_count: file.part_count,
+        life: Tally { total: file.part_count, good: file.good_count, bad: file.bad_count },
+        shift: Tally { total: file.shift.part_count, good: file.shift.good_count, bad: file.shift.bad_count },
     })
 }
 
@@ -120,7 +145,10 @@ pub fn store(path: &Path, state: &LastingState) -> Result<(), ConfigError> {
         lobes_since_dress: state.lobes_since_dress,
         parts_since_dress: state.parts_since_dress,
         dress_count: state.dress_count,
-        part_count: state.part_count,
+        part_count: state.life.total,
+        good_count: state.life.good,
+        bad_count: state.life.bad,
+        shift: ShiftFile { part_count: state.shift.total, good_count: state.shift.good, bad_count: state.shift.bad },
     };
     let text = serde_saphyr::to_string(&file)
         .map_err(|error| ConfigError::at(Place::file(path), format!("cannot be written: {error}")))?;
@@ -153,13 +181,15 @@ mod tests {
             lobes_since_dress: 3,
             parts_since_dress: 1,
             dress_count: 7,
-            part_count: 11,
+            life: Tally { total: 11, good: 8, bad: 2 },
+            shift: Tally { total: 3, good: 3, bad: 0 },
         };
         store(&file, &state).unwrap();
         assert_eq!(load(&file, &machine).unwrap(), state);
         // A wheel that is as it was dressed is written as it always was.
         store(&file, &LastingState::new(&machine)).unwrap();
         assert!(!std::fs::read_to_string(&file).unwrap().contains("wear"));
+        assert!(!std::fs::read_to_string(&file).unwrap().contains("shift"), "as it always was");
         let worn = LastingState { wheel_radius_mm: 45.01, wheel_wear_mm: 0.02, ..state };
         store(&file, &worn).unwrap();
         let error = load(&file, &machine).unwrap_err().to_string();

@@ -1,7 +1,7 @@
 //! A raw part on its way to the machine: the services that put it in, and what the cyclic thread says of it.
 
 use super::part::{LobeRefused, RawBar, RawLobe};
-use super::ticker::{Inbound, Outbound};
+use super::traffic::{Inbound, Outbound};
 use super::{Inlet, Waiting, pop, push};
 use crate::convert::mm_from_m;
 use crate::ros::{Node, RosError, ServiceHandle};
@@ -24,6 +24,7 @@ impl Loads {
                 let (success, message) = match outcome {
                     Ok(()) => (true, String::new()),
                     Err(LobeRefused::Moving) => (false, format!("lobe {}: the machine is not at rest", lobe.name)),
+                    Err(LobeRefused::NotHeld(refused)) => (false, format!("lobe {}: {refused}", lobe.name)),
                     Err(LobeRefused::Part(error)) => (false, error.to_string()),
                 };
                 if let Some(responder) = pop(&self.lobes) {

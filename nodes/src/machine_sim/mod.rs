@@ -9,6 +9,8 @@ mod part;
 mod pump;
 mod scene_outlet;
 mod ticker;
+mod traffic;
+mod work_area;
 
 pub(crate) use part::MOST_PAGES;
 pub use pump::WHEEL_JOINT;
@@ -45,12 +47,17 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use ticker::{Bounds, Inbound, Order, Outbound, Ticker, TimedCommand, home_order};
+use std::time::Duration;
+use ticker::{Bounds, Ticker};
+use traffic::{Inbound, Order, Outbound, TimedCommand, home_order};
+use work_area::{AreaRequests, CounterOutlet};
 
 /// Messages that may wait between the threads.
 const RING: usize = 1024;
 /// Ticks the machine may be ahead of the recorder at pace fast.
 const RECORDER_WINDOW: u64 = 500;
+/// Parameter: how long the loader may be silent.
+const LOADER_TIMEOUT: &str = "loader_timeout_s";
 
 /// A running `machine_sim`.
 #[derive(Debug)]
@@ -68,6 +75,7 @@ pub struct MachineSim {
 struct Endpoints {
     _subscriptions: Vec<Subscription>,
     _services: Vec<ServiceHandle>,
+    _around: work_area::Endpoints,
     _diagnostics: Diagnostics,
 }
 
@@ -100,6 +108,10 @@ fn parameters() -> Vec<Parameter> {
         Parameter::string("pace", "realtime").describe("realtime or fast").read_only(),
         Parameter::string("state_file", "")
             .describe("file of what outlives a run; empty: the user's state directory; 'none': nowhere")
+            .read_only(),
+        Parameter::double(LOADER_TIMEOUT, 1.0)
+            .describe("of a machine with loading: longest silence of the loader on loader/state (s)")
+            .range(0.1, 60.0)
             .read_only(),
         autostart::parameter(),
     ];
@@ -147,6 +159,7 @@ impl MachineSim {
         let (outbound, reports) = ring(RING, &pump_waker);
         let inlet = Inlet(Arc::new(Mutex::new(inlet)));
         let bounds = Arc::new(Bounds::default());
+        let told = *machine.lasting();
         let ticker = Ticker::new(machine, pace, inbound, outbound, Arc::clone(&bounds), RECORDER_WINDOW);
         let context = Context {
             node: node.clone(),
@@ -160,20 +173,32 @@ impl MachineSim {
 
         let resets: Waiting<Trigger> = Waiting::default();
         let loads = Loads::default();
+        let area = AreaRequests::default();
+        let loader_timeout = Duration::from_secs_f64(settings.double(LOADER_TIMEOUT));
+        let loader_timeout = file.description.loading.map(|_| loader_timeout);
+        let mut counters = CounterOutlet::new(&node)?;
         let mut threads = Threads::default();
         let ticker_waker = waker.clone();
         threads.spawn("machine cycle", move || ticker.run(&ticker_waker))?;
-        let known = Known { file: file.clone(), state_file, description };
+        counters.tell(&told);
+        let known = Known { file: file.clone(), state_file, description, counters, area: area.clone() };
         let answer = answers(&node, &inlet, &resets, &loads, known);
         threads.spawn("machine pump", move || pump.run(reports, &pump_waker, answer))?;
 
         let subscriptions = subscriptions(&node, &file.description, clock, &inlet, &bounds, &waker)?;
-        let services = services(&node, &file.description, &inlet, &resets, &loads)?;
+        let mut services = services(&node, &file.description, &inlet, &resets, &loads)?;
+        let mut around = work_area::offer(&node, &inlet, &area, loader_timeout)?;
+        services.append(&mut around.services);
         let lifecycle = node.lifecycle(Activation(inlet))?;
         let spin = node.spin_in_thread()?;
         autostart::begin(&node, &lifecycle);
         let diagnostics = diagnostics(&node, &file.description, &bounds)?;
-        let endpoints = Endpoints { _subscriptions: subscriptions, _services: services, _diagnostics: diagnostics };
+        let endpoints = Endpoints {
+            _subscriptions: subscriptions,
+            _services: services,
+            _around: around,
+            _diagnostics: diagnostics,
+        };
         Ok(Self { node, lifecycle, threads, bounds, waker, _spin: spin, _endpoints: endpoints })
     }
 
@@ -355,6 +380,8 @@ fn services(
 struct Known {
     file: machine_file::Machine,
     state_file: Option<PathBuf>,
+    counters: CounterOutlet,
+    area: AreaRequests,
     description: Publisher<DescriptionMessage>,
 }
 
@@ -377,7 +404,7 @@ fn answers(
     inlet: &Inlet,
     resets: &Waiting<Trigger>,
     loads: &Loads,
-    known: Known,
+    mut known: Known,
 ) -> impl FnMut(Outbound) + Send + 'static {
     let (node, inlet, resets, loads) = (node.clone(), inlet.clone(), Arc::clone(resets), loads.clone());
     move |message| match message {
@@ -407,8 +434,10 @@ fn answers(
             if let Some(Err(error)) = known.state_file.as_ref().map(|path| lasting::store(path, &state)) {
                 node.log(Level::Error, &error.to_string());
             }
+            known.counters.tell(&state);
             known.tell(&state, &node);
         }
+        Outbound::AreaDone(order, outcome) => known.area.answer(order, outcome),
         Outbound::Used(chunk) => drop(chunk),
         Outbound::Tick(..) | Outbound::Snapshot(_) | Outbound::Outline(_) => {}
     }

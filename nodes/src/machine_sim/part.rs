@@ -4,6 +4,7 @@ use crate::convert::m_from_mm;
 use crate::convert::time::TickClock;
 use camwright::machine::Machine;
 use camwright::machine::turned_part::{MOST_CELLS, PartGrid, TurnedPart, TurnedPartError};
+use camwright::machine::work_area::LoadingRefused;
 use camwright::machine::workpiece::{CutAt, LobeError};
 use camwright_msgs::camwright_msgs::msg::TurnedPage;
 use thiserror::Error;
@@ -65,6 +66,7 @@ pub(super) struct SnapshotTurned {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum LobeRefused {
     Moving,
+    NotHeld(LoadingRefused),
     Part(LobeError),
 }
 
@@ -73,6 +75,8 @@ pub(super) enum LobeRefused {
 pub(super) enum BarRefused {
     #[error("the machine is not at rest")]
     Moving,
+    #[error(transparent)]
+    NotHeld(LoadingRefused),
     #[error("the machine has it already")]
     Gone,
     #[error(transparent)]

@@ -3,7 +3,8 @@
 use super::clock_outlet::ClockOutlet;
 use super::part::{LobeRefused, MOST_PAGES, RawLobe, Snapshot};
 use super::scene_outlet::SceneOutlet;
-use super::ticker::Outbound;
+use super::traffic::Outbound;
+use super::work_area::WorkAreaOutlet;
 use crate::convert::gauge::readings;
 use crate::convert::time::TickClock;
 use crate::convert::{j_m3_from_j_mm3, m_from_mm, si_from_core, si_from_counts};
@@ -38,6 +39,7 @@ pub(super) struct Outlets {
     /// The part of a lathe.
     turned: Option<Publisher<TurnedPage>>,
     gauge: Option<Publisher<GaugeReading>>,
+    work_area: Option<WorkAreaOutlet>,
     clock: Option<ClockOutlet>,
 }
 
@@ -53,6 +55,7 @@ impl Outlets {
             part: node.publisher("machine/part", &Qos::latched(32))?,
             turned: machine.is_lathe().then(turned).transpose()?,
             gauge: machine.gauge.is_some().then(gauge).transpose()?,
+            work_area: machine.loading.map(|_| WorkAreaOutlet::new(node)).transpose()?,
             clock: publishes_clock.then(|| ClockOutlet::new(node)).transpose()?,
         })
     }
@@ -144,7 +147,7 @@ impl Pump {
 
     /// A lobe takes the place of one with the same name, or comes after all others; the part before it may go even if it is refused.
     fn loaded(&mut self, outcome: &Result<(), LobeRefused>, lobe: &RawLobe) {
-        if matches!(outcome, Err(LobeRefused::Moving)) {
+        if matches!(outcome, Err(LobeRefused::Moving | LobeRefused::NotHeld(_))) {
             return;
         }
         if lobe.clear {
@@ -173,6 +176,9 @@ impl Pump {
         if io_changed || report.tick.is_multiple_of(IO_PERIOD_TICKS) {
             self.last_io = Some(report.io);
             self.outlets.io.publish(&io_message(&report.io, report.tick, &self.context))?;
+        }
+        if let (Some(outlet), Some(state)) = (&mut self.outlets.work_area, report.work_area) {
+            outlet.tell(state, report.tick, self.context.clock)?;
         }
         let raised: Vec<CoreAlarm> = report.raised.iter().copied().collect();
         if !raised.is_empty() || state.alarms_reset {

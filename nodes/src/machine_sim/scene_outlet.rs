@@ -2,7 +2,7 @@
 
 use super::Inlet;
 use super::outline::Outline;
-use super::ticker::Inbound;
+use super::traffic::Inbound;
 use crate::convert::time::TickClock;
 use crate::convert::{m_from_mm, si_from_core, si_from_counts};
 use crate::ros::{Node, Parameter, Publisher, Qos, RosError};

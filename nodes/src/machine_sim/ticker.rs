@@ -1,18 +1,19 @@
 //! The machine's cyclic thread: one tick after the other, at the pace of the clock or of the setpoints.
 
 use super::faults::Faults;
-use super::outline::Outline;
-use super::part::{BarRefused, LobeRefused, RawBar, RawLobe, Snapshot};
+use super::part::{BarRefused, LobeRefused};
 use super::pump::StreamState;
+use super::traffic::{Inbound, Order, Outbound, TimedCommand};
+use super::work_area::AreaOrder;
 use crate::convert::setpoints::ChunkBuffer;
 use crate::cyclic::{Receiver, Sender, Waker};
 use camwright::machine::alarm::{AlarmKind, Severity};
 use camwright::machine::buffer::{ChunkError, SetpointBuffer};
-use camwright::machine::description::Axis;
 use camwright::machine::fault::Fault;
 use camwright::machine::report::{MotionState, TickReport};
 use camwright::machine::state::LastingState;
-use camwright::machine::{Machine, MachineCommand, ResetRefused};
+use camwright::machine::work_area::LoadingRefused;
+use camwright::machine::{Machine, MachineCommand};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -34,63 +35,6 @@ pub enum Pace {
     Realtime,
     /// With the setpoints; a missing one is waited for.
     Fast,
-}
-
-/// An order with its place in the sender's sequence and the tick at which it takes effect.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct TimedCommand {
-    pub(super) sequence: u32,
-    pub(super) tick: u64,
-    pub(super) order: Order,
-}
-
-/// What a command does.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Order {
-    Machine(MachineCommand),
-    JobBegin,
-    JobEnd,
-}
-
-/// To the cyclic thread.
-#[derive(Debug)]
-pub(super) enum Inbound {
-    /// A chunk, from this writer.
-    Chunk([u8; 16], Box<ChunkBuffer>),
-    Command([u8; 16], TimedCommand),
-    /// A fault, now (0) or at this tick of the next job, its first being 1.
-    Fault(Fault, u64),
-    Reset,
-    Lobe(Box<RawLobe>),
-    Bar(Box<RawBar>),
-    Snapshot(Box<Snapshot>),
-    Outline(Box<Outline>),
-    Active(bool),
-}
-
-/// From the cyclic thread.
-#[derive(Debug)]
-#[allow(clippy::large_enum_variant, reason = "ticks are nearly all of the traffic; a box would allocate")]
-pub(super) enum Outbound {
-    Tick(TickReport, StreamState),
-    ResetDone(Result<(), ResetRefused>),
-    LobeDone(Result<(), LobeRefused>, Box<RawLobe>),
-    BarDone(Result<(), BarRefused>, Box<RawBar>),
-    Snapshot(Box<Snapshot>),
-    Outline(Box<Outline>),
-    /// A chunk was refused; the pump tells and drops it.
-    Refused(ChunkError, [u8; 16], Box<ChunkBuffer>),
-    /// A second writer sent a chunk; the holder stays.
-    SecondWriter {
-        holder: [u8; 16],
-        refused: [u8; 16],
-        chunk: Box<ChunkBuffer>,
-    },
-    /// An empty chunk to drop where dropping is allowed.
-    Used(Box<ChunkBuffer>),
-    /// The job that was begun has ended; the part may be looked at.
-    JobEnded,
-    Lasting(LastingState),
 }
 
 /// What other threads tell the ticker without a message.
@@ -238,6 +182,7 @@ impl Ticker {
     fn has_work(&self, next: u64) -> bool {
         self.buffer.has_setpoints()
             || !self.machine.is_at_rest()
+            || self.machine.is_being_loaded()
             || self.commands.iter().flatten().any(|c| c.tick >= next)
     }
 
@@ -250,7 +195,7 @@ impl Ticker {
             return false;
         }
         if self.is_stopped_by_alarm() {
-            return !self.machine.is_at_rest();
+            return !self.machine.is_at_rest() || self.machine.is_being_loaded();
         }
         self.has_work(next) && (self.is_given_up() || !self.buffer.is_underrun(next)) && !self.awaits_stream(next)
     }
@@ -352,13 +297,19 @@ impl Ticker {
                 Inbound::Fault(fault, job_tick) => self.faults.add(fault, job_tick),
                 Inbound::Reset => self.reset(),
                 Inbound::Lobe(mut lobe) => {
-                    let outcome =
-                        if self.takes_part() { lobe.put_in(&mut self.machine) } else { Err(LobeRefused::Moving) };
+                    let outcome = match self.machine.holds_part() {
+                        Err(refused) => Err(LobeRefused::NotHeld(refused)),
+                        Ok(()) if self.takes_part() => lobe.put_in(&mut self.machine),
+                        Ok(()) => Err(LobeRefused::Moving),
+                    };
                     self.send(Outbound::LobeDone(outcome, lobe));
                 }
                 Inbound::Bar(mut bar) => {
-                    let outcome =
-                        if self.takes_part() { bar.clamp(&mut self.machine) } else { Err(BarRefused::Moving) };
+                    let outcome = match self.machine.holds_part() {
+                        Err(refused) => Err(BarRefused::NotHeld(refused)),
+                        Ok(()) if self.takes_part() => bar.clamp(&mut self.machine),
+                        Ok(()) => Err(BarRefused::Moving),
+                    };
                     self.send(Outbound::BarDone(outcome, bar));
                 }
                 Inbound::Snapshot(mut snapshot) => {
@@ -368,6 +319,16 @@ impl Ticker {
                 Inbound::Outline(mut outline) => {
                     outline.take(&self.machine);
                     self.send(Outbound::Outline(outline));
+                }
+                Inbound::Area(order) => self.work_area(order),
+                Inbound::Loader { inside, lost } => self.machine.see_loader(inside, lost),
+                Inbound::Judge(is_good) => {
+                    self.machine.judge_part(is_good);
+                    self.tell_lasting();
+                }
+                Inbound::ResetShift => {
+                    self.machine.reset_shift();
+                    self.tell_lasting();
                 }
                 Inbound::Active(active) => self.active = active,
             }
@@ -468,6 +429,17 @@ impl Ticker {
         self.send(Outbound::ResetDone(outcome));
     }
 
+    /// Works door, chuck or part of a machine that takes no setpoints.
+    fn work_area(&mut self, order: AreaOrder) {
+        let outcome = match order {
+            _ if self.buffer.has_setpoints() => Err(LoadingRefused::Moving),
+            AreaOrder::Door(open) => self.machine.order_door(open),
+            AreaOrder::Chuck(open) => self.machine.order_chuck(open),
+            AreaOrder::Part(put_in) => self.machine.change_part(put_in),
+        };
+        self.send(Outbound::AreaDone(order, outcome));
+    }
+
     /// Loading and copying the part are the only places where this thread allocates: a part is taken at rest only.
     fn takes_part(&self) -> bool {
         self.machine.is_at_rest() && !self.buffer.has_setpoints()
@@ -484,9 +456,4 @@ impl Ticker {
             std::thread::yield_now();
         }
     }
-}
-
-/// Axis of a home command by its joint.
-pub(super) fn home_order(joint: &str, counts: i64) -> Option<Order> {
-    Axis::from_joint(joint).map(|axis| Order::Machine(MachineCommand::SetHome { axis, counts }))
 }

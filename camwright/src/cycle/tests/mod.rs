@@ -77,6 +77,7 @@ pub(crate) fn machine() -> MachineDescription {
         gauge: None,
         gap_detector: None,
         key_way_probe: None,
+        loading: None,
         process: None,
         retract: AlarmRetract::default(),
         dresser: None,

@@ -68,6 +68,9 @@ pub enum ResetRefused {
     /// A drive still reports its fault.
     #[error("the drive of {} still reports a fault", .0.joint())]
     DriveFault(Axis),
+    /// Somebody is in the work area.
+    #[error("somebody is in the work area")]
+    Entered,
     /// An axis is not at rest yet.
     #[error("{} is not at rest yet", .0.joint())]
     Moving(Axis),

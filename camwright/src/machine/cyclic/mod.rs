@@ -13,6 +13,7 @@ mod sweep;
 mod telling;
 mod turning;
 mod watch;
+mod work_area;
 
 use crate::machine::alarm::{ALARM_KINDS, Alarm, AlarmKind, Severity};
 use crate::machine::axis::AxisState;
@@ -23,9 +24,10 @@ use crate::machine::gauge::Gauge;
 use crate::machine::plausibility::Plausibility;
 use crate::machine::report::TickReport;
 use crate::machine::sensors::{OriginDetector, OvertravelSwitches, StationSwitch};
-use crate::machine::state::LastingState;
+use crate::machine::state::{LastingState, Tally};
 use crate::machine::turned_part::TurnedRemoval;
 use crate::machine::wheel::WheelSpindle;
+use crate::machine::work_area::WorkArea;
 use crate::machine::workpiece::{Deflection, Removal, Workpiece};
 use crate::numeric::fixed_list::FixedList;
 use crate::setpoint::{Input, Latch, Setpoint};
@@ -74,6 +76,8 @@ pub struct Machine {
     part: Workpiece,
     /// The part in the chuck of a lathe.
     turned: Option<Clamped>,
+    /// What a machine that is loaded is loaded through.
+    work_area: Option<WorkArea>,
     /// How wheel and part have given way to each other.
     deflection: Deflection,
     /// Normal force of the wheel on the part (N).
@@ -182,6 +186,7 @@ impl Machine {
                 .map_or(0.0, |thermal| -libm::expm1(-description.cycle_time_s() / thermal.time_constant_s)),
             part: Workpiece::default(),
             turned: None,
+            work_area: description.loading.map(|loading| WorkArea::new(&loading, description.cycle_time_s())),
             deflection: Deflection::default(),
             force_n: 0.0,
             push_n: 0.0,
@@ -220,9 +225,18 @@ impl Machine {
 
     /// Counts a finished part.
     pub fn count_part(&mut self) {
-        self.lasting.part_count = self.lasting.part_count.saturating_add(1);
-        self.lasting.parts_since_dress = self.lasting.parts_since_dress.saturating_add(1);
+        self.lasting.count_part();
         self.ground = None;
+    }
+
+    /// Counts what a finished part was found to be.
+    pub fn judge_part(&mut self, is_good: bool) {
+        self.lasting.judge_part(is_good);
+    }
+
+    /// A shift begins.
+    pub fn reset_shift(&mut self) {
+        self.lasting.shift = Tally::default();
     }
 
     /// The last tick executed; 0 before the first.
@@ -346,6 +360,9 @@ impl Machine {
         if self.mains_lost {
             return Err(ResetRefused::PowerLost);
         }
+        if self.work_area.is_some_and(|area| area.entered()) {
+            return Err(ResetRefused::Entered);
+        }
         for axis in Axis::ALL {
             if self.drive_faults[axis.index()] {
                 return Err(ResetRefused::DriveFault(axis));
@@ -398,6 +415,7 @@ impl Machine {
         for command in commands {
             self.apply_command(*command);
         }
+        self.watch_guards();
         self.react();
         if self.powered {
             self.advance_setpoint(setpoint);

@@ -62,6 +62,9 @@ impl Machine {
 
     /// Why a setpoint cannot be followed: the alarm with its value and bound.
     pub(super) fn refusal(&self, setpoint: &Setpoint) -> Option<(AlarmKind, f64, f64)> {
+        if let Some(kind) = self.hinders(setpoint) {
+            return Some((kind, 0.0, 0.0));
+        }
         let last = self.followed;
         if let Some(misfit) = self.plausibility.misfit(&last, setpoint) {
             let kind = match misfit.what {

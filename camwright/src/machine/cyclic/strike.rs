@@ -63,6 +63,7 @@ impl Machine {
             Fault::Gauge(fault) => self.gauge_watch.fault = fault,
             Fault::WheelStall(stalled) => self.wheel.stall(stalled),
             Fault::WheelOverspeed(factor) => self.overspeed = factor,
+            Fault::Loading(fault) => self.apply_loading_fault(fault),
         }
     }
 

@@ -39,7 +39,7 @@ impl Machine {
             estop: self.estop,
             drives_on: self.powered,
             wheel_running: self.wheel.is_running(),
-            part_present: self.has_part(),
+            part_present: self.work_area.map_or(self.has_part(), |area| area.part_present()),
         }
     }
 
@@ -78,6 +78,7 @@ impl Machine {
             normal_force_n: self.force_n,
             gauge_mm,
             wheel_rad_s: self.wheel_rad_s(),
+            work_area: self.work_area(),
         }
     }
 }

@@ -1,0 +1,37 @@
+//! What a machine is loaded through: door and chuck, and where its wheel must stand for that.
+
+use crate::machine::description::DescriptionError;
+
+/// Door, chuck and safe place of a machine that is loaded by a robot or by hand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoadingDescription {
+    /// How long the door takes to open (s).
+    pub door_opens_s: f64,
+    /// How long it takes to close (s).
+    pub door_closes_s: f64,
+    /// How long the chuck takes to open (s).
+    pub chuck_opens_s: f64,
+    /// How long it takes to close (s).
+    pub chuck_closes_s: f64,
+    /// X from which on the wheel leaves room for who loads (mm).
+    pub safe_x_mm: f64,
+}
+
+impl LoadingDescription {
+    pub(super) fn validate(&self) -> Result<(), DescriptionError> {
+        for (what, value) in [
+            ("time of the door to open (s)", self.door_opens_s),
+            ("time of the door to close (s)", self.door_closes_s),
+            ("time of the chuck to open (s)", self.chuck_opens_s),
+            ("time of the chuck to close (s)", self.chuck_closes_s),
+        ] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(DescriptionError::Negative { what, value });
+            }
+        }
+        match self.safe_x_mm.is_finite() {
+            true => Ok(()),
+            false => Err(DescriptionError::Negative { what: "safe place of x_axis (mm)", value: self.safe_x_mm }),
+        }
+    }
+}

@@ -1,0 +1,397 @@
+//! States, modes and commands of PackML (ISA-TR88.00.02), with its numbers: which command leads from where to where.
+//!
+//! ```text
+//!  STOPPED ─RESET─► resetting ─► IDLE ─START─► starting ─► EXECUTE ─► completing ─► COMPLETE ─RESET─► resetting
+//!                                                            │ ▲
+//!     HOLD, from EXECUTE and SUSPENDED ─► holding ─► HELD ─UNHOLD─► unholding ─┤
+//!     SUSPEND ─► suspending ─► SUSPENDED ─UNSUSPEND─► unsuspending ────────────┘
+//!  STOP, from all but those on the way to a stop or at one ─► stopping ─► STOPPED
+//!  ABORT, from all ─► aborting ─► ABORTED ─CLEAR─► clearing ─► STOPPED
+//! ```
+//! What is written small is acted on and ends by itself, EXECUTE too. Held is for a reason within the cell, suspended for one outside.
+//! HOLD out of SUSPENDED is the extension that OPC 30050 calls optional: who wants to look at a part does not wait for a robot.
+
+use core::fmt;
+use thiserror::Error;
+
+/// Number of states, and one for what is none of them.
+pub const STATES: usize = 18;
+
+/// A state of the cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u8)]
+#[allow(missing_docs, reason = "the words are PackML's; the drawing above says how they follow each other")]
+pub enum State {
+    Clearing = 1,
+    #[default]
+    Stopped = 2,
+    Starting = 3,
+    Idle = 4,
+    Suspended = 5,
+    Execute = 6,
+    Stopping = 7,
+    Aborting = 8,
+    Aborted = 9,
+    Holding = 10,
+    Held = 11,
+    Unholding = 12,
+    Suspending = 13,
+    Unsuspending = 14,
+    Resetting = 15,
+    Completing = 16,
+    Complete = 17,
+}
+
+/// What the cell may start by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u8)]
+pub enum Mode {
+    /// Production: part after part.
+    #[default]
+    Automatic = 1,
+    /// Maintenance: set-up work.
+    SetUp = 2,
+    /// Nothing but what is asked for axis by axis.
+    Manual = 3,
+    /// The one part that was put in by hand.
+    SemiAutomatic = 4,
+}
+
+/// A command to the cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+#[allow(missing_docs, reason = "the words are PackML's")]
+pub enum Command {
+    Reset = 1,
+    Start = 2,
+    Stop = 3,
+    Hold = 4,
+    Unhold = 5,
+    Suspend = 6,
+    Unsuspend = 7,
+    Abort = 8,
+    Clear = 9,
+}
+
+/// Why a command or a mode was not taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum Refused {
+    /// The command does not lead anywhere from this state.
+    #[error("{command} is not taken in state {state}; {}", Takes(*.state))]
+    State {
+        /// The command.
+        command: Command,
+        /// The state.
+        state: State,
+    },
+    /// The mode does not produce.
+    #[error("START is not taken in {mode} mode; it is in automatic and semi-automatic mode")]
+    Mode {
+        /// The mode.
+        mode: Mode,
+    },
+    /// The mode changes only at rest.
+    #[error("the mode is {mode} and cannot be changed in state {state}; it can in STOPPED, IDLE, COMPLETE and ABORTED")]
+    ModeInState {
+        /// The mode that stays.
+        mode: Mode,
+        /// The state.
+        state: State,
+    },
+}
+
+impl State {
+    /// Every state, in the order of the numbers.
+    pub const ALL: [State; STATES - 1] = [
+        State::Clearing,
+        State::Stopped,
+        State::Starting,
+        State::Idle,
+        State::Suspended,
+        State::Execute,
+        State::Stopping,
+        State::Aborting,
+        State::Aborted,
+        State::Holding,
+        State::Held,
+        State::Unholding,
+        State::Suspending,
+        State::Unsuspending,
+        State::Resetting,
+        State::Completing,
+        State::Complete,
+    ];
+
+    /// Its name in the report.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            State::Clearing => "CLEARING",
+            State::Stopped => "STOPPED",
+            State::Starting => "STARTING",
+            State::Idle => "IDLE",
+            State::Suspended => "SUSPENDED",
+            State::Execute => "EXECUTE",
+            State::Stopping => "STOPPING",
+            State::Aborting => "ABORTING",
+            State::Aborted => "ABORTED",
+            State::Holding => "HOLDING",
+            State::Held => "HELD",
+            State::Unholding => "UNHOLDING",
+            State::Suspending => "SUSPENDING",
+            State::Unsuspending => "UNSUSPENDING",
+            State::Resetting => "RESETTING",
+            State::Completing => "COMPLETING",
+            State::Complete => "COMPLETE",
+        }
+    }
+
+    /// Where it leads when what is done in it is done; `None`: it waits for a command.
+    #[must_use]
+    pub const fn completes(self) -> Option<State> {
+        Some(match self {
+            State::Clearing | State::Stopping => State::Stopped,
+            State::Resetting => State::Idle,
+            State::Starting | State::Unholding | State::Unsuspending => State::Execute,
+            State::Execute => State::Completing,
+            State::Completing => State::Complete,
+            State::Holding => State::Held,
+            State::Suspending => State::Suspended,
+            State::Aborting => State::Aborted,
+            State::Stopped | State::Idle | State::Suspended | State::Aborted | State::Held | State::Complete => {
+                return None;
+            }
+        })
+    }
+
+    /// Where a command leads; `None`: nowhere.
+    #[must_use]
+    pub const fn commanded(self, command: Command) -> Option<State> {
+        Some(match (command, self) {
+            (Command::Reset, State::Stopped | State::Complete) => State::Resetting,
+            (Command::Start, State::Idle) => State::Starting,
+            (Command::Hold, State::Execute | State::Suspended) => State::Holding,
+            (Command::Unhold, State::Held) => State::Unholding,
+            (Command::Suspend, State::Execute) => State::Suspending,
+            (Command::Unsuspend, State::Suspended) => State::Unsuspending,
+            (Command::Clear, State::Aborted) => State::Clearing,
+            (Command::Abort, State::Aborting | State::Aborted) => return None,
+            (Command::Abort, _) => State::Aborting,
+            (Command::Stop, State::Stopped | State::Stopping | State::Aborting | State::Aborted | State::Clearing) => {
+                return None;
+            }
+            (Command::Stop, _) => State::Stopping,
+            _ => return None,
+        })
+    }
+
+    /// Whether the cell is at rest in it and belongs to nobody.
+    #[must_use]
+    pub const fn is_idle(self) -> bool {
+        matches!(self, State::Stopped | State::Idle | State::Complete | State::Aborted)
+    }
+}
+
+impl Mode {
+    /// Every mode, in the order of the numbers.
+    pub const ALL: [Mode; 4] = [Mode::Automatic, Mode::SetUp, Mode::Manual, Mode::SemiAutomatic];
+
+    /// The mode with this number.
+    #[must_use]
+    pub fn from_number(number: u8) -> Option<Mode> {
+        Mode::ALL.into_iter().find(|mode| *mode as u8 == number)
+    }
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Mode::Automatic => "automatic",
+            Mode::SetUp => "set-up",
+            Mode::Manual => "manual",
+            Mode::SemiAutomatic => "semi-automatic",
+        }
+    }
+
+    /// Whether jobs run in it.
+    #[must_use]
+    pub const fn produces(self) -> bool {
+        matches!(self, Mode::Automatic | Mode::SemiAutomatic)
+    }
+}
+
+impl Command {
+    /// Every command, in the order of the numbers.
+    pub const ALL: [Command; 9] = [
+        Command::Reset,
+        Command::Start,
+        Command::Stop,
+        Command::Hold,
+        Command::Unhold,
+        Command::Suspend,
+        Command::Unsuspend,
+        Command::Abort,
+        Command::Clear,
+    ];
+
+    /// The command with this number.
+    #[must_use]
+    pub fn from_number(number: u8) -> Option<Command> {
+        Command::ALL.into_iter().find(|command| *command as u8 == number)
+    }
+
+    /// Its name in the report.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Command::Reset => "RESET",
+            Command::Start => "START",
+            Command::Stop => "STOP",
+            Command::Hold => "HOLD",
+            Command::Unhold => "UNHOLD",
+            Command::Suspend => "SUSPEND",
+            Command::Unsuspend => "UNSUSPEND",
+            Command::Abort => "ABORT",
+            Command::Clear => "CLEAR",
+        }
+    }
+}
+
+impl fmt::Display for State {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl fmt::Display for Mode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl fmt::Display for Command {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// What a state takes, for people.
+struct Takes(State);
+
+impl fmt::Display for Takes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut taken = Command::ALL.into_iter().filter(|command| self.0.commanded(*command).is_some());
+        match taken.next() {
+            None => f.write_str("it ends by itself"),
+            Some(first) => {
+                write!(f, "it takes {first}")?;
+                taken.try_for_each(|command| write!(f, ", {command}"))
+            }
+        }
+    }
+}
+
+/// The cell: its state, its mode, and how long it was in which state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit {
+    state: State,
+    mode: Mode,
+    /// When it began, when the state was entered, and how far times are counted (s).
+    began_s: f64,
+    since_s: f64,
+    counted_s: f64,
+    accumulated_s: [f64; STATES],
+}
+
+impl Unit {
+    /// A cell at rest, from this time on (s, of whatever clock).
+    #[must_use]
+    pub fn new(now_s: f64) -> Self {
+        let (state, mode) = (State::default(), Mode::default());
+        Self { state, mode, began_s: now_s, since_s: now_s, counted_s: now_s, accumulated_s: [0.0; STATES] }
+    }
+
+    /// Its state.
+    #[must_use]
+    pub const fn state(&self) -> State {
+        self.state
+    }
+
+    /// Its mode.
+    #[must_use]
+    pub const fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// Since when it has been in its state (s).
+    #[must_use]
+    pub fn time_in_state_s(&self, now_s: f64) -> f64 {
+        (now_s - self.since_s).max(0.0)
+    }
+
+    /// How long it was in each state, by number; index 0: since it began (s).
+    #[must_use]
+    pub fn accumulated_s(&self, now_s: f64) -> [f64; STATES] {
+        let mut times_s = self.accumulated_s;
+        times_s[self.state as usize] += (now_s - self.counted_s).max(0.0);
+        times_s[0] = (now_s - self.began_s).max(0.0);
+        times_s
+    }
+
+    fn enter(&mut self, state: State, now_s: f64) {
+        self.accumulated_s = self.accumulated_s(now_s);
+        (self.state, self.since_s, self.counted_s) = (state, now_s, now_s);
+    }
+
+    /// Takes a command.
+    ///
+    /// # Errors
+    /// It leads nowhere from here, or not in this mode; nothing has changed then.
+    pub fn command(&mut self, command: Command, now_s: f64) -> Result<State, Refused> {
+        self.would(command)?;
+        if let Some(state) = self.state.commanded(command) {
+            self.enter(state, now_s);
+        }
+        Ok(self.state)
+    }
+
+    /// Whether a command would be taken.
+    ///
+    /// # Errors
+    /// As [`Unit::command`].
+    pub fn would(&self, command: Command) -> Result<(), Refused> {
+        if self.state.commanded(command).is_none() {
+            return Err(Refused::State { command, state: self.state });
+        }
+        match command == Command::Start && !self.mode.produces() {
+            true => Err(Refused::Mode { mode: self.mode }),
+            false => Ok(()),
+        }
+    }
+
+    /// What is done in this state is done; false where nothing is.
+    pub fn complete(&mut self, now_s: f64) -> bool {
+        match self.state.completes() {
+            Some(next) => {
+                self.enter(next, now_s);
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// Selects a mode.
+    ///
+    /// # Errors
+    /// The cell is not at rest; the mode stays.
+    pub fn select(&mut self, mode: Mode) -> Result<(), Refused> {
+        if !self.state.is_idle() {
+            return Err(Refused::ModeInState { mode: self.mode, state: self.state });
+        }
+        self.mode = mode;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,86 @@
+//! What passes between the cyclic thread and the rest of the node.
+
+use super::outline::Outline;
+use super::part::{BarRefused, LobeRefused, RawBar, RawLobe, Snapshot};
+use super::pump::StreamState;
+use super::work_area::AreaOrder;
+use crate::convert::setpoints::ChunkBuffer;
+use camwright::machine::buffer::ChunkError;
+use camwright::machine::description::Axis;
+use camwright::machine::fault::Fault;
+use camwright::machine::report::TickReport;
+use camwright::machine::state::LastingState;
+use camwright::machine::work_area::LoadingRefused;
+use camwright::machine::{MachineCommand, ResetRefused};
+
+/// An order with its place in the sender's sequence and the tick at which it takes effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct TimedCommand {
+    pub(super) sequence: u32,
+    pub(super) tick: u64,
+    pub(super) order: Order,
+}
+
+/// What a command does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Order {
+    Machine(MachineCommand),
+    JobBegin,
+    JobEnd,
+}
+
+/// To the cyclic thread.
+#[derive(Debug)]
+pub(super) enum Inbound {
+    /// A chunk, from this writer.
+    Chunk([u8; 16], Box<ChunkBuffer>),
+    Command([u8; 16], TimedCommand),
+    /// A fault, now (0) or at this tick of the next job, its first being 1.
+    Fault(Fault, u64),
+    Reset,
+    Lobe(Box<RawLobe>),
+    Bar(Box<RawBar>),
+    Snapshot(Box<Snapshot>),
+    Outline(Box<Outline>),
+    Area(AreaOrder),
+    /// Where the loader says it is; `lost`: it has ceased to say anything.
+    Loader {
+        inside: bool,
+        lost: bool,
+    },
+    /// What the last part was found to be.
+    Judge(bool),
+    ResetShift,
+    Active(bool),
+}
+
+/// From the cyclic thread.
+#[derive(Debug)]
+#[allow(clippy::large_enum_variant, reason = "ticks are nearly all of the traffic; a box would allocate")]
+pub(super) enum Outbound {
+    Tick(TickReport, StreamState),
+    ResetDone(Result<(), ResetRefused>),
+    LobeDone(Result<(), LobeRefused>, Box<RawLobe>),
+    BarDone(Result<(), BarRefused>, Box<RawBar>),
+    Snapshot(Box<Snapshot>),
+    Outline(Box<Outline>),
+    AreaDone(AreaOrder, Result<(), LoadingRefused>),
+    /// A chunk was refused; the pump tells and drops it.
+    Refused(ChunkError, [u8; 16], Box<ChunkBuffer>),
+    /// A second writer sent a chunk; the holder stays.
+    SecondWriter {
+        holder: [u8; 16],
+        refused: [u8; 16],
+        chunk: Box<ChunkBuffer>,
+    },
+    /// An empty chunk to drop where dropping is allowed.
+    Used(Box<ChunkBuffer>),
+    /// The job that was begun has ended; the part may be looked at.
+    JobEnded,
+    Lasting(LastingState),
+}
+
+/// Axis of a home command by its joint.
+pub(super) fn home_order(joint: &str, counts: i64) -> Option<Order> {
+    Axis::from_joint(joint).map(|axis| Order::Machine(MachineCommand::SetHome { axis, counts }))
+}
