@@ -3,6 +3,8 @@
 #[path = "support/cell.rs"]
 mod cell;
 mod support;
+#[path = "support/watched.rs"]
+mod watched;
 
 use camwright_msgs::builtin_interfaces::msg::Duration as RosDuration;
 use camwright_msgs::camwright_msgs::action::{ExecutePlan, ExecutePlanGoal, Home, HomeFeedback, HomeGoal};
@@ -10,69 +12,15 @@ use camwright_msgs::camwright_msgs::msg::{InterpolatorState, MachineAlarms, Plan
 use camwright_msgs::camwright_msgs::srv::{
     FeedHold, FeedHoldRequest, InjectFault, InjectFaultRequest, SetOverride, SetOverrideRequest,
 };
-use camwright_msgs::control_msgs::action::{
-    FollowJointTrajectory, FollowJointTrajectoryGoal, FollowJointTrajectoryResult,
-};
-use camwright_msgs::rcl_interfaces::msg::Log;
+use camwright_msgs::control_msgs::action::{FollowJointTrajectory, FollowJointTrajectoryGoal};
+use camwright_msgs::control_msgs::msg::JointTolerance;
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
 use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
-use camwright_nodes::ros::{GoalStatus, Publisher, Qos, Subscription};
+use camwright_nodes::ros::{GoalStatus, Publisher, Qos};
 use cell::{Cell, PATIENCE};
-use std::sync::{Arc, Mutex, mpsc};
-use std::time::{Duration, Instant};
-
-/// The last message of a topic, and every one of it.
-struct Watched<M> {
-    last: Arc<Mutex<Option<M>>>,
-    _subscription: Subscription,
-}
-
-impl<M: camwright_msgs::Message + Clone> Watched<M> {
-    fn new(cell: &Cell, topic: &str, qos: &Qos) -> Self {
-        let last: Arc<Mutex<Option<M>>> = Arc::default();
-        let place = Arc::clone(&last);
-        let heard = move |message, _: &_| *place.lock().expect("not poisoned") = Some(message);
-        Self { last, _subscription: cell.client.node.subscribe::<M>(topic, qos, heard).expect("a subscription") }
-    }
-
-    /// The last message, once it is as wanted.
-    fn until(&self, what: &str, wanted: impl Fn(&M) -> bool) -> M {
-        let deadline = Instant::now() + PATIENCE;
-        loop {
-            if let Some(message) = self.last.lock().expect("not poisoned").clone().filter(|message| wanted(message)) {
-                return message;
-            }
-            assert!(Instant::now() < deadline, "{what}");
-            std::thread::sleep(Duration::from_millis(5));
-        }
-    }
-}
-
-/// What the cell logs.
-struct LogLines {
-    lines: mpsc::Receiver<String>,
-    _subscription: Subscription,
-}
-
-impl LogLines {
-    fn of(cell: &Cell) -> Self {
-        let (sender, lines) = mpsc::channel();
-        let heard = move |log: Log, _: &_| drop(sender.send(log.msg));
-        let subscription = cell.client.node.subscribe("/rosout", &Qos::latched(1000), heard);
-        Self { lines, _subscription: subscription.expect("a subscription") }
-    }
-
-    /// The next line with these words.
-    fn line(&self, words: &[&str]) -> String {
-        loop {
-            let line = self.lines.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("no line with {words:?}"));
-            if words.iter().all(|word| line.contains(word)) {
-                return line;
-            }
-        }
-    }
-}
+use std::sync::mpsc;
+use watched::{LogLines, Watched};
 
 /// From rest to rest, one joint to one place in a time.
 fn to(joint: &str, position: f64, seconds: i32) -> JointTrajectory {
@@ -117,34 +65,6 @@ fn homing_tells_its_steps_and_makes_the_mark_of_the_headstock_its_zero() {
     joints.until("C stands at its zero", |joints| position(joints, "c_axis").abs() < 2.0_f64.to_radians());
     let wrong = home.send_goal(HomeGoal { joints: vec!["y_axis".into()] }, drop, PATIENCE).expect("a decision");
     assert!(!wrong.accepted(), "there is no y_axis");
-    cell.stop();
-}
-
-#[test]
-fn a_joint_trajectory_of_another_client_is_followed_and_one_beyond_a_limit_is_refused() {
-    let cell = Cell::start(&[]);
-    let joints = Watched::<JointState>::new(&cell, "joint_states", &Qos::default_topic());
-    let follow = "axis_interpolator/follow_joint_trajectory";
-    let client = cell.client.node.action_client::<FollowJointTrajectory>(follow).expect("a client");
-    client.wait_for_server(PATIENCE).expect("follow_joint_trajectory");
-    let log = LogLines::of(&cell);
-    let too_fast = client.send_goal(goal(to("z_axis", 0.5, 1)), drop, PATIENCE).expect("a decision");
-    assert!(!too_fast.accepted());
-    log.line(&["rejected", "z_axis"]);
-    assert!(!cell.client.has_moved());
-
-    let moved = client.send_goal(goal(to("z_axis", 0.05, 2)), drop, PATIENCE).expect("a decision");
-    assert!(moved.accepted());
-    let (status, result) = moved.result(PATIENCE).expect("a result");
-    assert_eq!((status, result.error_code), (GoalStatus::Succeeded, FollowJointTrajectoryResult::SUCCESSFUL));
-    let at = |metres: f64| move |joints: &JointState| (position(joints, "z_axis") - metres).abs() < 1e-9;
-    joints.until("the table stands at 50 mm", at(0.05));
-
-    let topic: Publisher<JointTrajectory> =
-        cell.client.node.publisher("axis_interpolator/joint_trajectory", &Qos::default_topic()).expect("a publisher");
-    assert!(topic.wait_matched(1, PATIENCE));
-    topic.publish(&to("z_axis", 0.02, 2)).expect("published");
-    joints.until("the table stands at 20 mm", at(0.02));
     cell.stop();
 }
 
@@ -224,7 +144,10 @@ fn an_override_that_is_set_between_motions_is_that_of_the_next() {
         line.rsplit(' ').next().and_then(|tick| tick.parse::<u64>().ok()).unwrap_or_else(|| panic!("{line}"))
     };
     let ticks = |metres: f64| {
-        let moved = client.send_goal(goal(to("z_axis", metres, 2)), drop, PATIENCE).expect("a decision");
+        // No tolerance at the end: it is over with its last setpoint.
+        let any = JointTolerance { name: "z_axis".into(), position: -1.0, velocity: -1.0, acceleration: -1.0 };
+        let goal = FollowJointTrajectoryGoal { goal_tolerance: vec![any], ..goal(to("z_axis", metres, 2)) };
+        let moved = client.send_goal(goal, drop, PATIENCE).expect("a decision");
         assert!(moved.accepted());
         assert_eq!(moved.result(PATIENCE).expect("a result").0, GoalStatus::Succeeded);
         let begun = tick("begins at tick");

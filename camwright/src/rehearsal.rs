@@ -15,7 +15,7 @@ use thiserror::Error;
 const SETTLING_TICKS: u64 = 60_000;
 
 /// How a rehearsal ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rehearsed {
     /// How the motion ended.
     pub outcome: Outcome,

@@ -81,6 +81,17 @@ pub struct Latch {
     pub counts: i64,
 }
 
+/// What the encoders read at a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Measured {
+    /// The tick.
+    pub tick: u64,
+    /// Positions (counts).
+    pub counts: [i64; AXIS_COUNT],
+    /// Velocities (mm/s or rad/s).
+    pub velocity: [f64; AXIS_COUNT],
+}
+
 /// A point of the stop that ends a chunk of setpoints: what the axes do if no further chunk comes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StopPoint {

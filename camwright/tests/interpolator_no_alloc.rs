@@ -6,10 +6,12 @@ mod bench;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use bench::{ORIGIN, SWITCH, machine, two_cuts, whole_job};
-use camwright::interpolator::{Event, Interpolator, Motion, Outcome, Prepared, Request, TickInputs};
+use camwright::interpolator::tolerance::{FollowingTolerances, Tolerance};
+use camwright::interpolator::trajectory::{Start, Trajectory, TrajectoryPoint};
+use camwright::interpolator::{Event, Foreseen, Interpolator, Motion, Outcome, Prepared, Request, TickInputs};
 use camwright::job::SpeedLaw;
 use camwright::machine::description::Axis;
-use camwright::setpoint::{Input, Latch, StopPoint};
+use camwright::setpoint::{Input, Latch, Measured, StopPoint};
 use std::sync::Arc;
 
 #[global_allocator]
@@ -65,4 +67,55 @@ fn neither_a_step_nor_a_stop_nor_feedback_allocates() {
         let expected = if cancel_at > 0 { Outcome::Cancelled } else { Outcome::Completed };
         assert_eq!(outcome, Some(expected));
     }
+}
+
+#[test]
+fn neither_following_a_trajectory_nor_putting_another_in_its_place_allocates() {
+    let machine = machine();
+    let kept = [Tolerance { position: Some(0.5), velocity: Some(1.0), acceleration: None }; 3];
+    let tolerances = FollowingTolerances { path: kept, goal: kept, goal_time_ticks: Some(100) };
+    let to = |x_mm: f64, start: &Start| {
+        let points = [TrajectoryPoint { time_s: 1.0, positions: vec![x_mm], ..TrajectoryPoint::default() }];
+        let trajectory = Trajectory::from_points(&[Axis::X], &points, start, &machine).expect("within limits");
+        let motion = Motion::from(trajectory.with_tolerances(tolerances));
+        Box::new(Prepared::new(motion, &machine).expect("good"))
+    };
+    // Where it will be at tick 400 a rehearsal of the same ticks tells.
+    let mut rehearsed = Interpolator::new(&machine);
+    rehearsed.start(to(20.0, &Start::default())).expect("idle");
+    for tick in 0..300 {
+        rehearsed.step(&TickInputs { tick, requests: &[] });
+    }
+    let first = to(20.0, &Start::default());
+    let Foreseen::At(there) = rehearsed.foresee(400) else { panic!("it moves") };
+    let second = to(5.0, &there);
+    let mut interpolator = Interpolator::new(&machine);
+    interpolator.start(first).expect("idle");
+    let mut tail = [StopPoint::default(); 32];
+    let (outcome, _first, _spliced) = assert_no_alloc(|| {
+        let (mut second, mut first) = (Some(second), None);
+        for tick in 0..5_000 {
+            if tick == 400
+                && let Some(second) = second.take()
+            {
+                let refused = interpolator.splice(tick, second).err();
+                first = interpolator.take_finished();
+                if refused.is_some() {
+                    return (None, first, refused);
+                }
+            }
+            let out = interpolator.step(&TickInputs { tick, requests: &[] });
+            interpolator.stop_tail(&mut tail);
+            let _told = interpolator.desired_at(tick);
+            let (counts, velocity) = (out.setpoint.counts, out.setpoint.velocity);
+            interpolator.measured(&Measured { tick, counts, velocity });
+            for event in out.events.iter() {
+                if let Event::Finished(outcome) = event {
+                    return (Some(*outcome), first, None);
+                }
+            }
+        }
+        (None, first, None)
+    });
+    assert_eq!(outcome, Some(Outcome::Completed));
 }

@@ -1,5 +1,6 @@
 //! What goes into a tick of the interpolator, and what comes out of it.
 
+use super::tolerance::ToleranceViolation;
 use super::{InterpolatorAlarm, Status};
 use crate::machine::description::Axis;
 use crate::numeric::fixed_list::FixedList;
@@ -39,6 +40,10 @@ pub enum AppliedInput {
     Feedback(Latch),
     /// An alarm of the machine came into sight, by its number.
     Alarm(u16),
+    /// That a trajectory's tolerance was broken came into sight.
+    OutOfTolerance(ToleranceViolation),
+    /// That the axes are where a trajectory ends, within its goal tolerances, came into sight.
+    Settled,
 }
 
 impl Default for AppliedInput {
@@ -106,7 +111,7 @@ pub struct Order {
 }
 
 /// How a motion ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Outcome {
     /// At its end.
     Completed,
@@ -114,6 +119,8 @@ pub enum Outcome {
     Cancelled,
     /// By an alarm, with its number.
     Failed(u16),
+    /// By a tolerance of a trajectory that was not kept; the axes rest on their path.
+    OutOfTolerance(ToleranceViolation),
 }
 
 /// What a probe found.
@@ -196,9 +203,15 @@ pub enum StartError {
     /// Stopped by an alarm.
     #[error("stopped by an alarm; reset it first")]
     Fault,
+    /// It was cancelled before it could begin.
+    #[error("it was cancelled before the axes stood still")]
+    Cancelled,
     /// An axis of a move or a probe whose zero is not known.
     #[error("{} is not homed, its zero is not known", .0.joint())]
     NotHomed(Axis),
+    /// A trajectory that was to take the place of another does not begin as the axes move.
+    #[error("the trajectory does not begin as the axes move; hold, cancel or an alarm came between")]
+    MovesOtherwise,
     /// A trajectory begins elsewhere.
     #[error("the trajectory begins at {wanted} counts of {}, the axis rests at {actual}", axis.joint())]
     StartsElsewhere {

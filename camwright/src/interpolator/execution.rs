@@ -55,6 +55,7 @@ impl Interpolator {
             Mode::Cut(cut) => self.advance_cut(cut, tick, motion, out),
             Mode::Spiral(spiral) => self.advance_spiral(spiral, tick, motion, out),
             Mode::Trajectory(clock) => self.advance_trajectory(clock, tick, motion, out),
+            Mode::Settle => self.settle(tick, motion, out),
         }
         self.put_spin(tick);
         self.watch_soft_limits(out);
@@ -80,7 +81,7 @@ impl Interpolator {
                 return;
             }
             if motion.trajectory.is_some() && next == 0 {
-                self.mode = Mode::Trajectory(PathClock::starting(tick, self.feed_override));
+                self.mode = Mode::Trajectory(PathClock::starting(tick.max(motion.starts_at), self.feed_override));
                 return;
             }
             let Some(planned) = motion.plan.segments.get(next) else {
@@ -338,17 +339,37 @@ impl Interpolator {
     }
 
     fn advance_trajectory(&mut self, mut clock: PathClock, tick: u64, motion: &Prepared, out: &mut StepOutput) {
-        let stopping = self.hold || self.cancel || self.alarm.is_some();
+        let stopping = self.hold || self.cancel || self.alarm.is_some() || self.following.broken.is_some();
+        if tick < clock.begins() || (tick == clock.begins() && self.hold) {
+            // It waits for its time, at rest.
+            if !self.leaves_at_rest(tick, motion, out) {
+                if self.hold {
+                    clock.postpone(tick + 1);
+                }
+                self.mode = Mode::Trajectory(clock);
+            }
+            return;
+        }
         let rate = if stopping { 0 } else { self.feed_override };
         clock.retarget(tick.saturating_sub(1), rate, motion.stop_ticks);
         let rest = Pose::at_rest(self.setpoint.counts);
         self.setpoint = trajectory_pose(&clock, tick, motion, &self.machine, &rest).setpoint();
         self.mode = Mode::Trajectory(clock);
         if clock.at(tick).tau >= whole(motion.ticks) {
-            self.begin(1, tick, motion, out);
+            self.rest();
+            self.mode = Mode::Settle;
+            self.end_trajectory(tick);
+            self.settle(tick, motion, out);
         } else if clock.is_stopped(tick) {
             self.rest();
             self.leaves_at_rest(tick, motion, out);
+        }
+    }
+
+    /// At the end of a trajectory; the setpoints stay.
+    fn settle(&mut self, tick: u64, motion: &Prepared, out: &mut StepOutput) {
+        if !self.leaves_at_rest(tick, motion, out) && self.is_at_goal(motion) {
+            self.begin(1, tick, motion, out);
         }
     }
 
@@ -372,6 +393,10 @@ impl Interpolator {
         if let Some(number) = self.alarm {
             out.events.push(Event::Finished(Outcome::Failed(number)));
             self.mode = Mode::Fault;
+            return true;
+        }
+        if let Some(broken) = self.following.broken {
+            self.finish(Outcome::OutOfTolerance(broken), out);
             return true;
         }
         if !self.cancel {

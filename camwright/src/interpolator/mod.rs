@@ -8,6 +8,7 @@
 mod cut;
 mod exchange;
 mod execution;
+mod following;
 mod homing;
 mod line;
 mod path_time;
@@ -17,6 +18,7 @@ mod search;
 pub mod setup;
 mod spin;
 mod spiral;
+mod splice;
 mod status;
 mod tail;
 pub mod tolerance;
@@ -27,6 +29,7 @@ pub use exchange::{
 };
 pub use prepared::{Motion, PrepareError, Prepared};
 pub(crate) use spin::change_of_speed;
+pub use splice::Foreseen;
 pub use status::{InterpolatorAlarm, SearchStep, State, Status};
 
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
@@ -34,24 +37,28 @@ use crate::numeric::fixed_list::FixedList;
 use crate::setpoint::{Input, Latch, Setpoint};
 use alloc::boxed::Box;
 use cut::Cut;
+use following::{Following, History};
 use line::Line;
 use path_time::{ONE, PathClock};
 use pose::Pose;
 use spin::Spin;
 use spiral::Spiral;
+use tolerance::ToleranceViolation;
 
 /// Feedback waiting for its tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Feedback {
     Latch(Latch),
     Alarm(u64, u16),
+    OutOfTolerance(u64, ToleranceViolation),
+    Settled(u64),
 }
 
 impl Feedback {
     fn tick(&self) -> u64 {
         match self {
             Feedback::Latch(latch) => latch.tick,
-            Feedback::Alarm(tick, _) => *tick,
+            Feedback::Alarm(tick, _) | Feedback::OutOfTolerance(tick, _) | Feedback::Settled(tick) => *tick,
         }
     }
 }
@@ -100,6 +107,8 @@ enum Mode {
     Cut(Cut),
     Spiral(Spiral),
     Trajectory(PathClock),
+    /// At the end of a trajectory, until the axes are where it ends.
+    Settle,
 }
 
 /// The interpolator of one machine.
@@ -130,6 +139,8 @@ pub struct Interpolator {
     decisions: u32,
     /// The force monitor's input, as far as it is in sight.
     is_steady: bool,
+    history: History,
+    following: Following,
 }
 
 impl Interpolator {
@@ -157,6 +168,8 @@ impl Interpolator {
             alarm: None,
             decisions: 0,
             is_steady: false,
+            history: History::new(machine),
+            following: Following::default(),
         }
     }
 
@@ -170,6 +183,7 @@ impl Interpolator {
         self.hold = false;
         self.cancel = false;
         self.feedback = FixedList::new();
+        self.following = Following::default();
         self.drop_motion();
     }
 
@@ -228,6 +242,7 @@ impl Interpolator {
         self.alarm = None;
         self.decisions = 0;
         self.is_steady = false;
+        self.following = Following::default();
         Ok(())
     }
 
@@ -280,6 +295,7 @@ impl Interpolator {
         let motion = self.motion.take();
         if let Some(motion) = &motion {
             self.advance(inputs.tick, motion, &mut out);
+            self.remember_setpoint(inputs.tick);
         }
         self.tick = inputs.tick;
         out.status = self.status(motion.as_deref());
@@ -315,6 +331,15 @@ impl Interpolator {
                         self.is_steady = latch.rising;
                     }
                     self.catch(latch);
+                }
+                Feedback::OutOfTolerance(tick, _) | Feedback::Settled(tick) if tick < self.motion_began => {}
+                Feedback::OutOfTolerance(_, broken) => {
+                    out.applied.push(AppliedInput::OutOfTolerance(broken));
+                    self.following.broken = Some(broken);
+                }
+                Feedback::Settled(_) => {
+                    out.applied.push(AppliedInput::Settled);
+                    self.following.has_settled = true;
                 }
                 Feedback::Alarm(_, number) => {
                     out.applied.push(AppliedInput::Alarm(number));

@@ -97,6 +97,16 @@ impl PathClock {
         Self { piece: Piece { anchor: tick, tau: 0, from: rate, to: rate, ticks: 0 }, earlier: None }
     }
 
+    /// First tick of the last change of its rate; of a clock that just started, the tick from which path time passes.
+    pub(super) fn begins(&self) -> u64 {
+        self.piece.anchor
+    }
+
+    /// Lets a clock that has not begun begin no earlier than a tick.
+    pub(super) fn postpone(&mut self, tick: u64) {
+        self.piece.anchor = self.piece.anchor.max(tick);
+    }
+
     /// Path time at a tick.
     pub(crate) fn at(&self, tick: u64) -> PathTime {
         match &self.earlier {

@@ -12,6 +12,7 @@ use crate::point_to_point::{MOVE_SHARE, MoveLaw, PointToPointError, whole_ticks}
 use crate::setpoint::Input;
 use crate::spiral_motion::SpiralMotion;
 use crate::units::TURN_RAD;
+use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
@@ -23,13 +24,19 @@ pub enum Motion {
     /// A whole plan.
     Plan(Arc<Plan>),
     /// A trajectory of a ROS client.
-    Trajectory(Trajectory),
+    Trajectory(Box<Trajectory>),
     /// Find the zero of these axes; those that know theirs are passed over.
     Home(Vec<Axis>),
     /// To these places, all together.
     Move(Vec<AxisTarget>),
     /// With one axis until an input closes or opens.
     Probe(Probe),
+}
+
+impl From<Trajectory> for Motion {
+    fn from(trajectory: Trajectory) -> Self {
+        Motion::Trajectory(Box::new(trajectory))
+    }
 }
 
 /// Why a motion cannot be executed on this machine.
@@ -133,6 +140,8 @@ pub struct Prepared {
     pub(crate) facts: Vec<Facts>,
     /// Predicted ticks of everything.
     pub(crate) ticks: u64,
+    /// Tick before which a trajectory does not begin.
+    pub(crate) starts_at: u64,
     /// Stop of a trajectory on its path (ticks).
     pub(crate) stop_ticks: u64,
     /// Axes of set-up work, which does not begin without their zeros.
@@ -155,7 +164,7 @@ impl Prepared {
     pub fn new(motion: Motion, machine: &MachineDescription) -> Result<Self, PrepareError> {
         match motion {
             Motion::Plan(plan) => Self::of_plan(plan, machine),
-            Motion::Trajectory(trajectory) => Ok(Self::of_trajectory(trajectory, machine)),
+            Motion::Trajectory(trajectory) => Ok(Self::of_trajectory(*trajectory, machine)),
             Motion::Home(axes) => Self::of_plan(Arc::new(super::homing::homing_plan(&axes, machine)?), machine),
             Motion::Move(targets) => {
                 let axes = targets.iter().map(|target| target.axis).collect();
@@ -169,6 +178,18 @@ impl Prepared {
     fn of_setup(axes: Vec<Axis>, plan: Plan, machine: &MachineDescription) -> Result<Self, PrepareError> {
         let prepared = Self::of_plan(Arc::new(plan), machine)?;
         Ok(Self { setup_axes: axes, safe_x_counts: None, ..prepared })
+    }
+
+    /// A trajectory of a client: whether it was followed its own tolerances say.
+    #[must_use]
+    pub fn is_trajectory(&self) -> bool {
+        self.trajectory.is_some()
+    }
+
+    /// A trajectory that begins no earlier than a tick; the axes rest until then.
+    #[must_use]
+    pub fn starting_at(self, tick: u64) -> Self {
+        Self { starts_at: tick, ..self }
     }
 
     /// Predicted length without holds and at full override (ticks).
@@ -197,6 +218,7 @@ impl Prepared {
             trajectory: Some(trajectory),
             facts: Vec::new(),
             ticks,
+            starts_at: 0,
             stop_ticks,
             setup_axes: Vec::new(),
             safe_x_counts: None,
@@ -270,7 +292,16 @@ impl Prepared {
             facts.push(fact);
         }
         let (trajectory, setup_axes) = (None, Vec::new());
-        Ok(Self { plan, trajectory, facts, ticks: ticks_before, stop_ticks: 0, setup_axes, safe_x_counts })
+        Ok(Self {
+            plan,
+            trajectory,
+            facts,
+            ticks: ticks_before,
+            starts_at: 0,
+            stop_ticks: 0,
+            setup_axes,
+            safe_x_counts,
+        })
     }
 }
 

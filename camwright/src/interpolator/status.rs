@@ -197,6 +197,7 @@ impl Interpolator {
                 (line.is_stopped(tick), line.is_stopping() && !found)
             }
             Mode::Cut(cut) => (cut.is_off(tick), !cut.is_on_path()),
+            Mode::Trajectory(clock) if tick < clock.begins() => (true, false),
             Mode::Trajectory(clock) | Mode::Spiral(Spiral { clock, .. }) => {
                 (clock.is_stopped(tick), clock.is_stopped(tick) && self.feed_override > 0)
             }

@@ -64,7 +64,35 @@ pub struct FollowingState {
     pub acceleration: f64,
 }
 
-/// Which joint broke which tolerance, and by how much.
+/// What following a trajectory has to keep; by default nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FollowingTolerances {
+    /// On the way, per axis.
+    pub path: [Tolerance; AXIS_COUNT],
+    /// At the end, per axis.
+    pub goal: [Tolerance; AXIS_COUNT],
+    /// Ticks after the end within which every axis must be inside its goal tolerance; `None`: as long as it takes.
+    pub goal_time_ticks: Option<u64>,
+}
+
+impl FollowingTolerances {
+    /// Something is to be kept at the end.
+    #[must_use]
+    pub fn has_goal(&self) -> bool {
+        self.goal.iter().any(|tolerance| *tolerance != Tolerance::default())
+    }
+}
+
+/// Where a tolerance was broken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stretch {
+    /// Before the end.
+    Path,
+    /// After the end, when the time for it was over.
+    Goal,
+}
+
+/// Which joint broke which tolerance, by how much, and when.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToleranceViolation {
     /// Which joint.
@@ -75,6 +103,10 @@ pub struct ToleranceViolation {
     pub error: f64,
     /// How much is allowed.
     pub allowed: f64,
+    /// On the way or at the end.
+    pub stretch: Stretch,
+    /// Time of the trajectory (s from its start, held time not counted); at the end: how long after it.
+    pub time_s: f64,
 }
 
 impl fmt::Display for ToleranceViolation {
@@ -82,12 +114,17 @@ impl fmt::Display for ToleranceViolation {
         let unit = self.quantity.unit(self.axis);
         write!(
             f,
-            "{}: {} error {:.6} {unit} exceeds {:.6} {unit} by {:.6} {unit}",
+            "{}: {} error {:.6} {unit} exceeds {:.6} {unit} by {:.6} {unit} {:.3} s after the {}",
             self.axis.joint(),
             self.quantity,
             self.error,
             self.allowed,
-            libm::fabs(self.error) - self.allowed
+            libm::fabs(self.error) - self.allowed,
+            self.time_s,
+            match self.stretch {
+                Stretch::Path => "start",
+                Stretch::Goal => "end",
+            }
         )
     }
 }
@@ -97,6 +134,8 @@ impl fmt::Display for ToleranceViolation {
 pub fn violation(
     tolerances: &[Tolerance; AXIS_COUNT],
     errors: &[FollowingState; AXIS_COUNT],
+    stretch: Stretch,
+    time_s: f64,
 ) -> Option<ToleranceViolation> {
     for axis in Axis::ALL {
         let (tolerance, error) = (&tolerances[axis.index()], &errors[axis.index()]);
@@ -108,7 +147,7 @@ pub fn violation(
             if let Some(allowed) = allowed
                 && libm::fabs(error) > allowed
             {
-                return Some(ToleranceViolation { axis, quantity, error, allowed });
+                return Some(ToleranceViolation { axis, quantity, error, allowed, stretch, time_s });
             }
         }
     }
@@ -139,9 +178,10 @@ mod tests {
         tolerances[1].position = Some(0.5);
         let mut errors = [FollowingState { position: 9.0, velocity: 9.0, acceleration: 9.0 }; AXIS_COUNT];
         errors[1].position = -0.75;
-        let violation = violation(&tolerances, &errors).expect("broken");
-        assert_eq!(violation.to_string(), "x_axis: position error -0.750000 mm exceeds 0.500000 mm by 0.250000 mm");
+        let violation = violation(&tolerances, &errors, Stretch::Path, 1.25).expect("broken");
+        let text = "x_axis: position error -0.750000 mm exceeds 0.500000 mm by 0.250000 mm 1.250 s after the start";
+        assert_eq!(violation.to_string(), text);
         errors[1].position = 0.5;
-        assert_eq!(super::violation(&tolerances, &errors), None);
+        assert_eq!(super::violation(&tolerances, &errors, Stretch::Path, 1.25), None);
     }
 }

@@ -5,6 +5,7 @@
 //! follow neither. So what a point does not say is filled in from its neighbours, every point is met at its time, and
 //! what then exceeds a limit is refused by name instead of being smoothed away.
 
+use super::tolerance::FollowingTolerances;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits};
 use crate::numeric::hermite::{HermiteSpline, Knot};
 use alloc::vec::Vec;
@@ -136,6 +137,12 @@ pub enum TrajectoryError {
         /// Position of the axis.
         actual: f64,
     },
+    /// A joint that moves is not told where to go.
+    #[error("joint {} still moves and the new trajectory does not name it", axis.joint())]
+    StillMoves {
+        /// Which joint.
+        axis: Axis,
+    },
     /// A limit of the machine would be exceeded.
     #[error(
         "joint {} at {time_s:.3} s: {quantity} {value:.4} {unit}, the machine allows {bound} {unit}",
@@ -155,16 +162,43 @@ pub enum TrajectoryError {
     },
 }
 
+/// Where a trajectory begins: position (mm or rad) and its derivatives by the time of the trajectory, one per axis.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Start {
+    /// mm or rad.
+    pub position: [f64; AXIS_COUNT],
+    /// mm/s or rad/s.
+    pub velocity: [f64; AXIS_COUNT],
+    /// mm/s² or rad/s².
+    pub acceleration: [f64; AXIS_COUNT],
+}
+
+impl Start {
+    /// At rest at a place (mm or rad).
+    #[must_use]
+    pub fn at_rest(position: [f64; AXIS_COUNT]) -> Self {
+        Self { position, ..Self::default() }
+    }
+
+    /// An axis moves.
+    #[must_use]
+    pub fn is_moving(&self, axis: Axis) -> bool {
+        self.velocity[axis.index()] != 0.0 || self.acceleration[axis.index()] != 0.0
+    }
+}
+
 /// A motion of some joints over time, inside the limits of the machine; the others stay where they are.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
     laws: [Option<HermiteSpline>; AXIS_COUNT],
     peaks: [MotionLimits; AXIS_COUNT],
     duration_s: f64,
+    start: Start,
+    tolerances: FollowingTolerances,
 }
 
 impl Trajectory {
-    /// The trajectory through points, beginning at rest at `start` (mm or rad, one per axis of the machine).
+    /// The trajectory through points from `start` on, which is at rest or where another trajectory is at that time.
     ///
     /// A quantity that the points do not give is taken from their neighbours: velocities by the parabola through three
     /// points, zero where the direction turns and at the ends; accelerations as the mean of the two cubics that meet.
@@ -174,10 +208,13 @@ impl Trajectory {
     pub fn from_points(
         joints: &[Axis],
         points: &[TrajectoryPoint],
-        start: [f64; AXIS_COUNT],
+        start: &Start,
         machine: &MachineDescription,
     ) -> Result<Self, TrajectoryError> {
         validate(joints, points)?;
+        if let Some(axis) = Axis::ALL.into_iter().find(|axis| start.is_moving(*axis) && !joints.contains(axis)) {
+            return Err(TrajectoryError::StillMoves { axis });
+        }
         let mut laws: [Option<HermiteSpline>; AXIS_COUNT] = [None, None, None];
         let mut peaks = [MotionLimits { velocity: 0.0, acceleration: 0.0, jerk: 0.0 }; AXIS_COUNT];
         let mut duration_s: f64 = 0.0;
@@ -185,12 +222,30 @@ impl Trajectory {
             if laws[axis.index()].is_some() {
                 return Err(TrajectoryError::JointTwice { axis: *axis });
             }
-            let law = law_of(joint, *axis, points, start[axis.index()], machine)?;
+            let law = law_of(joint, *axis, points, start, machine)?;
             peaks[axis.index()] = check_limits(*axis, &law, machine)?;
             duration_s = duration_s.max(law.end());
             laws[axis.index()] = Some(law);
         }
-        Ok(Self { laws, peaks, duration_s })
+        Ok(Self { laws, peaks, duration_s, start: *start, tolerances: FollowingTolerances::default() })
+    }
+
+    /// With tolerances of following it.
+    #[must_use]
+    pub fn with_tolerances(self, tolerances: FollowingTolerances) -> Self {
+        Self { tolerances, ..self }
+    }
+
+    /// What following it has to keep.
+    #[must_use]
+    pub fn tolerances(&self) -> &FollowingTolerances {
+        &self.tolerances
+    }
+
+    /// Where it begins.
+    #[must_use]
+    pub fn start(&self) -> &Start {
+        &self.start
     }
 
     /// Law of an axis (mm or rad over s); `None` where it stays.
@@ -249,15 +304,22 @@ fn law_of(
     joint: usize,
     axis: Axis,
     points: &[TrajectoryPoint],
-    start: f64,
+    start: &Start,
     machine: &MachineDescription,
 ) -> Result<HermiteSpline, TrajectoryError> {
+    let from = Knot {
+        at: 0.0,
+        value: start.position[axis.index()],
+        first: start.velocity[axis.index()],
+        second: start.acceleration[axis.index()],
+    };
+    let scale = machine.axis(axis).scale;
     let of = |values: &Vec<f64>| values.get(joint).copied().unwrap_or(0.0);
     let mut knots: Vec<Knot> = Vec::with_capacity(points.len() + 2);
     if points[0].time_s > 0.0 {
-        knots.push(Knot { at: 0.0, value: start, first: 0.0, second: 0.0 });
-    } else if machine.axis(axis).scale.counts(points[0].positions[joint]) != machine.axis(axis).scale.counts(start) {
-        return Err(TrajectoryError::StartsElsewhere { axis, asked: points[0].positions[joint], actual: start });
+        knots.push(from);
+    } else if scale.counts(points[0].positions[joint]) != scale.counts(from.value) {
+        return Err(TrajectoryError::StartsElsewhere { axis, asked: points[0].positions[joint], actual: from.value });
     }
     knots.extend(points.iter().map(|point| Knot {
         at: point.time_s,
@@ -265,8 +327,8 @@ fn law_of(
         first: of(&point.velocities),
         second: of(&point.accelerations),
     }));
-    // From where the axis is, not from where it was believed to be.
-    knots[0].value = start;
+    // From where the axis is, as it moves there, not from where it was believed to be.
+    knots[0] = from;
     let last = knots.len() - 1;
     #[allow(clippy::float_cmp, reason = "rest is exactly zero")]
     if knots[last].first != 0.0 {
@@ -278,7 +340,6 @@ fn law_of(
     if points[0].accelerations.is_empty() {
         fill_accelerations(&mut knots);
     }
-    (knots[0].first, knots[0].second) = (0.0, 0.0);
     if last == 0 {
         // A single point at time 0, where the axis is already.
         knots.push(Knot { at: machine.cycle_time_s(), ..knots[0] });

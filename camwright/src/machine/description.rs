@@ -118,6 +118,13 @@ pub struct MachineDescription {
 }
 
 impl MachineDescription {
+    /// How often the machine tells where it is: ten times within the feedback delay (ticks). What the interpolator decides by
+    /// measurements it decides by those of these ticks.
+    #[must_use]
+    pub fn stream_period_ticks(&self) -> u64 {
+        u64::from(self.feedback_delay_ticks / 10).max(1)
+    }
+
     /// Interpolation period (s).
     #[must_use]
     pub fn cycle_time_s(&self) -> f64 {

@@ -174,6 +174,7 @@ fn applied_inputs_replay_the_run() {
                 AppliedInput::Request(request) => requests.push(*request),
                 AppliedInput::Feedback(latch) => assert!(replay.interpolator.feedback(latch)),
                 AppliedInput::Alarm(_) => panic!("no alarm in this run"),
+                AppliedInput::OutOfTolerance(_) | AppliedInput::Settled => panic!("no trajectory in this run"),
             }
         }
         let out =

@@ -4,6 +4,7 @@
 mod bench;
 mod disturbances;
 mod feedback;
+mod following;
 mod homing;
 mod on_the_machine;
 mod setup;

@@ -1,7 +1,7 @@
 //! Trajectories of ROS clients.
 
 use crate::bench::{Bench, PER_MM, machine};
-use camwright::interpolator::trajectory::{Quantity, Trajectory, TrajectoryError, TrajectoryPoint};
+use camwright::interpolator::trajectory::{Quantity, Start, Trajectory, TrajectoryError, TrajectoryPoint};
 use camwright::interpolator::{Motion, Outcome, Prepared, Request, StartError, State};
 use camwright::machine::description::Axis;
 
@@ -37,7 +37,8 @@ fn points_are_met_at_their_times_and_the_curve_between_is_that_of_the_motion() {
     let machine = machine();
     for (form, tolerance) in [(0, 0.05), (1, 0.01), (2, 0.05)] {
         let points = cosine(form);
-        let trajectory = Trajectory::from_points(&[Axis::X], &points, [0.0; 3], &machine).expect("within limits");
+        let trajectory =
+            Trajectory::from_points(&[Axis::X], &points, &Start::default(), &machine).expect("within limits");
         let law = trajectory.law(Axis::X).expect("X moves");
         for point in &points {
             assert!((law.sample(point.time_s).value - point.positions[0]).abs() < 1e-12);
@@ -53,15 +54,16 @@ fn points_are_met_at_their_times_and_the_curve_between_is_that_of_the_motion() {
 #[test]
 fn a_trajectory_moves_its_joints_and_holds_the_others() {
     let machine = machine();
-    let trajectory = Trajectory::from_points(&[Axis::X], &cosine(0), [0.0; 3], &machine).expect("within limits");
+    let trajectory =
+        Trajectory::from_points(&[Axis::X], &cosine(0), &Start::default(), &machine).expect("within limits");
     let mut bench = Bench::at(machine.clone(), [11, 0, 22]);
-    bench.start(Motion::Trajectory(trajectory.clone()));
+    bench.start(Motion::from(trajectory.clone()));
     assert_eq!(bench.finish(3000), Outcome::Completed);
     assert_eq!(bench.counts(), [11, 20 * PER_MM, 22]);
     assert_eq!(bench.rows.len(), 2001);
     bench.assert_limits("trajectory");
     // Again: it begins elsewhere now.
-    let again = Prepared::new(Motion::Trajectory(trajectory), &machine).expect("good");
+    let again = Prepared::new(Motion::from(trajectory), &machine).expect("good");
     let (error, _) = bench.interpolator.start(Box::new(again)).expect_err("elsewhere");
     assert_eq!(error, StartError::StartsElsewhere { axis: Axis::X, wanted: 0, actual: 20 * PER_MM });
 }
@@ -69,10 +71,11 @@ fn a_trajectory_moves_its_joints_and_holds_the_others() {
 #[test]
 fn a_held_trajectory_stops_on_its_path_and_ends_where_it_should() {
     let machine = machine();
-    let trajectory = Trajectory::from_points(&[Axis::X], &cosine(2), [0.0; 3], &machine).expect("within limits");
+    let trajectory =
+        Trajectory::from_points(&[Axis::X], &cosine(2), &Start::default(), &machine).expect("within limits");
     for at in [1, 400, 1000, 1990] {
         let mut bench = Bench::new(machine.clone());
-        bench.start(Motion::Trajectory(trajectory.clone()));
+        bench.start(Motion::from(trajectory.clone()));
         for _ in 0..at {
             bench.step(&[]);
         }
@@ -89,7 +92,7 @@ fn a_held_trajectory_stops_on_its_path_and_ends_where_it_should() {
         assert_eq!(bench.counts()[1], 20 * PER_MM);
         bench.assert_limits("held trajectory");
         let mut bench = Bench::new(machine.clone());
-        bench.start(Motion::Trajectory(trajectory.clone()));
+        bench.start(Motion::from(trajectory.clone()));
         for _ in 0..at {
             bench.step(&[]);
         }
@@ -104,7 +107,7 @@ fn a_held_trajectory_stops_on_its_path_and_ends_where_it_should() {
 fn what_exceeds_a_limit_is_refused_with_joint_time_and_amount() {
     let machine = machine();
     let refuse = |points: &[TrajectoryPoint]| {
-        Trajectory::from_points(&[Axis::X], points, [0.0; 3], &machine).expect_err("beyond a limit")
+        Trajectory::from_points(&[Axis::X], points, &Start::default(), &machine).expect_err("beyond a limit")
     };
     // 100 mm in 0.1 s: quintic rest to rest peaks at 1.875 times the mean velocity and 5.77 d / T².
     let error = refuse(&[point(0.1, &[100.0], &[], &[])]);
@@ -130,8 +133,9 @@ fn when(error: &TrajectoryError) -> String {
 #[test]
 fn points_that_are_no_trajectory_are_refused() {
     let machine = machine();
-    let build =
-        |joints: &[Axis], points: &[TrajectoryPoint]| Trajectory::from_points(joints, points, [0.0; 3], &machine);
+    let build = |joints: &[Axis], points: &[TrajectoryPoint]| {
+        Trajectory::from_points(joints, points, &Start::default(), &machine)
+    };
     assert!(matches!(build(&[], &[]), Err(TrajectoryError::Empty { .. })));
     assert!(matches!(build(&[Axis::X], &[]), Err(TrajectoryError::Empty { joints: 1, points: 0 })));
     let p = |t, x| point(t, &[x], &[], &[]);
@@ -156,6 +160,6 @@ fn points_that_are_no_trajectory_are_refused() {
     // A single point at time 0, where the axis is: nothing to do, and that is done.
     let trivial = build(&[Axis::X], &[p(0.0, 0.0)]).expect("nothing to do");
     let mut bench = Bench::new(machine.clone());
-    bench.start(Motion::Trajectory(trivial));
+    bench.start(Motion::from(trivial));
     assert_eq!(bench.finish(10), Outcome::Completed);
 }

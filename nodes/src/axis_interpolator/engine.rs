@@ -6,7 +6,8 @@
 //! An order to the machine takes effect at a tick ahead; no setpoint from that tick on leaves before the machine has
 //! acknowledged it. So what is executed depends on ticks alone, never on when messages arrive.
 
-use super::engine_messages::{Command, Ended, FromEngine, JobEnds, News, ToEngine};
+use super::engine_messages::{Command, Ended, FromEngine, JobEnds, News, ToEngine, Tracking};
+use super::succession::Succession;
 use crate::convert::setpoints::ChunkBuffer;
 use crate::cyclic::{Receiver, Sender, Waker};
 use camwright::interpolator::{Event, Interpolator, Outcome, Prepared, Request, StartError, State, Status, TickInputs};
@@ -29,16 +30,18 @@ pub(super) const CHUNK_POOL: usize = 32;
 
 /// A motion between its first and its last tick.
 #[derive(Debug, Clone, Copy)]
-struct Running {
+pub(super) struct Running {
     job: JobEnds,
+    /// It is over with its last setpoint; what else is executed is over when the axes stand still.
+    is_trajectory: bool,
     first_tick: u64,
     /// How it ended, once its last setpoint has been computed.
-    outcome: Option<(Outcome, u64)>,
+    pub(super) outcome: Option<(Outcome, u64)>,
 }
 
 pub(super) struct Engine {
-    machine: MachineDescription,
-    interpolator: Interpolator,
+    pub(super) machine: MachineDescription,
+    pub(super) interpolator: Interpolator,
     inbox: Receiver<ToEngine>,
     outbox: Sender<FromEngine>,
     stop: Arc<AtomicBool>,
@@ -48,12 +51,15 @@ pub(super) struct Engine {
     withheld: Option<Box<ChunkBuffer>>,
     /// The last news; `None` before the machine has spoken.
     seen: Option<Seen>,
-    running: Option<Running>,
-    next_tick: u64,
+    pub(super) running: Option<Running>,
+    pub(super) next_tick: u64,
     sequence: u32,
     /// Number and tick of the order that must be acknowledged before setpoints of that tick may leave.
     unacknowledged: Option<(u32, u64)>,
     requests: [Option<Request>; REQUESTS],
+    pub(super) succession: Succession,
+    /// A motion that begins when the axes stand still.
+    waiting: Option<(Box<Prepared>, JobEnds)>,
     known_alarms: [u16; 16],
     last_status: Option<(u64, Status)>,
 }
@@ -63,6 +69,7 @@ struct Seen {
     tick: u64,
     credit_tick: u64,
     is_standstill: bool,
+    is_realtime: bool,
     has_alarms: bool,
     counts: [i64; AXIS_COUNT],
 }
@@ -95,6 +102,8 @@ impl Engine {
             sequence: 0,
             unacknowledged: None,
             requests: [None; REQUESTS],
+            succession: Succession::default(),
+            waiting: None,
             known_alarms: [0; 16],
             last_status: None,
         }
@@ -119,6 +128,14 @@ impl Engine {
                 }
                 ToEngine::Start { motion, job } => self.start(motion, job),
                 ToEngine::Request(request) => self.ask(request),
+                ToEngine::Foresee { soonest } => self.foresee(soonest),
+                ToEngine::Splice(motion) => self.take_successor(motion),
+                ToEngine::StayOn => self.succession = Succession::None,
+                ToEngine::Query { tick } => {
+                    let told = self.interpolator.desired_at(tick).copied();
+                    let told = told.filter(|_| self.running.is_some()).or_else(|| self.interpolator.planned_at(tick));
+                    self.send(FromEngine::Queried(told));
+                }
                 ToEngine::Chunk(chunk) => {
                     if self.pool.len() < CHUNK_POOL {
                         self.pool.push(chunk);
@@ -131,6 +148,12 @@ impl Engine {
     /// A request for the next tick that is computed. Of several overrides that wait the last counts; between motions one waits for the
     /// next, like the knob that it is.
     fn ask(&mut self, request: Request) {
+        if request == Request::Cancel
+            && let Some((motion, _)) = self.waiting.take()
+        {
+            self.send(FromEngine::NotStarted(StartError::Cancelled, motion));
+            return;
+        }
         let before = self.requests;
         let outdated = |old: &Request| is_override(old) && is_override(&request);
         let kept = before.iter().flatten().copied().filter(|old| !outdated(old));
@@ -138,6 +161,11 @@ impl Engine {
         if is_override(&request) && self.running.is_none() {
             self.tell_idle();
         }
+    }
+
+    /// A hold or a cancel waits for the next tick.
+    pub(super) fn is_disturbed(&self) -> bool {
+        self.requests.iter().flatten().any(|request| matches!(request, Request::Hold | Request::Cancel))
     }
 
     /// Makes these the requests that wait, as many as there is room for.
@@ -152,6 +180,12 @@ impl Engine {
         let stopped_before = self.seen.map(|seen| seen.has_alarms);
         for latch in &news.latches {
             self.interpolator.feedback(latch);
+        }
+        if let Some(measured) = &news.measured {
+            self.interpolator.measured(measured);
+            let at_rest = Setpoint { counts: news.setpoint_counts, ..Setpoint::default() };
+            let told = self.interpolator.desired_at(measured.tick).copied().unwrap_or(at_rest);
+            self.send(FromEngine::Tracking(Tracking { told, measured: *measured }));
         }
         for (place, number) in self.known_alarms.iter_mut().zip(news.alarms.iter().copied().chain(std::iter::repeat(0)))
         {
@@ -172,6 +206,7 @@ impl Engine {
             tick: news.tick,
             credit_tick: news.credit_tick,
             is_standstill: news.is_standstill,
+            is_realtime: news.is_realtime,
             has_alarms: news.alarms.iter().copied().any(stops_motion),
             counts: news.setpoint_counts,
         });
@@ -185,6 +220,7 @@ impl Engine {
         }
         self.unacknowledged = self.unacknowledged.filter(|(sequence, _)| news.commands_received < *sequence);
         self.report_end();
+        self.start_waiting();
         if self.running.is_none() && stopped_before != Some(self.has_alarms()) {
             self.tell_idle();
         }
@@ -207,13 +243,39 @@ impl Engine {
         }
     }
 
+    /// Begins a motion, as soon as the axes stand still. A trajectory may follow another before that, whose setpoints rest already,
+    /// where ticks follow the clock: at pace fast those in which the axes settle pass by themselves.
     fn start(&mut self, motion: Box<Prepared>, job: JobEnds) {
-        let Some(seen) = self.seen.filter(|seen| self.running.is_none() && !seen.has_alarms && seen.is_standstill)
-        else {
-            let error = if self.running.is_some() { StartError::Busy } else { StartError::Fault };
-            self.send(FromEngine::NotStarted(error, motion));
-            return;
+        let refusal = match self.seen {
+            _ if self.running.is_some() || self.waiting.is_some() => Some(StartError::Busy),
+            Some(seen) if !seen.has_alarms => None,
+            _ => Some(StartError::Fault),
         };
+        match (refusal, self.seen) {
+            (None, Some(seen))
+                if seen.is_standstill
+                    || (seen.is_realtime && motion.is_trajectory() && self.interpolator.is_idle()) =>
+            {
+                self.start_now(motion, job, seen);
+            }
+            (None, _) => self.waiting = Some((motion, job)),
+            (Some(error), _) => self.send(FromEngine::NotStarted(error, motion)),
+        }
+    }
+
+    /// What waits begins when the axes stand still; an alarm ends the wait.
+    fn start_waiting(&mut self) {
+        let Some(seen) = self.seen.filter(|seen| seen.is_standstill || seen.has_alarms) else { return };
+        let Some((motion, job)) = self.waiting.take() else { return };
+        if seen.has_alarms {
+            self.send(FromEngine::NotStarted(StartError::Fault, motion));
+        } else {
+            self.start_now(motion, job, seen);
+        }
+    }
+
+    fn start_now(&mut self, motion: Box<Prepared>, job: JobEnds, seen: Seen) {
+        let is_trajectory = motion.is_trajectory();
         if let Err((error, motion)) = self.interpolator.start(motion) {
             self.send(FromEngine::NotStarted(error, motion));
             return;
@@ -223,7 +285,7 @@ impl Engine {
         let first_tick = seen.tick + lead.max(1);
         self.next_tick = first_tick;
         self.sequence = 0;
-        self.running = Some(Running { job, first_tick, outcome: None });
+        self.running = Some(Running { job, is_trajectory, first_tick, outcome: None });
         let before = self.requests;
         self.wait(before.iter().flatten().copied().filter(is_override));
         self.send(FromEngine::Started { tick: first_tick });
@@ -254,8 +316,9 @@ impl Engine {
             if running.outcome.is_some() {
                 return;
             }
+            self.succeed();
             let bound = self.unacknowledged.map_or(u64::MAX, |(_, tick)| tick - 1);
-            let last = seen.credit_tick.min(bound);
+            let last = seen.credit_tick.min(bound).min(self.succession.last_tick());
             if self.next_tick > last {
                 return;
             }
@@ -362,7 +425,7 @@ impl Engine {
         }
     }
 
-    /// A motion is over when the machine has executed its last setpoint and stands.
+    /// A motion is over when the machine has executed its last setpoint, and stands if it is not a trajectory.
     fn report_end(&mut self) {
         let (Some(seen), Some(running)) = (self.seen, self.running) else { return };
         let Some((outcome, last_tick)) = running.outcome else { return };
@@ -370,12 +433,13 @@ impl Engine {
         if self.withheld.is_some()
             || self.unacknowledged.is_some()
             || seen.tick < last_tick
-            || !(seen.is_standstill || seen.has_alarms)
+            || !(seen.is_standstill || seen.has_alarms || running.is_trajectory)
         {
             return;
         }
         self.running = None;
         self.unacknowledged = None;
+        self.succession = Succession::None;
         if seen.has_alarms || matches!(outcome, Outcome::Failed(_)) {
             self.interpolator.resync(seen.counts);
             if let Some(finished) = self.interpolator.take_finished() {
@@ -399,7 +463,7 @@ impl Engine {
         self.send(FromEngine::Status { tick: seen.tick, status });
     }
 
-    fn send(&mut self, message: FromEngine) {
+    pub(super) fn send(&mut self, message: FromEngine) {
         let mut message = message;
         // The ring holds more than a credit's worth of everything; if it is full the pump is about to make room.
         loop {

@@ -1,9 +1,10 @@
 //! What passes between the engine and the node around it, through rings.
 
 use crate::convert::setpoints::ChunkBuffer;
+use camwright::interpolator::trajectory::Start;
 use camwright::interpolator::{AppliedInput, Event, Motion, Order, Outcome, Prepared, Request, StartError, Status};
 use camwright::machine::description::AXIS_COUNT;
-use camwright::setpoint::Latch;
+use camwright::setpoint::{Latch, Measured, Setpoint};
 
 /// What the machine told.
 #[derive(Debug, Default)]
@@ -11,10 +12,32 @@ pub(super) struct News {
     pub(super) tick: u64,
     pub(super) credit_tick: u64,
     pub(super) is_standstill: bool,
+    /// Its ticks follow the clock.
+    pub(super) is_realtime: bool,
     pub(super) commands_received: u32,
     pub(super) alarms: Vec<u16>,
     pub(super) setpoint_counts: [i64; AXIS_COUNT],
+    /// What the encoders read, at the ticks at which every machine tells it.
+    pub(super) measured: Option<Measured>,
     pub(super) latches: Vec<Latch>,
+}
+
+/// Where the trajectory in execution will be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Foresight {
+    /// At this tick, where the engine now waits for what takes its place.
+    At(u64, Start),
+    /// It is over by then, or about to end.
+    Over,
+    /// It is held.
+    Disturbed,
+}
+
+/// How the axes follow what they were told, at one tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Tracking {
+    pub(super) told: Setpoint,
+    pub(super) measured: Measured,
 }
 
 /// Whether a job begins and ends with a motion.
@@ -38,8 +61,23 @@ impl JobEnds {
 #[derive(Debug)]
 pub(super) enum ToEngine {
     News(Box<News>),
-    Start { motion: Box<Prepared>, job: JobEnds },
+    Start {
+        motion: Box<Prepared>,
+        job: JobEnds,
+    },
     Request(Request),
+    /// A trajectory wants to take the place of the one in execution, no sooner than at a tick: where will that be?
+    Foresee {
+        soonest: u64,
+    },
+    /// What takes the place, where it was foreseen.
+    Splice(Box<Prepared>),
+    /// Nothing does.
+    StayOn,
+    /// What the axes are told at a tick.
+    Query {
+        tick: u64,
+    },
     Chunk(Box<ChunkBuffer>),
 }
 
@@ -61,7 +99,7 @@ pub(super) enum Command {
 }
 
 /// How a motion went.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Ended {
     pub(super) outcome: Outcome,
     pub(super) first_tick: u64,
@@ -95,6 +133,14 @@ pub(super) enum FromEngine {
         event: Event,
     },
     Ended(Ended),
+    Foreseen(Foresight),
+    /// Another trajectory has begun at this tick in the place of the one before.
+    Spliced {
+        tick: u64,
+    },
+    NotSpliced(StartError, Box<Prepared>),
+    Tracking(Tracking),
+    Queried(Option<Setpoint>),
     /// To drop where dropping is allowed.
     Used(Box<News>),
     Done(Box<Prepared>),

@@ -4,7 +4,9 @@ use super::engine_messages::Ended;
 use super::setup_goals;
 use crate::convert::{m_from_mm, si_from_counts};
 use crate::ros::GoalHandle;
+use camwright::interpolator::tolerance::Stretch;
 use camwright::interpolator::{Outcome, Probed, SearchStep, Status};
+use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright_msgs::camwright_msgs::action::{
     ExecutePlan, ExecutePlanFeedback, ExecutePlanResult, Home, HomeFeedback, HomeResult, MoveTo, MoveToFeedback,
@@ -20,9 +22,14 @@ pub(super) enum Goal {
     Trajectory(GoalHandle<FollowJointTrajectory>),
     Move(GoalHandle<MoveTo>),
     Probe(GoalHandle<Probe>),
+    /// A trajectory that has begun in the place of another; its handle is on its way.
+    Arrived,
     /// A trajectory of the topic `~/joint_trajectory`.
     Topic,
 }
+
+/// A trajectory that ended otherwise than by itself: what its client is told.
+type Ending = (i32, String);
 
 /// What is being served; nothing between motions.
 #[derive(Debug, Default)]
@@ -31,6 +38,10 @@ pub(super) struct Served {
     /// Who has command, for those who ask meanwhile.
     name: String,
     plan_hash: String,
+    /// Why a trajectory is brought to an end, if neither its client wants it nor an alarm.
+    ending: Option<Ending>,
+    /// How a trajectory ended whose handle had not come yet.
+    early: Option<(GoalEnd, FollowJointTrajectoryResult)>,
     /// Turns of spark-out left out, for each lobe of the plan.
     turns_left_out: Vec<u32>,
     /// The interpolator's own alarm, if it raised one.
@@ -48,6 +59,53 @@ impl Served {
     /// Who has command, and of which plan.
     pub(super) fn names(&self) -> (String, String) {
         (self.name.clone(), self.plan_hash.clone())
+    }
+
+    /// A joint trajectory has command.
+    pub(super) fn is_trajectory(&self) -> bool {
+        matches!(self.goal, Some(Goal::Trajectory(_) | Goal::Arrived | Goal::Topic))
+    }
+
+    /// The goal of a joint trajectory that has command.
+    pub(super) fn trajectory(&self) -> Option<&GoalHandle<FollowJointTrajectory>> {
+        match &self.goal {
+            Some(Goal::Trajectory(goal)) => Some(goal),
+            _ => None,
+        }
+    }
+
+    /// What is under way comes to an end that its client shall be told as this; only a trajectory's can.
+    pub(super) fn end_because(&mut self, reason: &str) {
+        if self.is_trajectory() {
+            self.ending.get_or_insert((FollowJointTrajectoryResult::INVALID_GOAL, reason.to_owned()));
+        }
+    }
+
+    /// The trajectory in execution gives way to another, of a goal or of the topic.
+    pub(super) fn give_way(&mut self, to_a_goal: bool, name: &str, tick: u64) {
+        if let Some(Goal::Trajectory(goal)) = self.goal.take() {
+            let error_string = format!("{name} took its place at tick {tick}");
+            let error_code = FollowJointTrajectoryResult::INVALID_GOAL;
+            goal.abort(FollowJointTrajectoryResult { error_code, error_string });
+        }
+        let goal = if to_a_goal { Goal::Arrived } else { Goal::Topic };
+        self.begin(goal, name.to_owned(), String::new());
+    }
+
+    /// The handle of a trajectory that has begun already; one that has not is given back.
+    pub(super) fn take_arrived(
+        &mut self,
+        handle: GoalHandle<FollowJointTrajectory>,
+    ) -> Option<GoalHandle<FollowJointTrajectory>> {
+        if let Some((end, result)) = self.early.take() {
+            end.close(&handle, result);
+            return None;
+        }
+        if matches!(self.goal, Some(Goal::Arrived)) {
+            self.goal = Some(Goal::Trajectory(handle));
+            return None;
+        }
+        Some(handle)
     }
 
     /// Gives command to a goal.
@@ -73,17 +131,14 @@ impl Served {
             Some(Goal::Home(goal)) => {
                 goal.abort(HomeResult { message, ..HomeResult::default() });
             }
-            Some(Goal::Trajectory(goal)) => {
-                let error_code = FollowJointTrajectoryResult::INVALID_GOAL;
-                goal.abort(FollowJointTrajectoryResult { error_code, error_string: message });
-            }
+            Some(Goal::Trajectory(goal)) => refuse_trajectory(&goal, &message),
             Some(Goal::Move(goal)) => {
                 goal.abort(MoveToResult { message, ..MoveToResult::default() });
             }
             Some(Goal::Probe(goal)) => {
                 goal.abort(ProbeResult { message, ..ProbeResult::default() });
             }
-            Some(Goal::Topic) | None => {}
+            Some(Goal::Topic | Goal::Arrived) | None => {}
         }
     }
 
@@ -112,7 +167,7 @@ impl Served {
                 let step = status.search.map_or("", |(_, step)| step_name(step)).to_owned();
                 goal.feedback(&ProbeFeedback { step, percent: status.percent });
             }
-            Some(Goal::Trajectory(_) | Goal::Topic) | None => {}
+            Some(Goal::Trajectory(_) | Goal::Arrived | Goal::Topic) | None => {}
         }
     }
 
@@ -120,7 +175,7 @@ impl Served {
     pub(super) fn end(&mut self, ended: &Ended, text: &str, machine: &MachineDescription) {
         let alarm = match ended.outcome {
             Outcome::Failed(number) => number,
-            Outcome::Completed | Outcome::Cancelled => 0,
+            Outcome::Completed | Outcome::Cancelled | Outcome::OutOfTolerance(_) => 0,
         };
         let message = match &self.alarm {
             Some((_, reason)) if alarm != 0 => format!("{text}: {reason}"),
@@ -136,11 +191,13 @@ impl Served {
             }
             Some(Goal::Home(goal)) => close(&goal, ended.outcome, HomeResult { success, message, alarm }),
             Some(Goal::Trajectory(goal)) => {
-                let error_code = match ended.outcome {
-                    Outcome::Completed | Outcome::Cancelled => FollowJointTrajectoryResult::SUCCESSFUL,
-                    Outcome::Failed(_) => FollowJointTrajectoryResult::PATH_TOLERANCE_VIOLATED,
-                };
-                close(&goal, ended.outcome, FollowJointTrajectoryResult { error_code, error_string: message });
+                let (end, result) = self.end_of_trajectory(ended.outcome, message);
+                end.close(&goal, result);
+            }
+            Some(Goal::Arrived) => {
+                let early = self.end_of_trajectory(ended.outcome, message);
+                *self = Self { early: Some(early), ..Self::default() };
+                return;
             }
             Some(Goal::Move(goal)) => {
                 let joints = Axis::ALL.iter().map(|axis| axis.joint().to_owned()).collect();
@@ -156,15 +213,63 @@ impl Served {
         }
         *self = Self::default();
     }
+
+    /// State and result of a joint trajectory that ended, with the codes of `FollowJointTrajectory`.
+    fn end_of_trajectory(&self, outcome: Outcome, message: String) -> (GoalEnd, FollowJointTrajectoryResult) {
+        type Codes = FollowJointTrajectoryResult;
+        let (end, error_code, error_string) = match (&self.ending, outcome) {
+            (_, Outcome::Completed) => (GoalEnd::Succeeded, Codes::SUCCESSFUL, message),
+            (Some((code, reason)), Outcome::Cancelled) => (GoalEnd::Aborted, *code, reason.clone()),
+            (None, Outcome::Cancelled) => (GoalEnd::Canceled, Codes::SUCCESSFUL, message),
+            (_, Outcome::OutOfTolerance(broken)) => {
+                let code = match broken.stretch {
+                    Stretch::Path => Codes::PATH_TOLERANCE_VIOLATED,
+                    Stretch::Goal => Codes::GOAL_TOLERANCE_VIOLATED,
+                };
+                (GoalEnd::Aborted, code, broken.to_string())
+            }
+            // The machine's own tolerance of following.
+            (_, Outcome::Failed(number)) => match AlarmKind::from_number(number) {
+                Some(AlarmKind::FollowingError(_)) => (GoalEnd::Aborted, Codes::PATH_TOLERANCE_VIOLATED, message),
+                _ => (GoalEnd::Aborted, Codes::INVALID_GOAL, message),
+            },
+        };
+        (end, FollowJointTrajectoryResult { error_code, error_string })
+    }
+}
+
+/// How a goal ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum GoalEnd {
+    Succeeded,
+    Canceled,
+    Aborted,
+}
+
+impl GoalEnd {
+    fn close<A: camwright_msgs::Action>(self, goal: &GoalHandle<A>, result: A::Result) {
+        // False where the goal has ended already, which then is its end.
+        let _first_end = match self {
+            GoalEnd::Succeeded => goal.succeed(result),
+            GoalEnd::Canceled => goal.canceled(result),
+            GoalEnd::Aborted => goal.abort(result),
+        };
+    }
+}
+
+/// A trajectory that was accepted and cannot begin.
+pub(super) fn refuse_trajectory(goal: &GoalHandle<FollowJointTrajectory>, reason: &str) {
+    let (error_code, error_string) = (FollowJointTrajectoryResult::INVALID_GOAL, reason.to_owned());
+    goal.abort(FollowJointTrajectoryResult { error_code, error_string });
 }
 
 pub(super) fn close<A: camwright_msgs::Action>(goal: &GoalHandle<A>, outcome: Outcome, result: A::Result) {
-    // False where the goal has ended already, which then is its end.
-    let _first_end = match outcome {
-        Outcome::Completed => goal.succeed(result),
-        Outcome::Cancelled => goal.canceled(result),
-        Outcome::Failed(_) => goal.abort(result),
+    let end = match outcome {
+        Outcome::Completed => GoalEnd::Succeeded,
+        Outcome::Cancelled => GoalEnd::Canceled,
+        Outcome::Failed(_) | Outcome::OutOfTolerance(_) => GoalEnd::Aborted,
     };
+    end.close(goal, result);
 }
 
 fn step_name(step: SearchStep) -> &'static str {

@@ -3,37 +3,43 @@
 mod engine;
 mod engine_messages;
 mod goals;
+mod joint_trajectory;
+mod plan_goal;
 mod plans;
 mod pump;
 mod setup_goals;
-mod trajectory_goal;
+mod succession;
 
 use crate::config::machine_file;
+use crate::convert::core_from_si;
 use crate::convert::time::{TickClock, ns_from_time};
 use crate::cyclic::{Sender, Waker, ring};
 use crate::machine_sim::input_named;
 use crate::ros::{
-    ActionHandler, ActionServer, Diagnostics, GoalDecision, GoalHandle, GoalId, Lifecycle, LifecycleCallbacks, Node,
-    NodeOptions, Qos, RosArgs, ServiceHandle, SpinThread, Subscription, diagnostic_status,
+    ActionServer, Diagnostics, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos, Responder, RosArgs,
+    ServiceHandle, SpinThread, Subscription, diagnostic_status,
 };
 use crate::running::{NodeError, Threads, autostart};
 use camwright::interpolator::{Motion, Prepared, Request};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
-use camwright::setpoint::Latch;
-use camwright_msgs::camwright_msgs::action::{ExecutePlan, ExecutePlanGoal, Home, HomeGoal, MoveTo, Probe};
+use camwright::setpoint::{Latch, Measured};
+use camwright_msgs::camwright_msgs::action::{ExecutePlan, Home, MoveTo, Probe};
 use camwright_msgs::camwright_msgs::msg::{
     Latch as LatchMessage, MachineDescription as DescriptionMessage, MachineStream, PlanPage,
 };
 use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldResponse, SetOverride, SetOverrideResponse};
 use camwright_msgs::control_msgs::action::FollowJointTrajectory;
+use camwright_msgs::control_msgs::srv::{QueryTrajectoryState, QueryTrajectoryStateResponse};
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use engine::Engine;
 use engine_messages::{JobEnds, News, ToEngine};
-use goals::{Goal, Served};
+use goals::Served;
+use joint_trajectory::arrival::Arrival;
 use plans::Plans;
-use pump::{Outlets, Pump};
+use pump::Pump;
+use std::collections::VecDeque;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -76,6 +82,12 @@ struct Shared {
     cell: Mutex<Option<Cell>>,
     plans: Mutex<Plans>,
     rest_counts: Mutex<[i64; AXIS_COUNT]>,
+    /// The machine's last tick that was heard of.
+    tick: AtomicU64,
+    /// A trajectory that takes the place of the one in execution, or begins after it.
+    arrival: Mutex<Option<Arrival>>,
+    /// Who asked `~/query_state`, in the order of asking.
+    queries: Mutex<VecDeque<Responder<QueryTrajectoryState>>>,
 }
 
 /// What exists once the machine is known.
@@ -108,7 +120,8 @@ impl AxisInterpolator {
     /// # Errors
     /// DDS that cannot start.
     pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
-        let node = Node::new(NodeOptions::new("axis_interpolator", args).parameter(autostart::parameter()))?;
+        let options = NodeOptions::new("axis_interpolator", args).parameter(autostart::parameter());
+        let node = Node::new(options.parameters(joint_trajectory::settings::parameters()))?;
         let shared = Arc::new(Shared {
             node: node.clone(),
             active: AtomicBool::new(false),
@@ -118,13 +131,16 @@ impl AxisInterpolator {
             cell: Mutex::default(),
             plans: Mutex::default(),
             rest_counts: Mutex::new([0; AXIS_COUNT]),
+            tick: AtomicU64::new(0),
+            arrival: Mutex::default(),
+            queries: Mutex::default(),
         });
         let subscriptions = subscriptions(&shared)?;
         let services = services(&shared)?;
-        let trajectory = trajectory_goal::Handler(Arc::clone(&shared));
+        let trajectory = joint_trajectory::Handler(Arc::clone(&shared));
         let actions = Actions {
-            _plan: node.action_server("~/execute_plan", PlanHandler(Arc::clone(&shared)))?,
-            _home: node.action_server("~/home", HomeHandler(Arc::clone(&shared)))?,
+            _plan: node.action_server("~/execute_plan", plan_goal::PlanHandler(Arc::clone(&shared)))?,
+            _home: node.action_server("~/home", setup_goals::HomeHandler(Arc::clone(&shared)))?,
             _trajectory: node.action_server("~/follow_joint_trajectory", trajectory)?,
             _move: node.action_server("~/move_to", setup_goals::MoveHandler(Arc::clone(&shared)))?,
             _probe: node.action_server("~/probe", setup_goals::ProbeHandler(Arc::clone(&shared)))?,
@@ -166,7 +182,9 @@ impl AxisInterpolator {
     /// Cancels what is under way, waits until the axes are at rest, then ends the engine and the node. If the machine does
     /// not answer, what is under way ends in the stop of its last chunk.
     pub fn stop(self) {
+        self.shared.refuse_arrival("the node is ending");
         if lock(&self.shared.served).is_busy() {
+            lock(&self.shared.served).end_because("the node is ending: the axes came to rest on the path");
             self.shared.request(Request::Cancel);
         }
         let latest = Instant::now() + STOPPING;
@@ -195,6 +213,8 @@ impl LifecycleCallbacks for Activation {
     }
     fn deactivate(&mut self) -> Result<(), String> {
         self.0.active.store(false, Ordering::Release);
+        self.0.refuse_arrival("the node is being deactivated");
+        lock(&self.0.served).end_because("the node was deactivated: the axes came to rest on the path");
         self.0.request(Request::Cancel);
         Ok(())
     }
@@ -231,16 +251,7 @@ impl Shared {
         let (outbox, reports) = ring(RING, &pump_waker);
         let inlet = Inlet(Arc::new(Mutex::new(inlet)));
         let engine = Engine::new(machine, inbox, outbox, Arc::clone(&self.stop));
-        let pump = Pump {
-            node: self.node.clone(),
-            machine: machine.clone(),
-            clock: Arc::clone(&self.clock),
-            outlets: Outlets::new(&self.node)?,
-            served: Arc::clone(&self.served),
-            order: 0,
-            order_tick: 0,
-            alarms: None,
-        };
+        let pump = Pump::new(self, machine)?;
         let mut threads = Threads::default();
         let engine_waker = waker.clone();
         threads.spawn("interpolator cycle", move || engine.run(&engine_waker))?;
@@ -263,26 +274,50 @@ impl Shared {
             *place = *value;
         }
         *lock(&self.rest_counts) = counts;
+        let is_new = self.tick.swap(message.tick, Ordering::AcqRel) < message.tick;
         cell.inlet.send(ToEngine::News(Box::new(News {
             tick: message.tick,
             credit_tick: message.credit_tick,
             is_standstill: message.motion == MachineStream::MOTION_STANDSTILL
                 || message.motion == MachineStream::MOTION_FAULT
                 || message.motion == MachineStream::MOTION_OFF,
+            is_realtime: message.pace == MachineStream::PACE_REALTIME,
             commands_received: message.commands_received,
             alarms: message.alarms.clone(),
             setpoint_counts: counts,
+            measured: measured(message, &cell.machine).filter(|_| is_new),
             latches: message.latches.iter().filter_map(|latch| core_latch(latch, &cell.machine)).collect(),
         })));
     }
 
     fn request(&self, request: Request) -> bool {
-        lock(&self.cell).as_ref().is_some_and(|cell| cell.inlet.send(ToEngine::Request(request)))
+        self.send(ToEngine::Request(request))
+    }
+
+    fn send(&self, message: ToEngine) -> bool {
+        lock(&self.cell).as_ref().is_some_and(|cell| cell.inlet.send(message))
+    }
+
+    fn is_active(&self) -> bool {
+        self.active.load(Ordering::Acquire)
+    }
+
+    fn clock(&self) -> Option<TickClock> {
+        *lock(&self.clock)
+    }
+
+    fn machine_tick(&self) -> u64 {
+        self.tick.load(Ordering::Acquire)
+    }
+
+    /// The time of the machine's last tick (ns); 0 before it was heard of.
+    fn machine_time_ns(&self) -> i64 {
+        self.clock().map_or(0, |clock| clock.ns(self.machine_tick()))
     }
 
     /// Why no motion can begin now.
     fn obstacle(&self) -> Option<String> {
-        if !self.active.load(Ordering::Acquire) {
+        if !self.is_active() {
             return Some("the node is not active".into());
         }
         let served = lock(&self.served);
@@ -298,16 +333,23 @@ impl Shared {
     /// Starts a motion for the goal that has command.
     fn begin(&self, motion: Motion) {
         let job = JobEnds::of(&motion);
-        let sent = match lock(&self.cell).as_ref() {
+        let prepared = match lock(&self.cell).as_ref() {
             None => Err("the machine has not been heard of yet".to_owned()),
-            Some(cell) => match Prepared::new(motion, &cell.machine) {
-                Ok(prepared) => match cell.inlet.send(ToEngine::Start { motion: Box::new(prepared), job }) {
-                    true => Ok(()),
-                    false => Err("the engine does not take anything any more".into()),
-                },
-                Err(error) => Err(error.to_string()),
-            },
+            Some(cell) => Prepared::new(motion, &cell.machine).map_err(|error| error.to_string()),
         };
+        self.start(prepared, job);
+    }
+
+    /// The same with a motion that belongs to no job and is ready, or cannot be.
+    fn begin_prepared(&self, motion: Result<Prepared, String>) {
+        self.start(motion, JobEnds::default());
+    }
+
+    fn start(&self, motion: Result<Prepared, String>, job: JobEnds) {
+        let sent = motion.and_then(|prepared| {
+            let is_sent = self.send(ToEngine::Start { motion: Box::new(prepared), job });
+            is_sent.then_some(()).ok_or_else(|| "the engine does not take anything any more".to_owned())
+        });
         if let Err(reason) = sent {
             lock(&self.served).refuse(&reason);
         }
@@ -322,6 +364,20 @@ impl Shared {
             (true, false) => (DiagnosticStatus::OK, format!("{holder} has command")),
         };
         diagnostic_status(level, "", &message, &[("plan", plan)])
+    }
+
+    /// Asks the engine what the axes are told at a time.
+    fn query(&self, ns: i64, responder: Responder<QueryTrajectoryState>) {
+        let tick = self.clock().and_then(|clock| clock.nearest_tick(ns));
+        // In the order in which the engine is asked.
+        let mut queries = lock(&self.queries);
+        match tick.filter(|tick| self.send(ToEngine::Query { tick: *tick })) {
+            Some(_) => queries.push_back(responder),
+            None => {
+                let message = "the machine has not been heard of yet, or the time is before its first tick".to_owned();
+                responder.send(&QueryTrajectoryStateResponse { message, ..QueryTrajectoryStateResponse::default() });
+            }
+        }
     }
 
     fn machine(&self) -> Option<MachineDescription> {
@@ -342,6 +398,17 @@ impl Shared {
             Err(reason) => lock(&self.served).refuse(&reason),
         }
     }
+}
+
+/// What the encoders read, at the ticks at which every machine tells it: what is decided by that depends on no other message.
+fn measured(message: &MachineStream, machine: &MachineDescription) -> Option<Measured> {
+    if !message.tick.is_multiple_of(machine.stream_period_ticks()) {
+        return None;
+    }
+    let counts: [i64; AXIS_COUNT] = message.actual_counts.as_slice().try_into().ok()?;
+    let velocity: [f64; AXIS_COUNT] = message.actual_velocities.as_slice().try_into().ok()?;
+    let velocity = Axis::ALL.map(|axis| core_from_si(axis, velocity[axis.index()]));
+    Some(Measured { tick: message.tick, counts, velocity })
 }
 
 fn core_latch(message: &LatchMessage, machine: &MachineDescription) -> Option<Latch> {
@@ -365,8 +432,9 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
         lock(&this.plans).add(page);
         this.begin_plan();
     })?;
-    let topic = trajectory_goal::subscribe(shared)?;
-    Ok(vec![description, stream, pages, topic])
+    let mut all = vec![description, stream, pages];
+    all.extend(joint_trajectory::subscribe(shared)?);
+    Ok(all)
 }
 
 fn services(shared: &Arc<Shared>) -> Result<Vec<ServiceHandle>, NodeError> {
@@ -387,70 +455,9 @@ fn services(shared: &Arc<Shared>) -> Result<Vec<ServiceHandle>, NodeError> {
         let message = if success { "" } else { "the machine has not been heard of yet" };
         SetOverrideResponse { success, message: message.to_owned() }
     })?;
-    Ok(vec![hold, feed_override])
-}
-
-/// Serves `~/execute_plan`.
-#[derive(Debug)]
-struct PlanHandler(Arc<Shared>);
-
-impl ActionHandler<ExecutePlan> for PlanHandler {
-    fn goal(&mut self, _id: GoalId, goal: &ExecutePlanGoal) -> GoalDecision {
-        match self.0.obstacle() {
-            Some(reason) => GoalDecision::Reject(reason),
-            None if goal.plan_hash.is_empty() => GoalDecision::Reject("the goal names no plan".into()),
-            None => GoalDecision::Accept,
-        }
-    }
-
-    fn accepted(&mut self, handle: GoalHandle<ExecutePlan>) {
-        let hash = handle.goal().plan_hash.clone();
-        let name = match handle.goal().client.as_str() {
-            "" => format!("plan {}", short(&hash)),
-            client => format!("plan {} of {client}", short(&hash)),
-        };
-        lock(&self.0.served).begin(Goal::Plan(handle), name, hash.clone());
-        lock(&self.0.plans).wait_for(hash);
-        self.0.begin_plan();
-    }
-
-    fn cancel(&mut self, _id: GoalId) -> bool {
-        if lock(&self.0.plans).waiting().is_some() {
-            lock(&self.0.plans).forget_waiting();
-            lock(&self.0.served).refuse("cancelled before its plan was complete");
-            return true;
-        }
-        self.0.request(Request::Cancel)
-    }
-}
-
-fn short(hash: &str) -> &str {
-    hash.get(..8).unwrap_or(hash)
-}
-
-/// Serves `~/home`.
-#[derive(Debug)]
-struct HomeHandler(Arc<Shared>);
-
-impl ActionHandler<Home> for HomeHandler {
-    fn goal(&mut self, _id: GoalId, goal: &HomeGoal) -> GoalDecision {
-        if let Some(joint) = goal.joints.iter().find(|joint| Axis::from_joint(joint).is_none()) {
-            return GoalDecision::Reject(format!("there is no joint {joint:?}"));
-        }
-        self.0.obstacle().map_or(GoalDecision::Accept, GoalDecision::Reject)
-    }
-
-    fn accepted(&mut self, handle: GoalHandle<Home>) {
-        let mut axes: Vec<Axis> = handle.goal().joints.iter().filter_map(|joint| Axis::from_joint(joint)).collect();
-        if axes.is_empty() {
-            let needs = |axis: &Axis| self.0.machine().is_some_and(|machine| machine.axis(*axis).needs_homing);
-            axes = Axis::ALL.into_iter().filter(needs).collect();
-        }
-        lock(&self.0.served).begin(Goal::Home(handle), "homing".into(), String::new());
-        self.0.begin(Motion::Home(axes));
-    }
-
-    fn cancel(&mut self, _id: GoalId) -> bool {
-        self.0.request(Request::Cancel)
-    }
+    let this = Arc::clone(shared);
+    let query = shared.node.service_deferred::<QueryTrajectoryState>("~/query_state", move |request, responder| {
+        this.query(ns_from_time(&request.time), responder);
+    })?;
+    Ok(vec![hold, feed_override, query])
 }

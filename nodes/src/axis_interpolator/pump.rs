@@ -1,7 +1,10 @@
 //! From what the engine reports to messages, and to the goal that is being served.
 
-use super::engine_messages::{Command, Ended, FromEngine, ToEngine};
+use super::engine_messages::{Command, Ended, Foresight, FromEngine, ToEngine, Tracking};
 use super::goals::Served;
+use super::joint_trajectory::arrival::Step;
+use super::joint_trajectory::{settings, tracking};
+use super::{Shared, lock};
 use crate::convert::m_from_mm;
 use crate::convert::setpoints::trajectory_from_chunk;
 use crate::convert::time::TickClock;
@@ -13,8 +16,9 @@ use camwright::interpolator::{
 };
 use camwright::machine::description::MachineDescription;
 use camwright_msgs::camwright_msgs::msg::{Alarm, AppliedInput, InterpolatorState, MachineAlarms, MachineCommand};
+use camwright_msgs::control_msgs::msg::JointTrajectoryControllerState;
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
 /// The publishers of the interpolator.
@@ -25,6 +29,7 @@ pub(super) struct Outlets {
     state: Publisher<InterpolatorState>,
     inputs: Publisher<AppliedInput>,
     alarms: Publisher<MachineAlarms>,
+    controller_state: Publisher<JointTrajectoryControllerState>,
 }
 
 impl Outlets {
@@ -35,23 +40,42 @@ impl Outlets {
             state: node.publisher("~/state", &Qos::latched(1))?,
             inputs: node.publisher("~/inputs", &Qos::default_topic().keep_last(1000))?,
             alarms: node.publisher("~/alarms", &Qos::latched(1))?,
+            controller_state: node.publisher("~/controller_state", &Qos::default_topic())?,
         })
     }
 }
 
 pub(super) struct Pump {
-    pub(super) node: Node,
-    pub(super) machine: MachineDescription,
-    pub(super) clock: Arc<Mutex<Option<TickClock>>>,
-    pub(super) outlets: Outlets,
-    pub(super) served: Arc<Mutex<Served>>,
-    pub(super) order: u32,
-    pub(super) order_tick: u64,
+    node: Node,
+    machine: MachineDescription,
+    /// The node's callbacks know what waits; the node ends before them.
+    shared: Weak<Shared>,
+    clock: Arc<Mutex<Option<TickClock>>>,
+    outlets: Outlets,
+    served: Arc<Mutex<Served>>,
+    order: u32,
+    order_tick: u64,
     /// The alarm that ended the last motion, once the list of alarms has been told.
-    pub(super) alarms: Option<Vec<Alarm>>,
+    alarms: Option<Vec<Alarm>>,
+    feed_override: f64,
 }
 
 impl Pump {
+    pub(super) fn new(shared: &Arc<Shared>, machine: &MachineDescription) -> Result<Self, RosError> {
+        Ok(Self {
+            node: shared.node.clone(),
+            machine: machine.clone(),
+            shared: Arc::downgrade(shared),
+            clock: Arc::clone(&shared.clock),
+            outlets: Outlets::new(&shared.node)?,
+            served: Arc::clone(&shared.served),
+            order: 0,
+            order_tick: 0,
+            alarms: None,
+            feed_override: 1.0,
+        })
+    }
+
     /// Runs until the other end of the ring is gone; `back` returns empty chunks to the engine.
     pub(super) fn run(mut self, mut reports: Receiver<FromEngine>, waker: &Waker, back: impl Fn(ToEngine)) {
         waker.adopt_current_thread();
@@ -118,6 +142,29 @@ impl Pump {
             FromEngine::Event { event: Event::Segment(_) | Event::Finished(_), .. } => Ok(()),
             FromEngine::Ended(ended) => {
                 self.end(ended);
+                self.with_shared(Shared::begin_arrival);
+                Ok(())
+            }
+            FromEngine::Foreseen(foresight) => {
+                self.foreseen(&foresight, clock, back);
+                Ok(())
+            }
+            FromEngine::Spliced { tick } => {
+                self.with_shared(|shared| shared.arrived(tick));
+                Ok(())
+            }
+            FromEngine::NotSpliced(error, _motion) => {
+                self.with_shared(|shared| shared.refuse_arrival(&error.to_string()));
+                Ok(())
+            }
+            FromEngine::Tracking(tracking) => self.tracking(&tracking, clock),
+            FromEngine::Queried(told) => {
+                let answer = tracking::answer(told.as_ref(), &self.machine);
+                self.with_shared(|shared| {
+                    if let Some(responder) = lock(&shared.queries).pop_front() {
+                        responder.send(&answer);
+                    }
+                });
                 Ok(())
             }
             FromEngine::Used(news) => {
@@ -129,6 +176,51 @@ impl Pump {
                 Ok(())
             }
         }
+    }
+
+    fn with_shared(&self, act: impl FnOnce(&Shared)) {
+        if let Some(shared) = self.shared.upgrade() {
+            act(&shared);
+        }
+    }
+
+    /// The engine has looked ahead for the trajectory that waits.
+    fn foreseen(&self, foresight: &Foresight, clock: TickClock, back: &impl Fn(ToEngine)) {
+        self.with_shared(|shared| {
+            let step = lock(&shared.arrival).as_ref().map(|arrival| arrival.next(foresight, clock, &self.machine));
+            match step {
+                Some(Step::Tell(message)) => back(message),
+                Some(Step::Wait) => {
+                    // It may have ended before this was heard.
+                    if !lock(&shared.served).is_busy() {
+                        shared.begin_arrival();
+                    }
+                }
+                Some(Step::Refuse(reason)) => {
+                    back(ToEngine::StayOn);
+                    shared.refuse_arrival(&reason);
+                }
+                None => back(ToEngine::StayOn),
+            }
+        });
+    }
+
+    /// How the axes follow, as often as the parameters say.
+    fn tracking(&self, followed: &Tracking, clock: TickClock) -> Result<(), RosError> {
+        let (tick, parameters) = (followed.measured.tick, self.node.parameters());
+        let (feedback_ticks, state_ticks) = settings::periods_ticks(parameters, self.machine.cycle_time_s());
+        let period = self.machine.stream_period_ticks();
+        // Of the ticks that are measured those that are the first in a period.
+        let is_due = |ticks: u64| tick % ticks.max(period) < period;
+        if let Some(goal) = self.served().trajectory().filter(|_| is_due(feedback_ticks)) {
+            let joints = &goal.goal().trajectory.joint_names;
+            goal.feedback(&tracking::feedback(followed, joints, &self.machine, clock));
+        }
+        if state_ticks.is_some_and(is_due) && self.outlets.controller_state.matched() > 0 {
+            let state = tracking::state(followed, self.feed_override, &self.machine, clock);
+            return self.outlets.controller_state.publish(&state);
+        }
+        Ok(())
     }
 
     fn served(&self) -> std::sync::MutexGuard<'_, Served> {
@@ -158,11 +250,16 @@ impl Pump {
                 value: f64::from(u8::from(latch.rising)),
                 ..plain(AppliedInput::FEEDBACK)
             },
+            Applied::OutOfTolerance(broken) => {
+                AppliedInput { text: broken.to_string(), ..plain(AppliedInput::TOLERANCE) }
+            }
+            Applied::Settled => plain(AppliedInput::SETTLED),
             Applied::Alarm(number) => AppliedInput { counts: i64::from(*number), ..plain(AppliedInput::ALARM) },
         }
     }
 
-    fn status(&self, clock: TickClock, tick: u64, status: &Status) -> Result<(), RosError> {
+    fn status(&mut self, clock: TickClock, tick: u64, status: &Status) -> Result<(), RosError> {
+        self.feed_override = status.feed_override;
         let served = self.served();
         served.feedback(tick, status);
         let (holder, plan_hash) = served.names();
@@ -213,11 +310,12 @@ impl Pump {
             Outcome::Completed => format!("{name} is complete at tick {}", ended.last_tick),
             Outcome::Cancelled => format!("{name} was cancelled: the axes are at rest and the wheel is retracted"),
             Outcome::Failed(number) => format!("{name} was stopped by alarm {number}"),
+            Outcome::OutOfTolerance(broken) => format!("{name} was stopped: {broken}"),
         };
         served.end(&ended, &text, &self.machine);
         drop(served);
         match ended.outcome {
-            Outcome::Failed(_) => self.node.logger().error(&text),
+            Outcome::Failed(_) | Outcome::OutOfTolerance(_) => self.node.logger().error(&text),
             Outcome::Completed | Outcome::Cancelled => self.node.logger().info(&text),
         }
     }

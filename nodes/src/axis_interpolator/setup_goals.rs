@@ -1,5 +1,5 @@
-//! Set-up work: the actions `~/move_to` and `~/probe`. A goal that cannot be is accepted and aborted, because a rejection carries no
-//! reason.
+//! Set-up work: the actions `~/home`, `~/move_to` and `~/probe`. A move or a probe that cannot be is accepted and aborted, because a
+//! rejection carries no reason.
 
 use super::goals::{Goal, close};
 use super::{Shared, lock};
@@ -10,11 +10,38 @@ use camwright::interpolator::setup::{self, ProbeRequest};
 use camwright::interpolator::{Motion, Outcome, Probed, Request};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::setpoint::Input;
-use camwright_msgs::camwright_msgs::action::{MoveTo, MoveToGoal, Probe, ProbeGoal, ProbeResult};
+use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, MoveTo, MoveToGoal, Probe, ProbeGoal, ProbeResult};
 use std::sync::Arc;
 
 /// Speed of a wheel that touches unless the goal says another (mm/s): with a feedback delay of 0.1 s it runs on by 5 µm.
 pub(crate) const TOUCH_MM_S: f64 = 0.05;
+
+/// Serves `~/home`.
+#[derive(Debug)]
+pub(super) struct HomeHandler(pub(super) Arc<Shared>);
+
+impl ActionHandler<Home> for HomeHandler {
+    fn goal(&mut self, _id: GoalId, goal: &HomeGoal) -> GoalDecision {
+        if let Some(joint) = goal.joints.iter().find(|joint| Axis::from_joint(joint).is_none()) {
+            return GoalDecision::Reject(format!("there is no joint {joint:?}"));
+        }
+        self.0.obstacle().map_or(GoalDecision::Accept, GoalDecision::Reject)
+    }
+
+    fn accepted(&mut self, handle: GoalHandle<Home>) {
+        let mut axes: Vec<Axis> = handle.goal().joints.iter().filter_map(|joint| Axis::from_joint(joint)).collect();
+        if axes.is_empty() {
+            let needs = |axis: &Axis| self.0.machine().is_some_and(|machine| machine.axis(*axis).needs_homing);
+            axes = Axis::ALL.into_iter().filter(needs).collect();
+        }
+        lock(&self.0.served).begin(Goal::Home(handle), "homing".into(), String::new());
+        self.0.begin(Motion::Home(axes));
+    }
+
+    fn cancel(&mut self, _id: GoalId) -> bool {
+        self.0.request(Request::Cancel)
+    }
+}
 
 /// Serves `~/move_to`.
 #[derive(Debug)]

@@ -54,6 +54,14 @@ impl TickClock {
         time_from_ns(self.ns(tick))
     }
 
+    /// The tick nearest to a time (ns); `None` for a time before the epoch.
+    #[must_use]
+    pub fn nearest_tick(self, ns: i64) -> Option<u64> {
+        let cycle = i64::from(self.cycle_time_ns);
+        let since = ns.checked_sub(self.epoch_ns)?.checked_add(cycle / 2)?;
+        u64::try_from(since.checked_div(cycle)?).ok()
+    }
+
     /// The tick whose stamp this is; `None` for a stamp before the epoch or between two ticks.
     #[must_use]
     pub fn tick(self, stamp: &Time) -> Option<u64> {

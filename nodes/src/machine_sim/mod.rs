@@ -166,7 +166,7 @@ impl MachineSim {
             description: file.description.clone(),
             clock,
             pace: if pace == Pace::Fast { MachineStream::PACE_FAST } else { MachineStream::PACE_REALTIME },
-            stream_period_ticks: u64::from(file.description.feedback_delay_ticks / 10).max(1),
+            stream_period_ticks: file.description.stream_period_ticks(),
         };
         let scene = SceneOutlet::new(&node, &file.description, wheel_radius_mm, inlet.clone())?;
         let pump = Pump::new(context, Outlets::new(&node, pace == Pace::Fast, &file.description)?, scene);

@@ -258,6 +258,11 @@ impl Pump {
             holder: if state.has_holder { self.context.node.who(&state.holder) } else { String::new() },
             alarms: self.active.iter().map(|alarm| alarm.kind.entry().number).collect(),
             setpoint_counts: report.axes.iter().map(|axis| axis.setpoint_counts).collect(),
+            actual_counts: report.axes.iter().map(|axis| axis.counts).collect(),
+            actual_velocities: Axis::ALL
+                .iter()
+                .map(|axis| si_from_core(*axis, report.axes[axis.index()].velocity))
+                .collect(),
             latches: std::mem::take(&mut self.latches),
         })
     }

@@ -1,0 +1,74 @@
+//! A trajectory that arrives while another is executed: it takes the other's place without a step, or begins when the other is over.
+//!
+//! ```text
+//! goal ─► Foresee ─► engine ─► where the axes will be at tick S ─► the new trajectory from there ─► Splice ─► engine, at S
+//! ```
+//! Only then is the goal accepted and the one before it ended: a goal that cannot be followed disturbs nobody.
+
+use super::wanted::Wanted;
+use crate::axis_interpolator::engine_messages::{Foresight, ToEngine};
+use crate::convert::time::TickClock;
+use crate::ros::GoalDecider;
+use camwright::interpolator::{Motion, Prepared};
+use camwright::machine::description::MachineDescription;
+
+/// Who waits.
+#[derive(Debug)]
+pub(in crate::axis_interpolator) struct Arrival {
+    pub(super) wanted: Wanted,
+    /// Who decides on the goal; `None` for a trajectory of the topic.
+    pub(super) decider: Option<GoalDecider>,
+}
+
+/// What is to be done with an arrival once the engine has looked ahead.
+#[derive(Debug)]
+pub(in crate::axis_interpolator) enum Step {
+    /// Tell the engine; the arrival waits on.
+    Tell(ToEngine),
+    /// It waits until the trajectory before it is over.
+    Wait,
+    /// It cannot be, with the reason; the engine is told that nothing comes.
+    Refuse(String),
+}
+
+impl Arrival {
+    /// What comes next, after the engine has said where the axes will be.
+    pub(in crate::axis_interpolator) fn next(
+        &self,
+        foresight: &Foresight,
+        clock: TickClock,
+        machine: &MachineDescription,
+    ) -> Step {
+        match foresight {
+            Foresight::Over => Step::Wait,
+            Foresight::Disturbed => {
+                Step::Refuse("the trajectory in execution is held; release the hold or cancel it first".into())
+            }
+            Foresight::At(tick, start) => {
+                let prepared = self.wanted.trajectory(*tick, clock, start, machine).and_then(|trajectory| {
+                    Prepared::new(Motion::from(trajectory), machine).map_err(|error| error.to_string())
+                });
+                match prepared {
+                    Ok(motion) => Step::Tell(ToEngine::Splice(Box::new(motion))),
+                    Err(reason) => Step::Refuse(reason),
+                }
+            }
+        }
+    }
+
+    /// First tick that it may take the other's place at, if it can at `soonest`.
+    pub(super) fn begins(&self, soonest: u64, clock: TickClock) -> u64 {
+        self.wanted.begins(soonest, clock)
+    }
+
+    /// It is refused; its client is told through the log.
+    pub(in crate::axis_interpolator) fn refuse(self, reason: &str) -> Option<String> {
+        match self.decider {
+            Some(decider) => {
+                decider.reject(reason);
+                None
+            }
+            None => Some(format!("joint trajectory refused: {reason}")),
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! One trajectory after another without a stop between: the engine says where the axes will be, and waits there for what comes next.
+
+use super::engine::Engine;
+use super::engine_messages::{Foresight, FromEngine};
+use camwright::interpolator::{Foreseen, Prepared, StartError};
+
+/// What takes the place of the trajectory in execution.
+#[derive(Debug, Default)]
+pub(super) enum Succession {
+    /// Nothing.
+    #[default]
+    None,
+    /// Something does from this tick on, or it turns out that it cannot.
+    Awaited(u64),
+    /// This does.
+    Ready(u64, Box<Prepared>),
+}
+
+impl Succession {
+    /// Last tick that may be computed before it is known what comes next.
+    pub(super) fn last_tick(&self) -> u64 {
+        match self {
+            Succession::None => u64::MAX,
+            Succession::Awaited(tick) | Succession::Ready(tick, _) => tick - 1,
+        }
+    }
+}
+
+impl Engine {
+    /// Looks ahead as far as it takes to make the trajectory that comes next; if it takes longer, what was sent still ends in a stop.
+    pub(super) fn foresee(&mut self, soonest: u64) {
+        let tick = (self.next_tick + self.machine.stream_period_ticks()).max(soonest);
+        let foresight = match self.running {
+            Some(running) if running.outcome.is_none() => match self.interpolator.foresee(tick) {
+                Foreseen::At(start) => Foresight::At(tick, start),
+                Foreseen::Over => Foresight::Over,
+                Foreseen::Held => Foresight::Disturbed,
+            },
+            _ => Foresight::Over,
+        };
+        if let Foresight::At(tick, _) = foresight {
+            self.succession = Succession::Awaited(tick);
+        }
+        self.send(FromEngine::Foreseen(foresight));
+    }
+
+    /// Takes what was made for the tick that was foreseen.
+    pub(super) fn take_successor(&mut self, motion: Box<Prepared>) {
+        match self.succession {
+            Succession::Awaited(tick) => self.succession = Succession::Ready(tick, motion),
+            // The motion before it has ended otherwise meanwhile.
+            _ => self.send(FromEngine::NotSpliced(StartError::MovesOtherwise, motion)),
+        }
+    }
+
+    /// At the tick that was foreseen the one takes the place of the other.
+    pub(super) fn succeed(&mut self) {
+        let due = matches!(&self.succession, Succession::Ready(tick, _) if *tick == self.next_tick);
+        if !due {
+            return;
+        }
+        let Succession::Ready(tick, motion) = std::mem::take(&mut self.succession) else { return };
+        // A hold or a cancel that came meanwhile means the one in execution.
+        let outcome = if self.is_disturbed() {
+            Err((StartError::MovesOtherwise, motion))
+        } else {
+            self.interpolator.splice(tick, motion)
+        };
+        self.send(match outcome {
+            Ok(()) => FromEngine::Spliced { tick },
+            Err((error, motion)) => FromEngine::NotSpliced(error, motion),
+        });
+        if let Some(finished) = self.interpolator.take_finished() {
+            self.send(FromEngine::Done(finished));
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! Topics of a cell as a test waits for them.
+#![allow(missing_docs, reason = "a helper of tests")]
+#![allow(missing_debug_implementations, reason = "as above")]
+#![allow(dead_code, reason = "each test target uses its part")]
+#![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
+
+use crate::cell::{Cell, PATIENCE};
+use camwright_msgs::rcl_interfaces::msg::Log;
+use camwright_nodes::ros::{Qos, Subscription};
+use std::sync::{Arc, Mutex, mpsc};
+use std::time::{Duration, Instant};
+
+/// The last message of a topic, and every one of it.
+pub struct Watched<M> {
+    last: Arc<Mutex<Option<M>>>,
+    _subscription: Subscription,
+}
+
+impl<M: camwright_msgs::Message + Clone> Watched<M> {
+    pub fn new(cell: &Cell, topic: &str, qos: &Qos) -> Self {
+        let last: Arc<Mutex<Option<M>>> = Arc::default();
+        let place = Arc::clone(&last);
+        let heard = move |message, _: &_| *place.lock().expect("not poisoned") = Some(message);
+        Self { last, _subscription: cell.client.node.subscribe::<M>(topic, qos, heard).expect("a subscription") }
+    }
+
+    /// The last message, once it is as wanted.
+    pub fn until(&self, what: &str, wanted: impl Fn(&M) -> bool) -> M {
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            if let Some(message) = self.last.lock().expect("not poisoned").clone().filter(|message| wanted(message)) {
+                return message;
+            }
+            assert!(Instant::now() < deadline, "{what}");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+}
+
+/// What the cell logs.
+pub struct LogLines {
+    lines: mpsc::Receiver<String>,
+    _subscription: Subscription,
+}
+
+impl LogLines {
+    pub fn of(cell: &Cell) -> Self {
+        let (sender, lines) = mpsc::channel();
+        let heard = move |log: Log, _: &_| drop(sender.send(log.msg));
+        let subscription = cell.client.node.subscribe("/rosout", &Qos::latched(1000), heard);
+        Self { lines, _subscription: subscription.expect("a subscription") }
+    }
+
+    /// The next line with these words.
+    pub fn line(&self, words: &[&str]) -> String {
+        loop {
+            let line = self.lines.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("no line with {words:?}"));
+            if words.iter().all(|word| line.contains(word)) {
+                return line;
+            }
+        }
+    }
+}
