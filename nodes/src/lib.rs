@@ -9,6 +9,7 @@ pub mod cyclic;
 mod drawing;
 pub mod job_planner;
 pub mod machine_sim;
+pub mod operator_page;
 pub mod planning;
 pub mod replay;
 pub mod ros;

@@ -3,6 +3,7 @@
 mod batch;
 mod check;
 mod drives;
+mod page;
 mod plan;
 mod plan_turned;
 mod post;
@@ -43,6 +44,8 @@ enum CommandLine {
     Drives(drives::DrivesArgs),
     /// Set a running cell up: jog, probe, dress, touch off, find the part's phase.
     Setup(setup::SetupArgs),
+    /// Serve the operator page of a running cell.
+    Page(page::PageArgs),
     /// Print the URDF of a machine.
     Urdf(urdf::UrdfArgs),
     /// Look into a bag.
@@ -70,6 +73,7 @@ pub fn main() -> ExitCode {
         CommandLine::Check(args) => check::main(&args),
         CommandLine::Drives(args) => drives::main(&args),
         CommandLine::Setup(args) => setup::main(&args, &ros_args),
+        CommandLine::Page(args) => page::main(&args, &ros_args),
         CommandLine::Urdf(args) => urdf::main(&args),
         CommandLine::Bag(args) => crate::bag::cli::run(&args),
         CommandLine::Replay(args) => crate::replay::run(&args, &ros_args),

@@ -9,12 +9,14 @@ use crate::config::any_job::{self, AnyJob};
 use crate::config::job_file::{self, Job};
 use crate::config::locate::Located;
 use crate::config::turning_file::TurnedJob;
+use crate::operator_page::{OperatorPage, USUAL_ADDRESS};
 use crate::planning::{self, PreparedJob, PreparedTurning, TurnedInstead};
 use crate::ros::{GoalStatus, RosArgs, RosLayer, Shutdown};
 use crate::running::NodeError;
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::JobStatus;
 use clap::{Args, ValueEnum};
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
@@ -70,6 +72,9 @@ pub(super) struct RunArgs {
     /// Find the angle at which the part is clamped, by its key-way, before it is ground.
     #[arg(long, conflicts_with_all = ["start_at", "parts"])]
     find_phase: bool,
+    /// Serve the operator page meanwhile, on this port of this computer.
+    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8080")]
+    page: Option<u16>,
     /// Print the result as JSON on standard output.
     #[arg(long)]
     json: bool,
@@ -118,6 +123,9 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     // A job that turns on a machine that grinds is refused, and has nothing to be recorded.
     let on_lathe = turned.as_ref().is_some_and(|job| job.machine.description.is_lathe());
     let record: &[&str] = if on_lathe { &TURNING_RECORD } else { &GRINDING_RECORD };
+    let page =
+        args.page.map(|port| OperatorPage::start(ros_args, SocketAddr::new(USUAL_ADDRESS.ip(), port))).transpose()?;
+    page.iter().for_each(super::page::told);
     let client = Client::new(ros_args)?;
     let machine = any_job::machine_of(&job, &args.set).unwrap_or_else(|| "cam_grinder".to_owned());
     let start = || Cell::start(&machine, &args.set_machine, args.pace, ros_args, &bag);
@@ -137,6 +145,9 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
         cell.stop();
     }
     client.node.shutdown();
+    if let Some(page) = page {
+        page.stop();
+    }
     let (status, result) = outcome?;
     let took = started.elapsed();
     let bag = (!args.attach).then_some(&bag);

@@ -1,0 +1,71 @@
+//! The operator page: what the cell does, what is wrong, and the cam as it is ground, for a browser on this computer.
+//!
+//! ```text
+//! topics of the cell ─► Feed ─► Status, Shape (JSON) ─► /snapshot.json, /events ─► page.html
+//! ```
+//!
+//! It only looks: it subscribes to public topics, offers nothing and answers GET alone.
+
+mod feed;
+mod http;
+mod listening;
+mod status;
+mod words;
+
+use crate::ros::{Node, NodeOptions, RosArgs, SpinThread, Subscription};
+use crate::running::NodeError;
+use feed::Feed;
+use http::Server;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::sync::Arc;
+
+/// Where the page is served unless somebody says otherwise: to this computer only.
+pub const USUAL_ADDRESS: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8080);
+
+/// A running page.
+#[derive(Debug)]
+pub struct OperatorPage {
+    node: Node,
+    server: Server,
+    _subscriptions: Vec<Subscription>,
+    _spin: SpinThread,
+}
+
+impl OperatorPage {
+    /// Serves the page of the cell in the namespace of `args`; port 0 takes a free one.
+    ///
+    /// # Errors
+    /// An address that is taken or is not of this computer, DDS that cannot start.
+    pub fn start(args: &RosArgs, address: SocketAddr) -> Result<Self, NodeError> {
+        let feed = Arc::<Feed>::default();
+        // Before DDS: whoever mistypes the port shall hear of it at once.
+        let mut server = Server::start(address, Arc::clone(&feed)).map_err(|error| {
+            NodeError::Parameter(format!("the operator page cannot be served at {address}: {error}"))
+        })?;
+        let listening = Node::new(NodeOptions::new("operator_page", args)).map_err(NodeError::from).and_then(|node| {
+            feed.set_cell(node.namespace());
+            let subscriptions = listening::subscribe(&node, &feed)?;
+            let spin = node.spin_in_thread()?;
+            Ok((node, subscriptions, spin))
+        });
+        match listening {
+            Ok((node, subscriptions, spin)) => Ok(Self { node, server, _subscriptions: subscriptions, _spin: spin }),
+            Err(error) => {
+                server.stop();
+                Err(error)
+            }
+        }
+    }
+
+    /// Where it is served.
+    #[must_use]
+    pub fn address(&self) -> SocketAddr {
+        self.server.address()
+    }
+
+    /// Ends the server, then the node.
+    pub fn stop(mut self) {
+        self.server.stop();
+        self.node.shutdown();
+    }
+}

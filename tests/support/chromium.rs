@@ -1,0 +1,188 @@
+//! A real browser without a window: Chromium over its debugging pipe, so that no port and no driver is needed.
+#![allow(missing_debug_implementations, reason = "a helper of tests")]
+#![allow(unreachable_pub, reason = "a module of a test binary has no outside")]
+#![allow(clippy::print_stderr, reason = "a skipped test must say so where people look")]
+
+use crate::support::{Folder, PATIENCE, in_ci};
+use serde_json::{Value, json};
+use std::io::{BufRead, BufReader, Write};
+use std::path::PathBuf;
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Instant;
+
+/// A browser with one page; killed when this is dropped.
+pub struct Chromium {
+    child: Child,
+    to: ChildStdin,
+    from: Receiver<Value>,
+    next: u64,
+    session: String,
+    _profile: Folder,
+}
+
+impl Drop for Chromium {
+    fn drop(&mut self) {
+        // It ends its own children when it is asked to; the profile goes after it.
+        let asked = writeln_zero(&mut self.to, &json!({ "id": 0, "method": "Browser.close" }));
+        let deadline = Instant::now() + PATIENCE;
+        while asked && matches!(self.child.try_wait(), Ok(None)) && Instant::now() < deadline {
+            let _closed = self.from.recv_timeout(std::time::Duration::from_millis(50));
+        }
+        let _gone_already = self.child.kill();
+        let _reaped = self.child.wait();
+    }
+}
+
+fn writeln_zero(to: &mut ChildStdin, value: &Value) -> bool {
+    let mut bytes = value.to_string().into_bytes();
+    bytes.push(0);
+    to.write_all(&bytes).and_then(|()| to.flush()).is_ok()
+}
+
+impl Chromium {
+    /// The browser of the search path on an empty page; `None`, loudly, where there is none.
+    ///
+    /// # Panics
+    /// When there is none under `CI=true`, or it does not start.
+    pub fn start(width: u32, height: u32) -> Option<Self> {
+        let Some(program) = find() else {
+            assert!(!in_ci(), "chromium is not there: the tests with a browser are not optional in CI");
+            let test = std::thread::current().name().map(str::to_owned);
+            eprintln!("SKIPPED, NOT PASSED: chromium is not there, no browser has looked (test {test:?})");
+            return None;
+        };
+        let profile = Folder::new("chromium");
+        // It reads orders from descriptor 3 and answers on 4.
+        let mut command = Command::new("sh");
+        command
+            .args(["-c", "exec \"$@\" 3<&0 4>&1 </dev/null >/dev/null 2>&1", "sh"])
+            .arg(program)
+            .args(["--headless=new", "--remote-debugging-pipe", "--no-sandbox", "--disable-gpu", "--no-first-run"])
+            .args(["--disable-dev-shm-usage", "--disable-background-networking", "--disable-component-update"])
+            .args([
+                "--disable-sync",
+                "--disable-extensions",
+                "--hide-scrollbars",
+                "--lang=en",
+                "--force-color-profile=srgb",
+            ])
+            // Nothing but this computer is there for it.
+            .arg("--host-resolver-rules=MAP * ~NOTFOUND , EXCLUDE localhost , EXCLUDE 127.0.0.1")
+            .arg(format!("--user-data-dir={}", profile.path().display()))
+            .arg("about:blank")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped());
+        let mut child = command.spawn().expect("sh starts");
+        let (to, stdout) = (child.stdin.take().expect("piped"), child.stdout.take().expect("piped"));
+        let (send, from) = channel();
+        std::thread::spawn(move || {
+            let mut reader = BufReader::new(stdout);
+            let mut bytes = Vec::new();
+            while matches!(reader.read_until(0, &mut bytes), Ok(1..)) {
+                bytes.pop();
+                let told = serde_json::from_slice(&bytes).is_ok_and(|value: Value| send.send(value).is_ok());
+                bytes.clear();
+                if !told {
+                    break;
+                }
+            }
+        });
+        let mut browser = Self { child, to, from, next: 0, session: String::new(), _profile: profile };
+        let target = browser.ask("Target.createTarget", json!({ "url": "about:blank" }))["targetId"].take();
+        let attached = browser.ask("Target.attachToTarget", json!({ "targetId": target, "flatten": true }));
+        attached["sessionId"].as_str().expect("a session").clone_into(&mut browser.session);
+        browser.resize(width, height);
+        Some(browser)
+    }
+
+    /// An order and its answer.
+    ///
+    /// # Panics
+    /// When the browser refuses, or does not answer.
+    pub fn ask(&mut self, method: &str, params: Value) -> Value {
+        self.next += 1;
+        let mut order = json!({ "id": self.next, "method": method, "params": params });
+        if !self.session.is_empty() {
+            order["sessionId"] = json!(self.session);
+        }
+        assert!(writeln_zero(&mut self.to, &order), "the browser has ended");
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            let mut told = self.from.recv_timeout(left).unwrap_or_else(|_| panic!("no answer to {method} {order}"));
+            if told["id"] == self.next {
+                assert!(told.get("error").is_none(), "{method}: {}", told["error"]);
+                return told["result"].take();
+            }
+        }
+    }
+
+    /// Another size of the page.
+    pub fn resize(&mut self, width: u32, height: u32) {
+        let size = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
+        self.ask("Emulation.setDeviceMetricsOverride", size);
+    }
+
+    /// Light or dark.
+    pub fn wish_for(&mut self, scheme: &str) {
+        let features = json!({ "features": [{ "name": "prefers-color-scheme", "value": scheme }] });
+        self.ask("Emulation.setEmulatedMedia", features);
+    }
+
+    /// Opens an address and waits for the page.
+    pub fn open(&mut self, address: &str) {
+        let answer = self.ask("Page.navigate", json!({ "url": address }));
+        assert!(answer.get("errorText").is_none(), "{address}: {answer}");
+        self.wait("document.readyState === 'complete' && location.href !== 'about:blank'");
+    }
+
+    /// What an expression gives in the page.
+    pub fn eval(&mut self, expression: &str) -> Value {
+        let order = json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
+        let mut answer = self.ask("Runtime.evaluate", order);
+        assert!(answer.get("exceptionDetails").is_none(), "{expression}: {answer}");
+        answer["result"]["value"].take()
+    }
+
+    /// Waits until an expression is true: it is looked at again with every change of the page.
+    pub fn wait(&mut self, claim: &str) {
+        let promise = format!(
+            "new Promise(done => {{ const look = () => {{ if ({claim}) {{ done(true); return true; }} }}; if (look()) return; \
+             const watch = new MutationObserver(() => look() && watch.disconnect()); \
+             watch.observe(document, {{ subtree: true, childList: true, characterData: true, attributes: true }}); \
+             addEventListener('load', look); }})"
+        );
+        assert_eq!(self.eval(&promise), true);
+    }
+
+    /// A picture of the page as PNG.
+    pub fn picture(&mut self) -> Vec<u8> {
+        let answer = self.ask("Page.captureScreenshot", json!({ "format": "png" }));
+        base64(answer["data"].as_str().expect("a picture"))
+    }
+}
+
+fn find() -> Option<PathBuf> {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let folders: Vec<PathBuf> = std::env::split_paths(&path).collect();
+    let named = ["chromium", "chromium-browser", "google-chrome"];
+    named.iter().find_map(|name| folders.iter().map(|folder| folder.join(name)).find(|program| program.is_file()))
+}
+
+fn base64(text: &str) -> Vec<u8> {
+    let value = |c: u8| match c {
+        b'A'..=b'Z' => u32::from(c - b'A'),
+        b'a'..=b'z' => u32::from(c - b'a') + 26,
+        b'0'..=b'9' => u32::from(c - b'0') + 52,
+        b'+' => 62,
+        _ => 63,
+    };
+    let digits: Vec<u8> = text.bytes().filter(|c| *c != b'=').collect();
+    let mut bytes = Vec::with_capacity(digits.len() * 3 / 4);
+    for group in digits.chunks(4) {
+        let bits = group.iter().enumerate().fold(0, |bits, (i, c)| bits | value(*c) << (18 - 6 * i));
+        bytes.extend(&bits.to_be_bytes()[1..group.len()]);
+    }
+    bytes
+}
