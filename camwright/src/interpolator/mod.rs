@@ -325,6 +325,8 @@ impl Interpolator {
             match feedback {
                 // Whether it was given before or after the start must not show, not even in the record.
                 Feedback::Latch(latch) if latch.tick < self.motion_began => {}
+                // It was reset before the motion began: with an alarm none begins.
+                Feedback::Alarm(raised, _) if self.motion.is_some() && raised < self.motion_began => {}
                 Feedback::Latch(latch) => {
                     out.applied.push(AppliedInput::Feedback(latch));
                     if latch.input == Input::SteadyForce {

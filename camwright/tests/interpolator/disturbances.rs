@@ -332,6 +332,18 @@ fn an_alarm_anywhere_stops_within_limits_and_needs_a_reset() {
     }
 }
 
+/// It came and was reset while nothing moved: the next motion has nothing to do with it.
+#[test]
+fn an_alarm_from_before_a_motion_does_not_end_it() {
+    let machine = machine();
+    let mut plan = whole_job(&machine, 6.0);
+    plan.segments.truncate(1);
+    let mut bench = Bench::new(machine);
+    assert!(bench.interpolator.alarm(bench.tick, 1));
+    bench.start_plan(plan);
+    assert_eq!(bench.finish(5_000), Outcome::Completed);
+}
+
 #[test]
 fn a_wait_waits_for_its_decision() {
     let machine = machine();
