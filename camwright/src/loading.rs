@@ -266,7 +266,8 @@ impl Handshake {
         }
         let progress = match self.step {
             Step::OpenDoor => self.open_door(seen),
-            Step::Enter if inside => {
+            // Both say so, so that both let it work the chuck.
+            Step::Enter if seen.entered && seen.loader.is_some_and(|loader| loader.inside) => {
                 self.was_empty = !seen.part_present;
                 self.enter(Step::Inside, seen.now_s)
             }

@@ -29,7 +29,7 @@ pub struct Cell {
     pub planner: JobPlanner,
     /// Who watches them.
     pub client: Client,
-    _domain: Domain,
+    domain: Domain,
 }
 
 /// An operator: sends jobs, hears what becomes of them.
@@ -123,11 +123,16 @@ impl Cell {
         client.action.wait_for_server(PATIENCE).expect("run_job");
         for _ in 0..600 {
             if planner.knows_machine() && interpolator.knows_machine() {
-                return Self { machine, interpolator, planner, client, _domain: domain };
+                return Self { machine, interpolator, planner, client, domain };
             }
             std::thread::sleep(Duration::from_millis(100));
         }
         panic!("the machine was not heard of");
+    }
+
+    /// The domain that it lives in.
+    pub fn domain(&self) -> &Domain {
+        &self.domain
     }
 
     pub fn stop(self) {

@@ -1,11 +1,12 @@
 //! What the planner says about its job, on `~/job_status`.
 
+use super::cell::Told;
 use super::lock;
 use crate::planning::AnyPrepared;
 use crate::ros::{Node, Publisher, Qos, RosError};
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::JobStatus;
-use std::sync::Mutex;
+use std::sync::{Mutex, mpsc};
 
 /// The latched status and what it said last.
 #[derive(Debug)]
@@ -14,12 +15,14 @@ pub(super) struct Board {
     publisher: Publisher<JobStatus>,
     /// Held while publishing, so that the last message is the last change.
     last: Mutex<JobStatus>,
+    /// The cell, which follows what becomes of jobs.
+    cell: mpsc::Sender<Told>,
 }
 
 impl Board {
-    pub(super) fn new(node: &Node) -> Result<Self, RosError> {
+    pub(super) fn new(node: &Node, cell: mpsc::Sender<Told>) -> Result<Self, RosError> {
         let publisher = node.publisher("~/job_status", &Qos::latched(1))?;
-        let board = Self { node: node.clone(), publisher, last: Mutex::default() };
+        let board = Self { node: node.clone(), publisher, last: Mutex::default(), cell };
         board.set(|_| {});
         Ok(board)
     }
@@ -31,6 +34,7 @@ impl Board {
         if let Err(error) = self.publisher.publish(&last) {
             self.node.logger().warn(&error.to_string());
         }
+        let _ending = self.cell.send(Told::Job(Box::new(last.clone())));
     }
 
     /// A job is being planned.

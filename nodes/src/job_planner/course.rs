@@ -1,5 +1,6 @@
 //! The one job there can be: from a goal's request to its thread.
 
+use super::cell::Told;
 use super::execution::{Asker, Event, Execution};
 use super::grinding_run::GrindingRun;
 use super::turning_run::TurningRun;
@@ -172,7 +173,37 @@ impl Shared {
         if let Some(alarm) = self.stopping_alarm() {
             return Err(format!("alarm {} needs a reset: {}; {}", alarm.number, alarm.text, alarm.remedy));
         }
+        if let Some(reason) = self.cell.hindrance() {
+            return Err(reason);
+        }
         self.prepare(name, overrides, Some(machine))
+    }
+
+    /// Plans and starts the job of a part of the cell's own run; the cell hears of it when that cannot be.
+    pub(super) fn run_part(self: &Arc<Self>, name: String, overrides: Vec<String>) {
+        {
+            let mut course = lock(&self.course);
+            if !matches!(*course, Course::Idle) {
+                return self.cell.tell(Told::PartRefused(course.to_string()));
+            }
+            *course = Course::Deciding(name.clone());
+        }
+        let shared = Arc::clone(self);
+        let sent = self.order(move || {
+            shared.board.planning(&name);
+            let started = shared.decide(&name, &overrides).and_then(|prepared| match shared.cell.wants_part() {
+                true => shared.start(&mut lock(&shared.course), prepared, Asker::Cell),
+                false => Err("it was stopped before anything moved".into()),
+            });
+            if let Err(reason) = started {
+                *lock(&shared.course) = Course::Idle;
+                shared.board.refused(&name, &reason);
+                shared.cell.tell(Told::PartRefused(reason));
+            }
+        });
+        if !sent {
+            *lock(&self.course) = Course::Idle;
+        }
     }
 
     /// Starts the thread of a job; without one the course stays as it is.
@@ -242,6 +273,9 @@ impl ActionHandler<RunJob> for RunHandler {
     fn goal(&mut self, _id: GoalId, goal: &RunJobGoal) -> GoalDecision {
         if !self.0.active.load(Ordering::Acquire) {
             return GoalDecision::Reject("the node is not active".into());
+        }
+        if let Some(reason) = self.0.cell.keeps_jobs_out() {
+            return GoalDecision::Reject(reason);
         }
         let (name, mut overrides) = self.0.wanted(&goal.job, &goal.overrides);
         if !goal.start_lobe.is_empty() {

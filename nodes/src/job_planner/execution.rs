@@ -56,6 +56,8 @@ pub(super) enum Asker {
     Goal(GoalHandle<RunJob>),
     /// One of `~/identify_stiffness`.
     Stiffness(Waiting),
+    /// The cell, for a part of its run; it follows the board.
+    Cell,
 }
 
 /// What of a job one plan is (s, as predicted).
@@ -135,6 +137,7 @@ impl Execution {
             (Asker::Goal(goal), JobStatus::COMPLETE) => drop(goal.succeed(result)),
             (Asker::Goal(goal), JobStatus::STOPPED) => drop(goal.canceled(result)),
             (Asker::Goal(goal), _) => drop(goal.abort(result)),
+            (Asker::Cell, _) => {}
             (Asker::Stiffness(waiting), _) => {
                 let success = result.success && journals.len() == result.lobes.len();
                 let message = result.message;
@@ -264,7 +267,7 @@ impl Execution {
     fn feedback(&self, Share { done_s, own_s, whole_s }: Share) -> impl FnMut(ExecutePlanFeedback) + Send + 'static {
         let goal = match &self.asker {
             Asker::Goal(goal) => Some(goal.clone()),
-            Asker::Stiffness(_) => None,
+            Asker::Stiffness(_) | Asker::Cell => None,
         };
         let times = Arc::clone(&self.times);
         let names = self.lobes.clone();

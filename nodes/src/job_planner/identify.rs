@@ -47,6 +47,9 @@ fn begin(shared: &Arc<Shared>, request: IdentifyStiffnessRequest, responder: Res
     if !shared.active.load(Ordering::Acquire) {
         return refuse(&waiting, "the node is not active; nothing moved".into());
     }
+    if let Some(reason) = shared.cell.keeps_jobs_out() {
+        return refuse(&waiting, format!("{reason}; nothing moved"));
+    }
     {
         let mut course = lock(&shared.course);
         if !matches!(*course, Course::Idle) {

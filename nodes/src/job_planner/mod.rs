@@ -4,6 +4,7 @@
 //! runs has a thread of its own, which loads the blanks, hands the plan to the axis interpolator, and measures the part.
 
 mod board;
+mod cell;
 mod course;
 mod execution;
 mod gauged_run;
@@ -42,6 +43,7 @@ use camwright_msgs::camwright_msgs::msg::{
 };
 use camwright_msgs::camwright_msgs::srv::{InjectFault, LoadBar, LoadLobe};
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
+use cell::{Cell, Told};
 use course::{Course, Loaded, RunHandler};
 use gaugings::Gaugings;
 use learned::LearnedStore;
@@ -89,6 +91,8 @@ struct Shared {
     alarms: Mutex<Vec<Alarm>>,
     parts: Parts,
     turned_parts: TurnedParts,
+    /// The cell as a unit of PackML.
+    cell: Cell,
     gaugings: Gaugings,
     /// What was learned from the parts of each job.
     learned: LearnedStore,
@@ -149,6 +153,7 @@ impl JobPlanner {
         settings::validate(&node.parameters().all()).map_err(NodeError::Parameter)?;
         node.parameters().on_set(settings::validate);
         let (work, orders) = mpsc::channel::<Work>();
+        let (cell, inbox) = Cell::new();
         let shared = Arc::new(Shared {
             active: AtomicBool::new(false),
             machine: Mutex::default(),
@@ -158,7 +163,8 @@ impl JobPlanner {
             gaugings: Gaugings::default(),
             learned: LearnedStore::new(&node.parameters().string(settings::LEARNED_DIR)),
             stiffness: StiffnessStore::new(&node.parameters().string(settings::LEARNED_DIR)),
-            board: Board::new(&node)?,
+            board: Board::new(&node, cell.mailbox())?,
+            cell,
             loaded: Mutex::default(),
             course: Mutex::default(),
             run: Mutex::default(),
@@ -178,9 +184,12 @@ impl JobPlanner {
                 order();
             }
         })?;
-        let subscriptions = subscriptions(&shared)?;
+        let mut subscriptions = subscriptions(&shared)?;
+        subscriptions.extend(cell::subscriptions(&shared)?);
+        cell::start(&shared, inbox)?;
         let mut services = services::offer(&shared)?;
         services.extend(setup::offer(&shared)?);
+        services.extend(cell::offer(&shared)?);
         let action = node.action_server("~/run_job", RunHandler(Arc::clone(&shared)))?;
         let lifecycle = node.lifecycle(Activation(Arc::clone(&shared)))?;
         let this = Arc::clone(&shared);
@@ -231,6 +240,7 @@ impl JobPlanner {
         if let Some(run) = run {
             let _panicked = run.join();
         }
+        self.shared.cell.end();
         self.node.shutdown();
     }
 }
@@ -307,6 +317,7 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
     let this = Arc::clone(shared);
     let alarms = node.subscribe::<MachineAlarms>("machine/alarms", &Qos::latched(1), move |message, _| {
         *lock(&this.alarms) = message.alarms;
+        this.cell.tell(Told::Alarms);
     })?;
     let this = Arc::clone(shared);
     let gauge = node.subscribe::<GaugeReading>(

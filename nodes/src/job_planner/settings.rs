@@ -7,6 +7,14 @@ use crate::ros::{Parameter, ParameterValue, Parameters};
 pub(super) const JOB: &str = "job";
 /// Where what was learned is kept.
 pub(super) const LEARNED_DIR: &str = "learned_dir";
+/// Parts of a run of the cell where START says none.
+pub(super) const CELL_PARTS: &str = "cell_parts";
+/// Longest silence of the loader (s).
+pub(super) const LOADER_TIMEOUT: &str = "loader_timeout_s";
+/// Longest times of the steps of loading (s).
+pub(super) const LOADING_MACHINE: &str = "loading_machine_s";
+pub(super) const LOADING_ENTER: &str = "loading_enter_s";
+pub(super) const LOADING_INSIDE: &str = "loading_inside_s";
 const PHASES: &str = "phases_deg";
 const OVERRIDES: &str = "overrides";
 
@@ -146,7 +154,23 @@ pub(super) fn parameters() -> Vec<Parameter> {
             .describe("key=value pairs over any key of the job file")
             .constraints("each element has the form key=value"),
     );
+    parameters.extend(of_the_cell());
     parameters
+}
+
+/// What the cell as a whole declares.
+fn of_the_cell() -> [Parameter; 5] {
+    let seconds =
+        |name: &str, default: f64, text: &str| Parameter::double(name, default).describe(text).range(0.1, 1e5);
+    [
+        Parameter::integer(CELL_PARTS, 1)
+            .describe("parts of a run where START says none; 0: until it is stopped")
+            .integer_range(0, 1_000_000),
+        seconds(LOADER_TIMEOUT, 1.0, "longest silence of the loader on loader/state (s)"),
+        seconds(LOADING_MACHINE, 60.0, "longest time until wheel, axes and door are ready to be loaded (s)"),
+        seconds(LOADING_ENTER, 120.0, "longest time from the leave to enter until the loader is inside (s)"),
+        seconds(LOADING_INSIDE, 300.0, "longest time for its work, until the loader has left (s)"),
+    ]
 }
 
 /// Refuses what could never be an override.

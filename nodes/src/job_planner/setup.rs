@@ -136,6 +136,7 @@ where
                 Course::Idle => Some("the node is not active".to_owned()),
                 other => Some(other.to_string()),
             };
+            let busy = busy.or_else(|| this.cell.keeps_set_up_out());
             if let Some(reason) = busy {
                 return responder.send(&failed(Failed::from(reason)));
             }
@@ -178,7 +179,7 @@ impl Work {
         self.shared.setup.probe.wait_for_server(MEETING)?;
         self.shared.setup.move_to.wait_for_server(MEETING)?;
         match self.shared.stopping_alarm() {
-            None => Ok(()),
+            None => self.shared.cell.hindrance().map_or(Ok(()), |reason| Err(reason.into())),
             Some(alarm) => Err(Failed {
                 message: format!("alarm {} needs a reset: {}; {}", alarm.number, alarm.text, alarm.remedy),
                 alarm: alarm.number,

@@ -73,6 +73,8 @@ pub(super) struct Ticker {
     /// What outlives the run, as it was told last.
     told: LastingState,
     last_report: Option<TickReport>,
+    /// What was done to door, chuck or part, until a tick has shown it.
+    area_done: Option<(AreaOrder, Result<(), LoadingRefused>)>,
     active: bool,
     job_running: bool,
 }
@@ -106,6 +108,7 @@ impl Ticker {
             lost: None,
             state: StreamState::default(),
             last_report: None,
+            area_done: None,
             active: false,
             job_running: false,
         }
@@ -183,6 +186,7 @@ impl Ticker {
         self.buffer.has_setpoints()
             || !self.machine.is_at_rest()
             || self.machine.is_being_loaded()
+            || self.area_done.is_some()
             || self.commands.iter().flatten().any(|c| c.tick >= next)
     }
 
@@ -195,7 +199,7 @@ impl Ticker {
             return false;
         }
         if self.is_stopped_by_alarm() {
-            return !self.machine.is_at_rest() || self.machine.is_being_loaded();
+            return !self.machine.is_at_rest() || self.machine.is_being_loaded() || self.area_done.is_some();
         }
         self.has_work(next) && (self.is_given_up() || !self.buffer.is_underrun(next)) && !self.awaits_stream(next)
     }
@@ -254,6 +258,7 @@ impl Ticker {
             self.machine.alarms().iter().filter(|alarm| alarm.kind.entry().severity > Severity::Warning).count();
         self.bounds.alarms.store(alarms as u64, Ordering::Relaxed);
         self.send(Outbound::Tick(report, self.state));
+        self.answer_area();
         self.state.news = false;
         self.state.alarms_reset = false;
     }
@@ -437,7 +442,18 @@ impl Ticker {
             AreaOrder::Chuck(open) => self.machine.order_chuck(open),
             AreaOrder::Part(put_in) => self.machine.change_part(put_in),
         };
-        self.send(Outbound::AreaDone(order, outcome));
+        self.answer_area();
+        self.area_done = Some((order, outcome));
+        if !self.active {
+            self.answer_area();
+        }
+    }
+
+    /// Who asked for door, chuck or part hears of it once a tick has shown it.
+    fn answer_area(&mut self) {
+        if let Some((order, outcome)) = self.area_done.take() {
+            self.send(Outbound::AreaDone(order, outcome));
+        }
     }
 
     /// Loading and copying the part are the only places where this thread allocates: a part is taken at rest only.
