@@ -8,6 +8,7 @@ mod support;
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::units::TURN_RAD;
 use camwright_msgs::camwright_msgs::msg::{LobeForm, PartLobe};
+use camwright_msgs::camwright_msgs::srv::{LoadBar, LoadBarRequest};
 use camwright_msgs::geometry_msgs::msg::TransformStamped;
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::std_msgs::msg::String as Text;
@@ -396,6 +397,55 @@ fn a_running_cell_is_seen() {
     assert!(heard.outlines.len() > 2, "the lobe was seen while it was cut");
     drop(heard);
     every_topic_of_a_viewer_is_there(&cell);
+    cell.stop();
+}
+
+/// A lathe without a job: its bar is drawn as it is clamped, and transforms are left to somebody else.
+#[test]
+fn a_bar_in_a_lathe_is_seen_and_transforms_can_be_left_to_others() {
+    let text = |text: &str| ParameterValue::String(text.into());
+    let cell = Cell::start_with(&[], |args| {
+        let args = args.with_parameter(Some("machine_sim"), "machine", text("lathe"));
+        args.with_parameter(Some("machine_sim"), "publish_tf", ParameterValue::Bool(false))
+    });
+    let viewer = Viewer::new(&cell);
+    let bar = LoadBarRequest {
+        name: "bar".into(),
+        radius: 0.0232,
+        azimuths: 360,
+        columns: 201,
+        from_z: 0.001,
+        to_z: 0.025,
+        part_zero: 0.002,
+    };
+    let answer = cell.client.call::<LoadBar>("machine/load_bar", &bar);
+    assert!(answer.success, "{}", answer.message);
+    viewer.wait("the bar", |heard| heard.markers.iter().filter(|marker| marker.ns == "stock").count() == 12);
+    viewer.wait("its outline", |heard| !heard.outlines.is_empty());
+    viewer.wait("the description", |heard| !heard.descriptions.is_empty());
+    let heard = viewer.heard.0.lock().expect("not poisoned");
+    let robot = urdf_rs::read_from_string(&heard.descriptions[0]).expect("a URDF");
+    assert!(robot.links.iter().any(|link| link.name == "insert"), "{:?}", robot.links);
+    let (mut low, mut high) = (f64::MAX, f64::MIN);
+    for (slice, stock) in heard.markers.iter().enumerate() {
+        assert_eq!(
+            (stock.header.frame_id.as_str(), stock.ns.as_str(), stock.id),
+            ("part", "stock", i32::try_from(slice).expect("a few"))
+        );
+        assert!(stock.points.len() * 24 < 32_768, "{} points", stock.points.len());
+    }
+    for point in heard.markers.iter().flat_map(|stock| &stock.points) {
+        let radius = point.x.hypot(point.y);
+        assert!(radius < 1e-12 || (radius - bar.radius).abs() < 1e-9, "{point:?}");
+        (low, high) = (low.min(point.z), high.max(point.z));
+    }
+    // z of the part frame is z_axis as it reads when the insert stands there.
+    assert!((low + 0.001).abs() < 1e-12 && (high - 0.023).abs() < 1e-12, "{low} to {high}");
+    assert_eq!(heard.outlines[0].radius.len(), 90);
+    assert!(heard.fixed.is_empty() && heard.moved.is_empty(), "nobody makes transforms");
+    let topics = cell.client.node.discovered_topics();
+    assert!(topics.iter().filter(|topic| topic.name.starts_with("/tf")).all(|topic| topic.publishers.is_empty()));
+    drop(heard);
     cell.stop();
 }
 

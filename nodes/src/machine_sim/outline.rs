@@ -7,7 +7,7 @@ use camwright::machine::Machine;
 const LOBE_AZIMUTHS: usize = 720;
 /// Of a turned part, and places along it.
 const TURNED_AZIMUTHS: usize = 90;
-const TURNED_COLUMNS: usize = 25;
+const TURNED_COLUMNS: usize = 13;
 
 /// A coarse copy of a lobe or of a turned part.
 #[derive(Debug, Default, Clone, PartialEq)]

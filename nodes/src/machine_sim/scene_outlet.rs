@@ -16,14 +16,19 @@ use camwright_msgs::control_msgs::msg::{DynamicJointState, InterfaceValue};
 use camwright_msgs::std_msgs::msg::{Header, String as Text};
 use camwright_msgs::tf2_msgs::msg::TFMessage;
 use camwright_msgs::visualization_msgs::msg::{Marker, MarkerArray};
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 /// Machine time between two sets of transforms (ns): 50 in a second, as a screen shows them.
 const TRANSFORM_PERIOD_NS: u64 = 20_000_000;
 /// Real time between two outlines of a part that is cut: faster than that nobody looks, however fast the machine runs.
 const OUTLINE_PERIOD: Duration = Duration::from_millis(250);
-/// Markers that a late viewer still gets: more than a part has lobes.
-const MARKER_DEPTH: u32 = 64;
+/// The same for a turned part, of which every slice is a marker.
+const SLICED_PERIOD: Duration = Duration::from_secs(1);
+/// Messages of markers that a late viewer still gets, one marker in each.
+const MARKER_DEPTH: u32 = 256;
+/// After so many of them all that is drawn is told again: what changes often would push out what does not.
+const TOLD_AGAIN: u32 = MARKER_DEPTH / 2;
 
 const PUBLISH_TF: &str = "publish_tf";
 const STOCK: Colour = [0.72, 0.74, 0.78, 1.0];
@@ -45,8 +50,9 @@ pub(super) struct SceneOutlet {
     _fixed: Option<Publisher<TFMessage>>,
     markers: Publisher<MarkerArray>,
     outline: Publisher<PartLobe>,
-    /// Lobes that are drawn.
-    drawn: usize,
+    /// What is drawn, by namespace and number, and messages since all of it was told.
+    drawn: BTreeMap<(String, i32), Marker>,
+    since: u32,
     /// When an outline was asked for last, and whether it is still under way.
     asked: Instant,
     is_asked: bool,
@@ -88,7 +94,8 @@ impl SceneOutlet {
             _fixed: fixed,
             markers: node.publisher("machine/markers", &Qos::latched(MARKER_DEPTH))?,
             outline: node.publisher("machine/outline", &Qos::latched(1))?,
-            drawn: 0,
+            drawn: BTreeMap::new(),
+            since: 0,
             asked: Instant::now(),
             is_asked: false,
             machine: machine.clone(),
@@ -117,13 +124,15 @@ impl SceneOutlet {
         }
         let place = Place { frame: &self.tree.frames.wheel, ns: "wheel", id: 0 };
         let (radius, width) = (m_from_mm(wheel_radius_mm), m_from_mm(self.machine.wheel.width_mm));
-        self.draw(vec![scene::wheel(place, radius, width, GRIT)])
+        let wheel = scene::wheel(place, radius, width, GRIT);
+        self.draw(wheel)
     }
 
     /// What a tick moves, and now and then what it cuts.
     pub(super) fn tick(&mut self, report: &TickReport, stamp: &Time) -> Result<(), RosError> {
         let cuts = report.removal.area_mm2 > 0.0 || report.turned.volume_mm3 > 0.0;
-        if cuts && !self.is_asked && self.asked.elapsed() >= OUTLINE_PERIOD {
+        let period = if self.machine.is_lathe() { SLICED_PERIOD } else { OUTLINE_PERIOD };
+        if cuts && !self.is_asked && self.asked.elapsed() >= period {
             self.ask(report.lobe.unwrap_or(0));
         }
         if !report.tick.is_multiple_of(self.period_ticks) {
@@ -164,11 +173,10 @@ impl SceneOutlet {
 
     /// The part was taken out.
     pub(super) fn clear(&mut self) -> Result<(), RosError> {
-        let frames = &self.tree.frames;
-        let ids = 0..i32::try_from(std::mem::take(&mut self.drawn)).unwrap_or(i32::MAX);
-        let both = |id| ["stock", "lobe"].map(|ns| scene::gone(Place { frame: &frames.part, ns, id }));
-        let markers: Vec<Marker> = ids.flat_map(both).collect();
-        if markers.is_empty() { Ok(()) } else { self.draw(markers) }
+        let is_part = |ns: &str| matches!(ns, "stock" | "lobe");
+        let part: Vec<(String, i32)> = self.drawn.keys().filter(|(ns, _)| is_part(ns)).cloned().collect();
+        let frame = self.tree.frames.part.clone();
+        part.iter().try_for_each(|(ns, id)| self.draw(scene::gone(Place { frame: &frame, ns, id: *id })))
     }
 
     /// The part as the cyclic thread saw it; `name` is that of the lobe.
@@ -193,21 +201,37 @@ impl SceneOutlet {
             1 => vec![(middle - half, radii), (middle + half, radii)],
             _ => sections.iter().map(|(z, radii)| (*z, radii.as_slice())).collect(),
         };
-        let id = i32::try_from(outline.lobe).unwrap_or(i32::MAX);
-        self.drawn = self.drawn.max(outline.lobe.saturating_add(1));
-        let frames = &self.tree.frames;
-        let stock = |ns| Place { frame: &frames.part, ns, id };
-        let mut markers = vec![scene::solid(stock("stock"), &slices, STOCK)];
-        if let Some(name) = name {
-            let most = radii.iter().copied().fold(0.0, f64::max);
-            let place = Place { frame: &frames.table, ns: "lobe", id };
-            markers.push(scene::text(place, [0.0, most + 2.0 * LETTERS, *middle], LETTERS, name.clone()));
+        let [part, table] = [&self.tree.frames.part, &self.tree.frames.table].map(Clone::clone);
+        let id = |index: usize| i32::try_from(index).unwrap_or(i32::MAX);
+        // Slice by slice: a part of one piece would be larger than a message should be.
+        for (slice, sides) in slices.windows(2).enumerate() {
+            let place = Place { frame: &part, ns: "stock", id: id(outline.lobe + slice) };
+            self.draw(scene::solid(place, sides, STOCK))?;
         }
-        self.draw(markers)
+        let place = Place { frame: &table, ns: "lobe", id: id(outline.lobe) };
+        match name.filter(|_| !self.drawn.contains_key(&(place.ns.to_owned(), place.id))) {
+            Some(name) => {
+                let above = radii.iter().copied().fold(0.0, f64::max) + 2.0 * LETTERS;
+                self.draw(scene::text(place, [0.0, above, *middle], LETTERS, name.clone()))
+            }
+            None => Ok(()),
+        }
     }
 
-    fn draw(&self, markers: Vec<Marker>) -> Result<(), RosError> {
-        self.markers.publish(&MarkerArray { markers })
+    fn draw(&mut self, marker: Marker) -> Result<(), RosError> {
+        let key = (marker.ns.clone(), marker.id);
+        match marker.action {
+            Marker::DELETE => drop(self.drawn.remove(&key)),
+            _ => drop(self.drawn.insert(key, marker.clone())),
+        }
+        self.markers.publish(&MarkerArray { markers: vec![marker] })?;
+        self.since += 1;
+        if self.since >= TOLD_AGAIN {
+            self.since = 0;
+            let mut drawn = self.drawn.values();
+            drawn.try_for_each(|marker| self.markers.publish(&MarkerArray { markers: vec![marker.clone()] }))?;
+        }
+        Ok(())
     }
 
     /// Says what could not be published.
