@@ -401,6 +401,7 @@ fn who_enters_without_leave_stops_the_machine() {
     assert_eq!(aborted.alarm, 151, "{}", aborted.stop_reason);
     assert!(loaded.say(CellCommandRequest::CLEAR).is_err());
     loaded.robot.signal(|signals| signals.in_work_area = false);
+    loaded.robot.loading("nobody inside", |loading| !loading.robot_in_work_area).expect("it is seen");
     loaded.say(CellCommandRequest::CLEAR).expect("it has left");
     // The part that was begun is exchanged, not ground on.
     loaded.start_run(1);

@@ -73,6 +73,9 @@ impl Brain {
                 self.cause = Some(Cause::Command);
                 self.reason = Reason::new("SUSPEND was said");
             }
+            Command::Clear if self.is_inside() => {
+                return Err("the reset was refused: somebody is in the work area".into());
+            }
             Command::Unsuspend if self.cause == Some(Cause::Loading) => {
                 return Err(format!("the cell waits for the loader, not for a command: {}", self.substate));
             }
