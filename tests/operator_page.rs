@@ -46,6 +46,7 @@ fn is_laid_out(browser: &mut Chromium, when: &str) {
             texts.forEach(([a, p], i) => texts.slice(i + 1).forEach(([b, q]) => { if (p.left < q.right - 1 && q.left < p.right - 1 && p.top < q.bottom - 1 && q.top < p.bottom - 1)
               wrong.push(a.textContent + ' lies over ' + b.textContent); })); }
           for (const part of document.querySelectorAll('section, section > div, td')) if (part.scrollWidth > part.clientWidth + 1) wrong.push('too wide: ' + part.innerText.slice(0, 40));
+          for (const part of document.querySelectorAll('section')) if (part.scrollHeight > part.clientHeight + 1) wrong.push('too high: ' + part.innerText.slice(-40));
           return wrong.join('; '); })()",
     );
     assert_eq!(wrong, "", "{when}");
