@@ -264,12 +264,23 @@ impl AxisDescription {
     #[must_use]
     pub fn most_acceleration(&self) -> f64 {
         let kept = self.limits.acceleration * DRIVE_HEADROOM;
-        let per_force = match self.scale {
+        self.drive.max_force.map_or(kept, |force| kept.max(force * self.acceleration_per_force()))
+    }
+
+    /// What its drive has: force (N) or torque (N m). Where nobody says, what the limits of its motion take.
+    #[must_use]
+    pub fn most_force(&self) -> f64 {
+        let kept = self.limits.acceleration * DRIVE_HEADROOM / self.acceleration_per_force();
+        self.drive.max_force.unwrap_or(kept)
+    }
+
+    /// mm/s² per N, or rad/s² per N m.
+    fn acceleration_per_force(&self) -> f64 {
+        match self.scale {
             // A newton on a kilogram is 1000 mm/s².
             Scale::Linear { .. } => 1e3 / self.inertia,
             Scale::Rotary { .. } => 1.0 / self.inertia,
-        };
-        self.drive.max_force.map_or(kept, |force| kept.max(force * per_force))
+        }
     }
 
     /// Whether these figures make an axis whose servo steps are so long (s).

@@ -3,6 +3,7 @@
 mod engine;
 mod engine_messages;
 mod goals;
+mod health;
 mod joint_trajectory;
 mod plan_goal;
 mod plans;
@@ -17,7 +18,7 @@ use crate::cyclic::{Sender, Waker, ring};
 use crate::machine_sim::input_named;
 use crate::ros::{
     ActionServer, Diagnostics, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos, Responder, RosArgs,
-    ServiceHandle, SpinThread, Subscription, diagnostic_status,
+    ServiceHandle, SpinThread, Subscription,
 };
 use crate::running::{NodeError, Threads, autostart};
 use camwright::interpolator::{Motion, Prepared, Request};
@@ -30,10 +31,10 @@ use camwright_msgs::camwright_msgs::msg::{
 use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldResponse, SetOverride, SetOverrideResponse};
 use camwright_msgs::control_msgs::action::FollowJointTrajectory;
 use camwright_msgs::control_msgs::srv::{QueryTrajectoryState, QueryTrajectoryStateResponse};
-use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use engine::Engine;
 use engine_messages::{JobEnds, News, ToEngine};
 use goals::Served;
+use health::Heard;
 use joint_trajectory::arrival::Arrival;
 use plans::Plans;
 use pump::Pump;
@@ -84,6 +85,7 @@ struct Shared {
     rest_counts: Mutex<[i64; AXIS_COUNT]>,
     /// The machine's last tick that was heard of.
     tick: AtomicU64,
+    heard: Mutex<Heard>,
     /// A trajectory that takes the place of the one in execution, or begins after it.
     arrival: Mutex<Option<Arrival>>,
     /// Who asked `~/query_state`, in the order of asking.
@@ -132,6 +134,7 @@ impl AxisInterpolator {
             plans: Mutex::default(),
             rest_counts: Mutex::new([0; AXIS_COUNT]),
             tick: AtomicU64::new(0),
+            heard: Mutex::default(),
             arrival: Mutex::default(),
             queries: Mutex::default(),
         });
@@ -147,7 +150,7 @@ impl AxisInterpolator {
         };
         let lifecycle = node.lifecycle(Activation(Arc::clone(&shared)))?;
         let this = Arc::clone(&shared);
-        let diagnostics = node.diagnostics("axis_interpolator", move || vec![this.health()])?;
+        let diagnostics = node.diagnostics("axis_interpolator", move || this.health())?;
         let spin = node.spin_in_thread()?;
         autostart::begin(&node, &lifecycle);
         Ok(Self {
@@ -274,6 +277,7 @@ impl Shared {
             *place = *value;
         }
         *lock(&self.rest_counts) = counts;
+        lock(&self.heard).hear(message, &cell.machine);
         let is_new = self.tick.swap(message.tick, Ordering::AcqRel) < message.tick;
         cell.inlet.send(ToEngine::News(Box::new(News {
             tick: message.tick,
@@ -353,17 +357,6 @@ impl Shared {
         if let Err(reason) = sent {
             lock(&self.served).refuse(&reason);
         }
-    }
-
-    /// One status: who has command, and whether the machine is heard.
-    fn health(&self) -> DiagnosticStatus {
-        let (holder, plan) = lock(&self.served).names();
-        let (level, message) = match (lock(&self.clock).is_some(), holder.is_empty()) {
-            (false, _) => (DiagnosticStatus::WARN, "the machine has not been heard of yet".to_owned()),
-            (true, true) => (DiagnosticStatus::OK, "idle".to_owned()),
-            (true, false) => (DiagnosticStatus::OK, format!("{holder} has command")),
-        };
-        diagnostic_status(level, "", &message, &[("plan", plan)])
     }
 
     /// Asks the engine what the axes are told at a time.

@@ -2,6 +2,7 @@
 
 mod clock_outlet;
 mod faults;
+mod health;
 pub mod lasting;
 mod loading;
 mod outline;
@@ -24,7 +25,7 @@ use crate::convert::{m_from_mm, si_from_core};
 use crate::cyclic::{Sender, Waker, ring};
 use crate::ros::{
     Diagnostics, Level, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Parameter, Publisher, Qos, Responder,
-    RosArgs, ServiceHandle, SpinThread, Subscription, diagnostic_status,
+    RosArgs, ServiceHandle, SpinThread, Subscription,
 };
 use crate::running::{NodeError, Threads, autostart};
 use camwright::machine::description::{Axis, MachineDescription, Scale};
@@ -36,16 +37,16 @@ use camwright_msgs::camwright_msgs::msg::{
     RecorderStatus, StationDescription,
 };
 use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultResponse};
-use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
+use health::Health;
 use loading::Loads;
 use part::Snapshot;
 use pump::{Context, Outlets, Pump};
 use scene_outlet::SceneOutlet;
 use std::collections::VecDeque;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use ticker::{Bounds, Ticker};
@@ -161,7 +162,10 @@ impl MachineSim {
         let bounds = Arc::new(Bounds::default());
         let told = *machine.lasting();
         let ticker = Ticker::new(machine, pace, inbound, outbound, Arc::clone(&bounds), RECORDER_WINDOW);
+        let health = Health::default();
+        health.keep(&told);
         let context = Context {
+            health: health.clone(),
             node: node.clone(),
             description: file.description.clone(),
             clock,
@@ -181,7 +185,8 @@ impl MachineSim {
         let ticker_waker = waker.clone();
         threads.spawn("machine cycle", move || ticker.run(&ticker_waker))?;
         counters.tell(&told);
-        let known = Known { file: file.clone(), state_file, description, counters, area: area.clone() };
+        let known =
+            Known { file: file.clone(), state_file, description, counters, area: area.clone(), health: health.clone() };
         let answer = answers(&node, &inlet, &resets, &loads, known);
         threads.spawn("machine pump", move || pump.run(reports, &pump_waker, answer))?;
 
@@ -192,7 +197,7 @@ impl MachineSim {
         let lifecycle = node.lifecycle(Activation(inlet))?;
         let spin = node.spin_in_thread()?;
         autostart::begin(&node, &lifecycle);
-        let diagnostics = diagnostics(&node, &file.description, &bounds)?;
+        let diagnostics = health.report(&node, &file.description, &bounds, pace)?;
         let endpoints = Endpoints {
             _subscriptions: subscriptions,
             _services: services,
@@ -242,25 +247,6 @@ impl Activation {
     fn switch(&self, active: bool) -> Result<(), String> {
         if self.0.send(Inbound::Active(active)) { Ok(()) } else { Err("the machine's cycle does not answer".into()) }
     }
-}
-
-/// One status: alarms, and how well ticks keep the pace of the clock.
-fn diagnostics(node: &Node, machine: &MachineDescription, bounds: &Arc<Bounds>) -> Result<Diagnostics, NodeError> {
-    let bounds = Arc::clone(bounds);
-    let mut late_before = 0;
-    let report = move || {
-        let read = |value: &AtomicU64| value.load(Ordering::Relaxed);
-        let (alarms, late) = (read(&bounds.alarms), read(&bounds.late_ticks));
-        let late_now = late - std::mem::replace(&mut late_before, late);
-        let (level, message) = match (alarms, late_now) {
-            (0, 0) => (DiagnosticStatus::OK, "running".to_owned()),
-            (0, late) => (DiagnosticStatus::WARN, format!("{late} ticks late in the last second")),
-            (alarms, _) => (DiagnosticStatus::ERROR, format!("{alarms} alarms need a reset")),
-        };
-        let values = [("tick", read(&bounds.tick).to_string()), ("late_ticks", late.to_string())];
-        vec![diagnostic_status(level, "", &message, &values)]
-    };
-    Ok(node.diagnostics(&machine.name, report)?)
 }
 
 fn subscriptions(
@@ -383,6 +369,7 @@ struct Known {
     counters: CounterOutlet,
     area: AreaRequests,
     description: Publisher<DescriptionMessage>,
+    health: Health,
 }
 
 impl Known {
@@ -435,6 +422,7 @@ fn answers(
                 node.log(Level::Error, &error.to_string());
             }
             known.counters.tell(&state);
+            known.health.keep(&state);
             known.tell(&state, &node);
         }
         Outbound::AreaDone(order, outcome) => known.area.answer(order, outcome),

@@ -1,6 +1,7 @@
 //! From what the cyclic thread reports to messages: joint states, I/O, alarms, credit, the part.
 
 use super::clock_outlet::ClockOutlet;
+use super::health::Health;
 use super::part::{LobeRefused, MOST_PAGES, RawLobe, Snapshot};
 use super::scene_outlet::SceneOutlet;
 use super::traffic::Outbound;
@@ -64,6 +65,7 @@ impl Outlets {
 /// What the pump knows besides the reports.
 #[derive(Debug)]
 pub(super) struct Context {
+    pub(super) health: Health,
     pub(super) node: Node,
     pub(super) description: MachineDescription,
     pub(super) clock: TickClock,
@@ -168,6 +170,7 @@ impl Pump {
             return self.stream(report, state);
         }
         let stamp = self.context.clock.stamp(report.tick);
+        self.context.health.see(report, &self.context.description);
         self.joint_states(report)?;
         self.scene.tick(report, &stamp)?;
         self.gauge(report)?;

@@ -49,6 +49,10 @@ pub(super) struct Bounds {
     /// For diagnostics: the last tick, ticks that began more than a period late, active alarms that stop motion.
     pub(super) tick: AtomicU64,
     pub(super) late_ticks: AtomicU64,
+    /// By how much the latest of them was late since that was asked last (µs).
+    pub(super) worst_late_us: AtomicU64,
+    /// Ticks between the arrival of a chunk and its first setpoint's, the least since that was asked last.
+    pub(super) least_lead_ticks: AtomicU64,
     pub(super) alarms: AtomicU64,
 }
 
@@ -137,6 +141,8 @@ impl Ticker {
             } else if now >= deadline {
                 if now > deadline + self.cycle && self.pace == Pace::Realtime {
                     self.bounds.late_ticks.fetch_add(1, Ordering::Relaxed);
+                    let late_us = u64::try_from((now - deadline).as_micros()).unwrap_or(u64::MAX);
+                    self.bounds.worst_late_us.fetch_max(late_us, Ordering::Relaxed);
                 }
                 self.tick();
                 deadline += if self.pace == Pace::Fast { FAST_IDLE_TICK } else { self.cycle };
@@ -355,6 +361,8 @@ impl Ticker {
         }
         match self.buffer.accept(&chunk.as_chunk(), self.machine.tick()) {
             Ok(()) => {
+                let lead_ticks = chunk.first_tick.saturating_sub(self.machine.tick());
+                self.bounds.least_lead_ticks.fetch_min(lead_ticks, Ordering::Relaxed);
                 if !self.state.has_holder {
                     self.state.has_holder = true;
                     self.state.holder = writer;
