@@ -12,6 +12,7 @@ mod run_cell;
 mod run_client;
 mod run_report;
 mod setup;
+mod status;
 mod turned_report;
 mod urdf;
 
@@ -46,6 +47,8 @@ enum CommandLine {
     Setup(setup::SetupArgs),
     /// Serve the operator page of a running cell.
     Page(page::PageArgs),
+    /// Tell what a running cell does: state, job, axes, who has command, alarms, recorder.
+    Status(status::StatusArgs),
     /// Print the URDF of a machine.
     Urdf(urdf::UrdfArgs),
     /// Look into a bag.
@@ -74,6 +77,7 @@ pub fn main() -> ExitCode {
         CommandLine::Drives(args) => drives::main(&args),
         CommandLine::Setup(args) => setup::main(&args, &ros_args),
         CommandLine::Page(args) => page::main(&args, &ros_args),
+        CommandLine::Status(args) => status::main(&args, &ros_args),
         CommandLine::Urdf(args) => urdf::main(&args),
         CommandLine::Bag(args) => crate::bag::cli::run(&args),
         CommandLine::Replay(args) => crate::replay::run(&args, &ros_args),

@@ -116,6 +116,21 @@ impl Feed {
         *waited.unwrap_or_else(PoisonError::into_inner).0
     }
 
+    /// The cell once `is_enough` was heard of it, or after so long as far as it was heard then.
+    pub(super) fn look(&self, most: Duration, is_enough: impl Fn(&Known) -> bool) -> Status {
+        let deadline = Instant::now() + most;
+        let mut seen = 0;
+        loop {
+            let known = lock(&self.known);
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() || is_enough(&known) {
+                return Status::of(&known, Instant::now());
+            }
+            drop(known);
+            seen = self.wait_news(seen, left);
+        }
+    }
+
     /// Lets some time pass.
     pub(super) fn pause(&self, time: Duration) {
         std::thread::sleep(time);

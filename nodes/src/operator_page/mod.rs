@@ -10,17 +10,43 @@ mod feed;
 mod http;
 mod listening;
 mod status;
+mod text;
 mod words;
 
 use crate::ros::{Node, NodeOptions, RosArgs, SpinThread, Subscription};
 use crate::running::NodeError;
 use feed::Feed;
 use http::Server;
+pub(crate) use status::Status;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::sync::Arc;
+use std::time::Duration;
 
 /// Where the page is served unless somebody says otherwise: to this computer only.
 pub const USUAL_ADDRESS: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8080);
+
+/// How long something that is published now and then may still take once the machine was heard.
+const LATECOMERS: Duration = Duration::from_millis(700);
+
+/// The cell in the namespace of `args` as it is now; of one that is not heard within `patience` the status says so.
+///
+/// # Errors
+/// DDS that cannot start.
+pub(crate) fn look(args: &RosArgs, patience: Duration) -> Result<Status, NodeError> {
+    let feed = Arc::<Feed>::default();
+    let node = Node::new(NodeOptions::new("camwright_status", args))?;
+    feed.set_cell(node.namespace());
+    let subscriptions = listening::subscribe(&node, &feed)?;
+    let spin = node.spin_in_thread()?;
+    feed.look(patience, |known| known.stream.is_some());
+    // Planner and recorder may not be there; who is there is heard by then.
+    let status = feed.look(LATECOMERS.min(patience), |known| {
+        known.machine.is_some() && known.interpolator.is_some() && known.job.is_some() && known.recorder.is_some()
+    });
+    drop((subscriptions, spin));
+    node.shutdown();
+    Ok(status)
+}
 
 /// A running page.
 #[derive(Debug)]

@@ -1,4 +1,4 @@
-//! What the page shows, as JSON: units of the shop, each in its key.
+//! What the page and `camwright status` show, as JSON: units of the shop, each in its key.
 
 use super::feed::Known;
 use super::words::{self, SILENCE, Tone, Word};
@@ -12,102 +12,102 @@ use std::time::Instant;
 
 /// The cell in a moment.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub(super) struct Status {
-    cell: String,
-    machine: String,
-    state: Word,
-    verdict: Word,
-    alarms: Vec<AlarmLine>,
-    job: Option<JobLine>,
-    lobe: Option<LobeLine>,
-    results: Vec<ResultLine>,
-    axes: Vec<AxisLine>,
-    wheel: Option<WheelLine>,
+pub(crate) struct Status {
+    pub(super) cell: String,
+    pub(super) machine: String,
+    pub(super) state: Word,
+    pub(super) verdict: Word,
+    pub(super) alarms: Vec<AlarmLine>,
+    pub(super) job: Option<JobLine>,
+    pub(super) lobe: Option<LobeLine>,
+    pub(super) results: Vec<ResultLine>,
+    pub(super) axes: Vec<AxisLine>,
+    pub(super) wheel: Option<WheelLine>,
     /// Percent of the programmed speed; none where nobody says.
-    override_percent: Option<f64>,
-    is_held: bool,
-    is_homed: bool,
+    pub(super) override_percent: Option<f64>,
+    pub(super) is_held: bool,
+    pub(super) is_homed: bool,
     /// Who has command of the axes.
-    holder: String,
-    recorder: Option<RecorderLine>,
+    pub(super) holder: String,
+    pub(super) recorder: Option<RecorderLine>,
     /// Time since the machine's first tick.
-    machine_time_s: f64,
+    pub(super) machine_time_s: f64,
 }
 
 /// An alarm and what to do about it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-struct AlarmLine {
-    number: u16,
-    severity: &'static str,
-    source: String,
-    text: String,
-    remedy: String,
+pub(super) struct AlarmLine {
+    pub(super) number: u16,
+    pub(super) severity: &'static str,
+    pub(super) source: String,
+    pub(super) text: String,
+    pub(super) remedy: String,
 }
 
 /// The job.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-struct JobLine {
-    name: String,
-    message: String,
-    percent: f64,
-    time_left_s: f64,
+pub(super) struct JobLine {
+    pub(super) name: String,
+    pub(super) message: String,
+    pub(super) percent: f64,
+    pub(super) time_left_s: f64,
 }
 
 /// What is worked on.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-struct LobeLine {
-    name: String,
-    number: usize,
-    count: usize,
-    phase: &'static str,
-    turn: f64,
-    turns: f64,
-    stock_um: f64,
+pub(super) struct LobeLine {
+    pub(super) name: String,
+    pub(super) number: usize,
+    pub(super) count: usize,
+    pub(super) phase: &'static str,
+    pub(super) turn: f64,
+    pub(super) turns: f64,
+    pub(super) stock_um: f64,
 }
 
 /// What came out.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-struct ResultLine {
-    name: String,
-    error_um: f64,
-    rms_um: f64,
-    allowed_um: f64,
-    is_good: bool,
-    duration_s: f64,
+pub(super) struct ResultLine {
+    pub(super) name: String,
+    pub(super) error_um: f64,
+    pub(super) rms_um: f64,
+    pub(super) allowed_um: f64,
+    pub(super) is_good: bool,
+    pub(super) duration_s: f64,
 }
 
 /// An axis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-struct AxisLine {
-    name: String,
-    position: f64,
-    velocity: f64,
-    behind: f64,
-    position_unit: &'static str,
-    velocity_unit: &'static str,
-    behind_unit: &'static str,
+pub(super) struct AxisLine {
+    pub(super) name: String,
+    pub(super) position: f64,
+    pub(super) velocity: f64,
+    pub(super) behind: f64,
+    pub(super) position_unit: &'static str,
+    pub(super) velocity_unit: &'static str,
+    pub(super) behind_unit: &'static str,
 }
 
 /// The wheel.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-struct WheelLine {
-    radius_mm: f64,
-    wear_um: f64,
-    is_running: bool,
+pub(super) struct WheelLine {
+    pub(super) radius_mm: f64,
+    pub(super) wear_um: f64,
+    pub(super) is_running: bool,
     /// Where its cutting point is: distance from the axis, and azimuth on the part; of a lathe's insert nobody is told.
-    at_mm: f64,
-    line_deg: Option<f64>,
+    pub(super) at_mm: f64,
+    pub(super) line_deg: Option<f64>,
 }
 
 /// The recorder.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-struct RecorderLine {
-    tone: Tone,
-    says: String,
-    bag: String,
-    megabytes: f64,
-    written: u64,
-    dropped: u64,
+pub(super) struct RecorderLine {
+    pub(super) tone: Tone,
+    pub(super) says: String,
+    pub(super) bag: String,
+    pub(super) megabytes: f64,
+    pub(super) written: u64,
+    pub(super) dropped: u64,
 }
 
 impl Status {
