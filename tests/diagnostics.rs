@@ -80,7 +80,14 @@ fn every_node_tells_of_itself_and_levels_follow_what_happens() {
 
     let (code, text) = status(&cell, &[]);
     assert_eq!(code, Some(0), "{text}");
-    for words in ["cell      /  cam_grinder", "state     ", "x_axis", "nobody has command", "override 100 %", "recorder  not there"] {
+    for words in [
+        "cell      /  cam_grinder",
+        "state     ",
+        "x_axis",
+        "nobody has command",
+        "override 100 %",
+        "recorder  not there",
+    ] {
         assert!(text.contains(words), "{words}: {text}");
     }
 
