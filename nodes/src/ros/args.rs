@@ -220,10 +220,7 @@ impl RosArgs {
             }
             // Log files are not written: the console, /rosout and the bag have it all. The flags are accepted as rcl's are.
             "--log-config-file" | "--log-file-name" => {
-                let text = value()?;
-                if text.is_empty() {
-                    return Err(malformed(text, "must not be empty".into()));
-                }
+                value()?;
             }
             "--enable-stdout-logs" => self.stdout_logs = true,
             "--disable-stdout-logs" => self.stdout_logs = false,
@@ -357,8 +354,9 @@ fn param_rule(text: &str) -> Result<Override, String> {
         }
         None => (None, left),
     };
-    let name_character = |c: char| c.is_ascii_alphanumeric() || "_./~".contains(c);
-    if name.is_empty() || !name.chars().all(name_character) || name.starts_with(|c: char| c.is_ascii_digit()) {
+    let name_character = |c: char| c.is_ascii_alphanumeric() || "_./".contains(c);
+    let group = |part: &str| !part.is_empty() && part.chars().all(name_character);
+    if !name.split('.').all(group) || name.starts_with(|c: char| c.is_ascii_digit()) {
         return Err(format!("'{name}' is not a parameter name"));
     }
     if name.starts_with("__") {
@@ -405,9 +403,14 @@ fn remap_rule(text: &str) -> Result<RemapRule, String> {
             RemapTarget::Namespace
         }
         _ => {
-            // Any node will do: both sides are expanded again for the node they are applied to.
-            names::expand(&from, "node", "/").map_err(|error| error.to_string())?;
-            names::expand(to, "node", "/").map_err(|error| error.to_string())?;
+            for name in [from.as_str(), to] {
+                // rcl's grammar of rules has neither substitutions nor the node's bare namespace.
+                if name == "~" || name.contains(['{', '}']) {
+                    return Err(format!("'{name}' is not a name that can be remapped"));
+                }
+                // Any node will do: both sides are expanded again for the node they are applied to.
+                names::expand(name, "node", "/").map_err(|error| error.to_string())?;
+            }
             RemapTarget::Name { kind, from }
         }
     };

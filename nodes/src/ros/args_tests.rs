@@ -1,6 +1,9 @@
-//! The grammar of `--ros-args`, after rcl's own table of valid and invalid forms.
+//! The grammar of `--ros-args`: a table of command lines with what real rcl makes of them (`args_table.json`; that it still does is
+//! asked in `tests/interoperability/parameters.rs`), and what the table cannot show.
 
 use super::*;
+use crate::ros::names::Names;
+use serde_json::{Map, Value, json};
 
 fn parse(args: &[&str]) -> Result<(RosArgs, Vec<String>), ArgsError> {
     let args: Vec<String> = args.iter().map(ToString::to_string).collect();
@@ -13,136 +16,14 @@ fn parse_env(variables: &[(&str, &str)]) -> Result<RosArgs, ArgsError> {
 }
 
 #[test]
-fn valid_remap_rules_are_accepted() {
-    for rule in [
-        "__node:=node_name",
-        "__name:=node_name",
-        "old_name:__node:=node_name",
-        "old_name:__node:=nodename123",
-        "__node:=nodename123",
-        "__ns:=/foo/bar",
-        "__ns:=/",
-        "_:__ns:=/",
-        "nodename:__ns:=/foobar",
-        "foo:=bar",
-        "~/foo:=~/bar",
-        "/foo/bar:=bar",
-        "foo:=/bar",
-        "/foo123:=/bar123",
-        "node:/foo123:=/bar123",
-        "rostopic:/foo/bar:=baz",
-        "rosservice:baz:=foo",
-        "rostopic://rostopic:=rosservice",
-        "rostopic:///rosservice:=rostopic",
-        "rostopic:///foo/bar:=baz",
-        "rosservice://foo:=bar",
-        "node:rostopic://foo:=bar",
-        "{node}/foo:=/{ns}bar",
-    ] {
-        if rule.ends_with("{ns}bar") {
-            // `{ns}` begins with a slash, so this doubles it.
-            assert!(parse(&["--ros-args", "-r", rule]).is_err(), "{rule}");
-            continue;
-        }
-        for flag in ["-r", "--remap"] {
-            let (args, rest) = parse(&["--ros-args", flag, rule]).unwrap_or_else(|error| panic!("{rule}: {error}"));
-            assert_eq!(args.remap_rules().len(), 1, "{rule}");
-            assert!(rest.is_empty() && args.unparsed().is_empty());
-        }
+fn an_error_names_the_flag_and_the_file() {
+    for flag in ["-r", "--remap", "-p", "--param", "--params-file", "-e", "--log-level"] {
+        assert_eq!(parse(&["--ros-args", flag]), Err(ArgsError::MissingValue { flag: flag.into() }));
     }
-}
-
-#[test]
-fn malformed_remap_rules_are_hard_errors() {
-    for rule in [
-        ":=",
-        "foo:=",
-        ":=bar",
-        "__ns:=",
-        "__node:=",
-        "__node:=/foo/bar",
-        "__ns:=foo",
-        ":__node:=nodename",
-        "~:__node:=nodename",
-        "}foo:=/bar",
-        "f oo:=/bar",
-        "foo:=/b ar",
-        "f{oo:=/bar",
-        "foo:=/b}ar",
-        "rostopic://:=rosservice",
-        "rostopic::=rosservice",
-        "foo",
-        "foo=bar",
-        "foo:bar",
-        "/foo/*:=/bar",
-        "/foo/**:=/bar",
-        r"foo:=/bar\1",
-        "foo/:=bar",
-        "foo:=bar/",
-        "foo:=rostopic://bar",
-        "1foo:=bar",
-        "foo//bar:=baz",
-        "__ns:=/foo/",
-        "__node:=9",
-    ] {
-        assert!(parse(&["--ros-args", "-r", rule]).is_err(), "'{rule}' was accepted");
-    }
-    assert_eq!(parse(&["--ros-args", "-r"]), Err(ArgsError::MissingValue { flag: "-r".into() }));
-}
-
-#[test]
-fn valid_parameter_rules_carry_yaml_values() {
-    use ParameterValue as V;
-    let expected: [(&str, Option<&str>, &str, V); 12] = [
-        ("foo:=bar", None, "foo", V::String("bar".into())),
-        ("foo:=true", None, "foo", V::Bool(true)),
-        ("foo.bar:=1", None, "foo.bar", V::Integer(1)),
-        ("foo:=1.0", None, "foo", V::Double(1.0)),
-        ("foo:=1e-3", None, "foo", V::Double(1e-3)),
-        ("node:foo:=bar", Some("node"), "foo", V::String("bar".into())),
-        ("foo:=[1, 2]", None, "foo", V::IntegerArray(vec![1, 2])),
-        ("foo:=[1.0, 2.5]", None, "foo", V::DoubleArray(vec![1.0, 2.5])),
-        ("foo:=[a, 'b c']", None, "foo", V::StringArray(vec!["a".into(), "b c".into()])),
-        ("foo:=\"12\"", None, "foo", V::String("12".into())),
-        ("foo:=a:=b", None, "foo", V::String("a:=b".into())),
-        (
-            "qos_overrides./foo/bar.publisher.history:=keep_last",
-            None,
-            "qos_overrides./foo/bar.publisher.history",
-            V::String("keep_last".into()),
-        ),
-    ];
-    for (rule, node, name, value) in expected {
-        let (args, _) = parse(&["--ros-args", "-p", rule]).unwrap_or_else(|error| panic!("{rule}: {error}"));
-        let item = Override::One { node: node.map(str::to_string), name: name.into(), value };
-        assert_eq!(args.overrides, vec![item], "{rule}");
-    }
-}
-
-#[test]
-fn malformed_parameter_rules_are_hard_errors() {
-    for rule in [
-        ":=",
-        "foo:=",
-        ":=bar",
-        "foo",
-        "__ns:=/x",
-        "__node:=x",
-        "}foo:=1",
-        "f oo:=1",
-        "~node:foo:=1",
-        ":foo:=1",
-        "a:b:c:=1",
-        "foo:=[1, a]",
-        "foo:=[1",
-        "foo:={a: 1}",
-        "1a:=1",
-    ] {
-        assert!(parse(&["--ros-args", "-p", rule]).is_err(), "'{rule}' was accepted");
-    }
-    assert!(parse(&["--ros-args", "--param"]).is_err());
-    assert!(parse(&["--ros-args", "--params-file"]).is_err());
-    assert!(matches!(parse(&["--ros-args", "--params-file", "/nonexistent.yaml"]), Err(ArgsError::ParamsFile { .. })));
+    let refused = parse(&["--ros-args", "-p", "foo:=[1, a]"]).expect_err("two types").to_string();
+    assert!(refused.contains("-p foo:=[1, a]: ") && refused.contains("one type"), "{refused}");
+    let refused = parse(&["--ros-args", "--params-file", "/nonexistent.yaml"]).expect_err("no file").to_string();
+    assert!(refused.contains("/nonexistent.yaml"), "{refused}");
 }
 
 #[test]
@@ -254,4 +135,65 @@ fn overrides_keep_the_order_of_the_command_line_and_their_node() {
         found,
         [("x=Integer(1)".to_string(), false), ("x=Integer(3)".to_string(), false), ("y=Integer(4)".to_string(), true)]
     );
+}
+
+/// What this crate makes of a command line, in the words of the table.
+fn verdict(args: &[&str]) -> Value {
+    let Ok((args, _)) = parse(args) else { return json!("refused") };
+    if !args.unparsed().is_empty() {
+        return json!("unknown");
+    }
+    let Ok(names) = Names::new("talker", args.default_namespace(), args.remap_rules()) else { return json!("refused") };
+    let changed = |kind: NameKind, names_before: &[(&str, &str)]| -> Value {
+        let after = |name: &str| names.resolve(name, kind).unwrap_or_else(|error| error.to_string());
+        let changed = names_before.iter().filter(|(name, before)| after(name) != **before);
+        changed.map(|(name, _)| (name.to_string(), json!(after(name)))).collect::<Map<_, _>>().into()
+    };
+    let topics = changed(
+        NameKind::Topic,
+        &[("foo", "/foo"), ("/foo/bar", "/foo/bar"), ("~/foo", "/talker/foo"), ("chatter", "/chatter")],
+    );
+    let services = changed(NameKind::Service, &[("foo", "/foo"), ("~/foo", "/talker/foo")]);
+    let overrides = args.overrides_for(names.node(), &names.fully_qualified());
+    let parameters: Map<_, _> = overrides.into_iter().map(|given| (given.name, plain(&given.value))).collect();
+    let all = [("node", json!(names.fully_qualified())), ("topics", topics), ("services", services)];
+    let said = |value: &Value| *value != json!({}) && *value != json!("/talker");
+    let all = all.into_iter().chain([("parameters", parameters.into())]).filter(|(_, value)| said(value));
+    all.map(|(name, value)| (name.to_string(), value)).collect::<Map<_, _>>().into()
+}
+
+fn plain(value: &ParameterValue) -> Value {
+    fn double(value: f64) -> Value {
+        let text = if value.abs() >= 1e16 { format!("{value:e}").replace('e', "e+") } else { format!("{value:?}") };
+        json!(format!("double {}", text.to_lowercase()))
+    }
+    match value {
+        ParameterValue::NotSet => Value::Null,
+        ParameterValue::Bool(value) => json!(value),
+        ParameterValue::Integer(value) => json!(value),
+        ParameterValue::Double(value) => double(*value),
+        ParameterValue::String(value) => json!(value),
+        ParameterValue::ByteArray(values) => json!(values),
+        ParameterValue::BoolArray(values) => json!(values),
+        ParameterValue::IntegerArray(values) => json!(values),
+        ParameterValue::DoubleArray(values) => values.iter().map(|value| double(*value)).collect(),
+        ParameterValue::StringArray(values) => json!(values),
+    }
+}
+
+#[test]
+fn command_lines_mean_what_they_mean_to_rcl() {
+    let table: Vec<Value> = serde_json::from_str(include_str!("args_table.json")).expect("the table is JSON");
+    assert!(table.len() > 300, "{} lines", table.len());
+    let mut wrong = Vec::new();
+    for line in &table {
+        let args: Vec<&str> = line["args"].as_array().expect("a list").iter().filter_map(Value::as_str).collect();
+        let (expected, found) = (line.get("ours").unwrap_or(&line["rcl"]), verdict(&args));
+        if found != *expected {
+            wrong.push(format!("{args:?}: {found} instead of {expected}"));
+        }
+        let deviates = line.get("ours").is_some_and(|ours| *ours != line["rcl"]);
+        assert_eq!(deviates, line["because"].is_string(), "a deviation has a reason, and a reason a deviation: {line}");
+    }
+    assert!(wrong.is_empty(), "{} of {} lines:\n{}", wrong.len(), table.len(), wrong.join("\n"));
 }

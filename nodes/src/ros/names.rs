@@ -139,12 +139,18 @@ pub(super) enum RemapTarget {
 /// One `-r` rule.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct RemapRule {
-    /// Only for the node of this (original) name.
+    /// Only for the node of this name.
     pub(super) node: Option<String>,
     /// What it changes.
     pub(super) target: RemapTarget,
     /// The right side, as written.
     pub(super) to: String,
+}
+
+impl RemapRule {
+    fn is_for(&self, node: &str) -> bool {
+        self.node.as_deref().is_none_or(|only| only == node)
+    }
 }
 
 /// The resolved identity of a node and the rules that apply to its names.
@@ -158,11 +164,14 @@ pub(super) struct Names {
 impl Names {
     /// Applies the node and namespace rules (the first matching rule wins) to a default identity.
     pub(super) fn new(default_node: &str, default_namespace: &str, rules: &[RemapRule]) -> Result<Self, NameError> {
-        let rules: Vec<RemapRule> =
-            rules.iter().filter(|rule| rule.node.as_deref().is_none_or(|n| n == default_node)).cloned().collect();
-        let first = |wanted: &RemapTarget| rules.iter().find(|rule| rule.target == *wanted).map(|rule| rule.to.clone());
-        let node = first(&RemapTarget::NodeName).unwrap_or_else(|| default_node.to_string());
-        let namespace = first(&RemapTarget::Namespace).unwrap_or_else(|| default_namespace.to_string());
+        let first = |wanted: &RemapTarget, node: &str| {
+            let mut rules = rules.iter().filter(|rule| rule.is_for(node));
+            rules.find(|rule| rule.target == *wanted).map(|rule| rule.to.clone())
+        };
+        let node = first(&RemapTarget::NodeName, default_node).unwrap_or_else(|| default_node.to_string());
+        // All rules but that for the name itself know a node by the name that it has got.
+        let namespace = first(&RemapTarget::Namespace, &node).unwrap_or_else(|| default_namespace.to_string());
+        let rules = rules.iter().filter(|rule| rule.is_for(&node)).cloned().collect();
         check_node_name(&node)?;
         check_namespace(&namespace)?;
         Ok(Names { node, namespace, rules })

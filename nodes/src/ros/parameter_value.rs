@@ -74,6 +74,13 @@ impl ParameterValue {
                 ParameterValue::ByteArray(_) => ParameterValue::ByteArray(Vec::new()),
                 _ => ParameterValue::StringArray(Vec::new()),
             },
+            // YAML has `.inf` and `.nan`; rcl takes the words too.
+            (ParameterValue::String(text), ParameterValue::Double(_)) => match text.parse::<f64>() {
+                Ok(value) if !value.is_finite() && !text.contains(|c: char| c.is_ascii_digit()) => {
+                    ParameterValue::Double(value)
+                }
+                _ => ParameterValue::String(text),
+            },
             (value, _) => value,
         }
     }

@@ -76,8 +76,9 @@ impl<'de> Deserialize<'de> for Yaml {
             fn visit_i64<E>(self, value: i64) -> Result<Yaml, E> {
                 Ok(Yaml::Integer(value))
             }
-            fn visit_u64<E: serde::de::Error>(self, value: u64) -> Result<Yaml, E> {
-                i64::try_from(value).map(Yaml::Integer).map_err(|_| E::custom(format!("{value} is too large")))
+            #[allow(clippy::cast_precision_loss, reason = "so does rcl, and no integer parameter takes it")]
+            fn visit_u64<E>(self, value: u64) -> Result<Yaml, E> {
+                Ok(i64::try_from(value).map_or(Yaml::Float(value as f64), Yaml::Integer))
             }
             fn visit_f64<E>(self, value: f64) -> Result<Yaml, E> {
                 Ok(Yaml::Float(value))
@@ -112,6 +113,8 @@ fn read_yaml(text: &str) -> Result<Yaml, String> {
     let options = serde_saphyr::options! {
         // `.inf` is a way to switch a limit off.
         non_finite_float_policy: serde_saphyr::options::NonFiniteFloatPolicy::PassThrough,
+        // rcl reads YAML 1.1, where 010 is eight.
+        legacy_octal_numbers: true,
     };
     // The first line of the parser's message says it; the rest is a picture of the source.
     serde_saphyr::from_str_with_options(text, options)
