@@ -15,10 +15,11 @@ use std::{
 
 use rustdds::{
     DomainParticipantStatusEvent, DomainParticipantStatusListener, EndpointDescription, GUID, StatusEvented,
+    qos::QosPolicyId,
 };
 use serde::{Deserialize, Serialize};
 
-use super::{names, qos::Qos, rtps::Beside};
+use super::{cyclone, names, qos::Qos, rtps::Beside};
 
 /// Identity of an endpoint: DDS GUID.
 pub type Guid = [u8; 16];
@@ -85,10 +86,13 @@ struct State {
     own: Option<[u8; 12]>,
     writers: BTreeMap<GUID, Endpoint>,
     readers: BTreeMap<GUID, Endpoint>,
-    matched: BTreeMap<GUID, BTreeSet<GUID>>,
+    /// With whom our endpoints are matched, and since when.
+    matched: BTreeMap<GUID, BTreeMap<GUID, Instant>>,
     /// Matches told before both of their ends were known here: ours, theirs.
     undecided: BTreeSet<(GUID, GUID)>,
     incompatible: Vec<String>,
+    /// Pairs (ours, theirs) of which it has been said already that they do not fit.
+    told: BTreeSet<(GUID, GUID)>,
     nodes: BTreeMap<Guid, Vec<NodeEntities>>,
 }
 
@@ -134,8 +138,8 @@ impl Graph {
         let endpoints = if is_writer { &mut state.writers } else { &mut state.readers };
         endpoints.insert(guid, endpoint);
         for (writer, reader) in matches {
-            state.matched.entry(*writer).or_default().insert(*reader);
-            state.matched.entry(*reader).or_default().insert(*writer);
+            state.matched.entry(*writer).or_default().insert(*reader, Instant::now());
+            state.matched.entry(*reader).or_default().insert(*writer, Instant::now());
         }
         state.decide(guid);
         drop(state);
@@ -209,7 +213,9 @@ impl Graph {
             if left.is_zero() {
                 return false;
             }
-            state = self.changed.wait_timeout(state, left).unwrap_or_else(PoisonError::into_inner).0;
+            // Besides news there is time, which makes a match trustworthy.
+            let moment = left.min(Duration::from_millis(50));
+            state = self.changed.wait_timeout(state, moment).unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
@@ -330,13 +336,23 @@ impl State {
                 self.nodes.retain(|participant, _| participant[..12] != *id.as_ref());
                 self.forget(|other| other.prefix == id);
             }
-            DomainParticipantStatusEvent::RemoteReaderQosIncompatible { remote_reader, .. } => {
-                let sentence = self.incompatible_with("a subscription", &remote_reader, &self.readers);
-                self.incompatible.extend(sentence);
+            DomainParticipantStatusEvent::RemoteReaderQosIncompatible {
+                local_writer,
+                remote_reader,
+                requested_qos,
+                offered_qos,
+            } => {
+                let policy = offered_qos.compliance_failure_wrt(&requested_qos);
+                self.tell_misfit((local_writer, remote_reader), policy, false);
             }
-            DomainParticipantStatusEvent::RemoteWriterQosIncompatible { remote_writer, .. } => {
-                let sentence = self.incompatible_with("a publisher", &remote_writer, &self.writers);
-                self.incompatible.extend(sentence);
+            DomainParticipantStatusEvent::RemoteWriterQosIncompatible {
+                local_reader,
+                remote_writer,
+                requested_qos,
+                offered_qos,
+            } => {
+                let policy = offered_qos.compliance_failure_wrt(&requested_qos);
+                self.tell_misfit((local_reader, remote_writer), policy, true);
             }
             _ => return false,
         }
@@ -345,9 +361,10 @@ impl State {
 
     fn forget(&mut self, gone: impl Fn(&GUID) -> bool) {
         for matches in self.matched.values_mut() {
-            matches.retain(|other| !gone(other));
+            matches.retain(|other, _| !gone(other));
         }
         self.undecided.retain(|(_, theirs)| !gone(theirs));
+        self.told.retain(|(_, theirs)| !gone(theirs));
     }
 
     /// Takes a match that `RustDDS` made by topic and quality of service alone: it counts when both ends carry the same type, and
@@ -359,7 +376,7 @@ impl State {
             return false;
         };
         if our.type_name == their.type_name {
-            return self.matched.entry(ours).or_default().insert(theirs);
+            return self.matched.entry(ours).or_default().insert(theirs, Instant::now()).is_none();
         }
         let what = if self.writers.contains_key(&theirs) { "a publisher" } else { "a subscription" };
         let topic = names::ros_topic(&their.topic).unwrap_or(&their.topic);
@@ -380,11 +397,26 @@ impl State {
         }
     }
 
-    fn incompatible_with(&self, what: &str, guid: &GUID, known: &BTreeMap<GUID, Endpoint>) -> Option<String> {
-        let endpoint = known.get(guid)?;
-        let topic = names::ros_topic(&endpoint.topic)?;
-        let node = self.node_of(guid).unwrap_or_else(|| "an unknown node".into());
-        Some(format!("{what} of {node} on {topic} has an incompatible quality of service; no messages will pass"))
+    /// Says, in the words of rclcpp and once, that an endpoint asks for more than it gets.
+    fn tell_misfit(&mut self, pair: (GUID, GUID), policy: Option<QosPolicyId>, publishes: bool) {
+        let known = if publishes { &self.writers } else { &self.readers };
+        let Some(topic) = known.get(&pair.1).and_then(|endpoint| names::ros_topic(&endpoint.topic)) else { return };
+        let node = self.node_of(&pair.1).map(|node| format!(" ({node})")).unwrap_or_default();
+        let policy = policy.map_or_else(|| "UNKNOWN".to_string(), |policy| format!("{policy:?}").to_uppercase());
+        let sentence = if publishes {
+            format!(
+                "New publisher discovered on topic '{topic}'{node}, offering incompatible QoS. No messages will be received from \
+                 it. Last incompatible policy: {policy}"
+            )
+        } else {
+            format!(
+                "New subscription discovered on topic '{topic}'{node}, requesting incompatible QoS. No messages will be sent to \
+                 it. Last incompatible policy: {policy}"
+            )
+        };
+        if self.told.insert(pair) {
+            self.incompatible.push(sentence);
+        }
     }
 
     fn node_of(&self, guid: &GUID) -> Option<String> {
@@ -410,17 +442,20 @@ pub(super) struct Matches<'a>(&'a State);
 impl Matches<'_> {
     /// How many endpoints match one of ours.
     pub(super) fn count(&self, ours: &GUID) -> usize {
-        self.0.matched.get(ours).map_or(0, BTreeSet::len)
+        self.0.matched.get(ours).map_or(0, BTreeMap::len)
     }
 
     /// Whether an endpoint of the participant of `theirs` matches one of ours.
     pub(super) fn with_participant(&self, ours: &GUID, theirs: &GUID) -> bool {
-        self.0.matched.get(ours).is_some_and(|all| all.iter().any(|other| other.prefix == theirs.prefix))
+        self.0.matched.get(ours).is_some_and(|all| all.keys().any(|other| other.prefix == theirs.prefix))
     }
 
-    /// Whether one participant matches both of ours: a service is there when it reads requests and writes replies.
-    pub(super) fn one_peer_for_both(&self, first: &GUID, second: &GUID) -> bool {
-        self.0.matched.get(first).is_some_and(|all| all.iter().any(|other| self.with_participant(second, other)))
+    /// An endpoint of a participant that matches both of ours: a service is there when one reads requests and writes replies.
+    pub(super) fn one_peer_for_both(&self, first: &GUID, second: &GUID) -> Option<GUID> {
+        let mut candidates = self.0.matched.get(first)?.iter();
+        candidates
+            .find(|(other, since)| self.with_participant(second, other) && cyclone::knows_us(other, **since))
+            .map(|(other, _)| *other)
     }
 
     /// Whether a node is known by its fully qualified name.

@@ -28,6 +28,7 @@ mod action_client;
 mod action_server;
 mod args;
 mod clock;
+mod cyclone;
 mod delay;
 mod diagnostics;
 mod discovery;

@@ -2,7 +2,8 @@
 //!
 //! Made of two topics, as on the wire, because the crate's own services can neither carry an action's types nor tell whether the
 //! peer is matched. Requests and replies are related as Fast DDS does it ("enhanced" mapping): a request carries the GUID of the
-//! reader that waits for the reply, a reply carries that GUID and the number of the request.
+//! reader that waits for the reply, a reply carries that GUID and the number of the request. Peers on Cyclone do it their own way
+//! ([`super::cyclone`]).
 
 use std::{
     collections::BTreeMap,
@@ -15,6 +16,7 @@ use camwright_msgs::Service;
 use rustdds::{GUID, RTPSEntity, SampleIdentity, SequenceNumber, Timestamp, WriteOptionsBuilder, bytes::Bytes, no_key};
 
 use super::{
+    cyclone::{self, Header},
     discovery::{Graph, GraphListener},
     error::RosError,
     executor::Executor,
@@ -26,7 +28,7 @@ use super::{
     rtps::Beside,
     rtps_messages::Reply,
     topics::{SampleInfo, Subscription},
-    wire::{AsIs, CDR_LE_HEADER, to_cdr},
+    wire::{AsIs, CDR_LE_HEADER, Octets, to_cdr},
 };
 
 /// How long a reply waits for the reader that wants it to be discovered. Discovery of a client's two endpoints takes some ms;
@@ -62,9 +64,15 @@ impl Writer {
         self.dds.guid()
     }
 
-    /// Writes a request that is answered to a reader; returns its number.
-    fn request(&self, body: Bytes, answer_to: GUID) -> Result<i64, String> {
+    /// Writes a request that is answered to a reader, in the manner of the server; returns its number.
+    fn request(&self, body: Bytes, answer_to: GUID, to_cyclone: bool) -> Result<i64, String> {
         let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+        if to_cyclone {
+            let header = Header { client: cyclone::client_of(&answer_to), number: *written + 1 };
+            *written = self.write(&header.before(&body), None)?;
+            self.local.write(None, None);
+            return Ok(*written);
+        }
         // Samples in fragments cannot name anything; the answer to this one goes to its writer.
         let related = (body.len() <= SHORT).then_some((answer_to, UNKNOWN));
         *written = self.write(&body, related)?;
@@ -75,6 +83,11 @@ impl Writer {
     /// Writes the reply to a request.
     fn reply(&self, body: Bytes, to: RequestId) -> Result<(), String> {
         let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(header) = to.header {
+            *written = self.write(&header.before(&body), None)?;
+            self.local.write(None, None);
+            return Ok(());
+        }
         let related = (to.client, to.number);
         let named = body.len() <= SHORT;
         if !named {
@@ -105,14 +118,18 @@ struct RequestId {
     /// The reader that waits for the reply, or, with clients that do not say, the writer of the request.
     client: GUID,
     number: i64,
+    /// What a client on Cyclone waits for instead.
+    header: Option<Header>,
 }
 
 impl RequestId {
-    fn of(info: &SampleInfo) -> Self {
+    fn of(info: &SampleInfo, header: Option<Header>) -> Self {
         match info.related {
-            None => RequestId { client: info.writer, number: info.number },
+            None => RequestId { client: info.writer, number: info.number, header },
             // Fast DDS leaves the number unknown here: it is that of the request itself.
-            Some((client, number)) => RequestId { client, number: if number > 0 { number } else { info.number } },
+            Some((client, number)) => {
+                RequestId { client, number: if number > 0 { number } else { info.number }, header }
+            }
         }
     }
 }
@@ -278,11 +295,14 @@ impl Node {
                 side.retry();
             }
         });
-        let requests =
-            self.reader(&service, request_topic, S::DDS_REQUEST_TYPE_NAME, qos, false, move |request, info| {
-                let id = RequestId::of(info);
+        let take = move |body: Octets, info: &SampleInfo| match cyclone::read(&body, &info.writer) {
+            Ok((header, request)) => {
+                let id = RequestId::of(info, header);
                 callback(request, Responder { side: Arc::clone(&side), id, service: std::marker::PhantomData });
-            })?;
+            }
+            Err(reason) => side.logger.debug(&format!("request to {} cannot be read: {reason}", side.service)),
+        };
+        let requests = self.reader(&service, request_topic, S::DDS_REQUEST_TYPE_NAME, qos, false, take)?;
         Ok(ServiceHandle { requests, _on_match: on_match })
     }
 
@@ -298,23 +318,24 @@ impl Node {
         let answers = Arc::clone(&pending);
         let own = Arc::new(OnceLock::<[GUID; 2]>::new());
         let mine = Arc::clone(&own);
-        let replies = self.reader(
-            &service,
-            reply_topic,
-            S::DDS_RESPONSE_TYPE_NAME,
-            &qos,
-            false,
-            move |reply: S::Response, info| {
-                let Some((client, number)) = info.related else { return };
-                // Replies to all clients of the service arrive here.
-                if mine.get().is_some_and(|own| own.contains(&client)) {
-                    let waiter = answers.lock().unwrap_or_else(PoisonError::into_inner).remove(&number);
-                    if let Some(waiter) = waiter {
-                        waiter(reply);
-                    }
-                }
-            },
-        )?;
+        let (logger, of) = (self.logger().clone(), service.clone());
+        let take = move |body: Octets, info: &SampleInfo| {
+            let Some(own) = mine.get() else { return };
+            let read = cyclone::read::<S::Response>(&body, &info.writer);
+            // Replies to all clients of the service arrive here.
+            let number = match (&read, info.related) {
+                (Ok((Some(header), _)), _) if header.client == cyclone::client_of(&own[0]) => header.number,
+                (_, Some((client, number))) if own.contains(&client) => number,
+                _ => return,
+            };
+            let waiter = answers.lock().unwrap_or_else(PoisonError::into_inner).remove(&number);
+            match (read, waiter) {
+                (Ok((_, reply)), Some(waiter)) => waiter(reply),
+                (Err(reason), _) => logger.debug(&format!("reply of {of} cannot be read: {reason}")),
+                (Ok(_), None) => {}
+            }
+        };
+        let replies = self.reader(&service, reply_topic, S::DDS_RESPONSE_TYPE_NAME, &qos, false, take)?;
         let writer = Writer::new(self, &request_topic, S::DDS_REQUEST_TYPE_NAME, &qos)?;
         let _ = own.set([replies.dds_guid(), writer.guid()]);
         let (graph, executor) = (Arc::clone(self.graph()), Arc::downgrade(self.executor()));
@@ -359,7 +380,7 @@ impl<S: Service> Client<S> {
     /// Whether a server is matched, both for requests and for replies.
     pub fn is_ready(&self) -> bool {
         let (requests, replies) = (self.core.writer.guid(), self.core.replies.dds_guid());
-        self.core.graph.ask(|matches| matches.one_peer_for_both(&requests, &replies))
+        self.core.graph.ask(|matches| matches.one_peer_for_both(&requests, &replies).is_some())
     }
 
     /// Waits until a server is matched. The node must spin on another thread.
@@ -369,7 +390,7 @@ impl<S: Service> Client<S> {
     pub fn wait_for_service(&self, timeout: Duration) -> Result<(), RosError> {
         self.refuse_on_executor()?;
         let (requests, replies) = (self.core.writer.guid(), self.core.replies.dds_guid());
-        if self.core.graph.wait_until(timeout, |matches| matches.one_peer_for_both(&requests, &replies)) {
+        if self.core.graph.wait_until(timeout, |matches| matches.one_peer_for_both(&requests, &replies).is_some()) {
             Ok(())
         } else {
             Err(RosError::timeout(format!("service {} is not there", self.core.service), timeout))
@@ -399,7 +420,10 @@ impl<S: Service> Client<S> {
         // Locked over the write: the answer may be here before the number is.
         let mut pending = self.core.pending.lock().unwrap_or_else(PoisonError::into_inner);
         // The server answers to the reader named here, and (Fast DDS) waits until it has found it.
-        let number = self.core.writer.request(body, self.core.replies.dds_guid()).map_err(failed)?;
+        let (requests, replies) = (self.core.writer.guid(), self.core.replies.dds_guid());
+        let server = self.core.graph.ask(|matches| matches.one_peer_for_both(&requests, &replies));
+        let to_cyclone = server.is_some_and(|server| cyclone::is_cyclone(&server));
+        let number = self.core.writer.request(body, replies, to_cyclone).map_err(failed)?;
         pending.insert(number, Box::new(answer));
         Ok(number)
     }

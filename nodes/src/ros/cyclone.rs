@@ -1,0 +1,100 @@
+//! Services as `rmw_cyclonedds_cpp` has them.
+//!
+//! Fast DDS says beside a sample, inline, which request it is and which it answers. Cyclone says it in front of the sample's fields: who
+//! asks, as a number of the client's own making, and the number of the request; a reply begins with the same two. Neither understands the
+//! other, which is why ROS 2 promises no services between them. Which of the two a sample has is told by the GUID of its writer, which
+//! begins with the vendor, so here both are answered, each in its own way; samples for the others carry no name that anybody waits for.
+
+use std::time::{Duration, Instant};
+
+use rustdds::{GUID, bytes::Bytes};
+use serde::de::DeserializeOwned;
+
+use super::wire::{Octets, from_cdr};
+
+/// Vendor id of Eclipse Cyclone DDS, with which by RTPS its GUIDs begin.
+const CYCLONE: [u8; 2] = [0x01, 0x10];
+
+/// Octets before the fields.
+const LENGTH: usize = 16;
+
+/// What stands before the fields of a request and of its reply.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Header {
+    /// Who asks.
+    pub(super) client: u64,
+    /// Which of its requests it is.
+    pub(super) number: i64,
+}
+
+/// Whether an endpoint is one of Cyclone's.
+pub(super) fn is_cyclone(guid: &GUID) -> bool {
+    guid.to_bytes()[..2] == CYCLONE
+}
+
+/// How long after the match a reader on Cyclone is taken to have matched our writer too. It takes a message of ours that comes before as
+/// one from before its time, acknowledges it and never delivers it. Seen: 0.1 ms between the two, where a request was lost.
+const ACQUAINTANCE: Duration = Duration::from_millis(100);
+
+/// Whether a peer that is matched since then will not miss what is sent to it now.
+pub(super) fn knows_us(peer: &GUID, since: Instant) -> bool {
+    !is_cyclone(peer) || since.elapsed() >= ACQUAINTANCE
+}
+
+/// How a client calls itself in headers: what tells its reader from all others.
+pub(super) fn client_of(reader: &GUID) -> u64 {
+    let octets = reader.to_bytes();
+    let eight = |from: usize| u64::from_le_bytes(std::array::from_fn(|index| octets[from + index]));
+    // Participant and entity stand in the last twelve octets; the first four are vendor and host.
+    eight(4).rotate_left(32) ^ eight(8)
+}
+
+impl Header {
+    /// Puts the header before the fields. It takes 16 octets, so the fields stay where CDR wants them.
+    pub(super) fn before(self, fields: &[u8]) -> Bytes {
+        Bytes::from([&self.client.to_le_bytes()[..], &self.number.to_le_bytes(), fields].concat())
+    }
+
+    fn split(body: &[u8]) -> Option<(Self, &[u8])> {
+        let (client, rest) = body.split_first_chunk()?;
+        let (number, fields) = rest.split_first_chunk()?;
+        Some((Header { client: u64::from_le_bytes(*client), number: i64::from_le_bytes(*number) }, fields))
+    }
+}
+
+/// Reads a request or reply; one of Cyclone's comes with its header.
+pub(super) fn read<T: DeserializeOwned>(body: &Octets, writer: &GUID) -> Result<(Option<Header>, T), String> {
+    if !is_cyclone(writer) {
+        return from_cdr(&body.0).map(|fields| (None, fields));
+    }
+    let (header, fields) = Header::split(&body.0)
+        .ok_or_else(|| format!("{} octets are less than the {LENGTH} of a header", body.0.len()))?;
+    from_cdr(fields).map(|fields| (Some(header), fields))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn guid(vendor: [u8; 2], last: u8) -> GUID {
+        let mut octets = [7; 16];
+        octets[..2].copy_from_slice(&vendor);
+        octets[15] = last;
+        GUID::from_bytes(octets)
+    }
+
+    #[test]
+    fn a_header_stands_before_the_fields_of_cyclone_alone() {
+        let header = Header { client: 0x0102, number: -3 };
+        let body = Octets(header.before(&[5, 0, 0, 0]).to_vec());
+        assert_eq!(body.0[..10], [2, 1, 0, 0, 0, 0, 0, 0, 0xfd, 0xff]);
+        assert_eq!(read::<u32>(&body, &guid(CYCLONE, 1)), Ok((Some(header), 5)));
+        assert_eq!(read::<u32>(&Octets(vec![5, 0, 0, 0]), &guid([1, 0x0f], 1)), Ok((None, 5)));
+        assert!(read::<u32>(&Octets(vec![0; 15]), &guid(CYCLONE, 1)).is_err());
+    }
+
+    #[test]
+    fn two_readers_of_a_participant_are_two_clients() {
+        assert_ne!(client_of(&guid(CYCLONE, 4)), client_of(&guid(CYCLONE, 7)));
+    }
+}
