@@ -58,6 +58,7 @@ impl PeerEnv {
         let recipe = support.join("make_env.py");
         let faster = support.join("faster_build.cmake");
         let requirements = support.join("requirements.txt");
+        let cyclone = support.join("cyclone_requirements.txt");
 
         // A virtual environment cannot be moved, so its place is part of what it is made from.
         let venv_hash = hash_of(&[&recipe, &requirements], root.to_string_lossy().as_bytes());
@@ -66,7 +67,12 @@ impl PeerEnv {
             list_files(&msgs.join(kind), &mut sources);
         }
         let interfaces_hash = hash_of(&sources.iter().map(PathBuf::as_path).collect::<Vec<_>>(), venv_hash.as_bytes());
-        let steps = [("venv", &venv_hash, &requirements), ("interfaces", &interfaces_hash, &msgs)];
+        let cyclone_hash = hash_of(&[&cyclone], venv_hash.as_bytes());
+        let steps = [
+            ("venv", &venv_hash, &requirements),
+            ("interfaces", &interfaces_hash, &msgs),
+            ("cyclone", &cyclone_hash, &cyclone),
+        ];
 
         lock.lock_shared().expect("a file of our own can be locked");
         if steps.iter().any(|(step, hash, _)| !is_made(&root, step, hash)) {
@@ -113,7 +119,10 @@ impl PeerEnv {
             .arg("-u")
             .arg(repository().join("tests/support").join(script))
             .env("AMENT_PREFIX_PATH", joined(&[self.install(), self.venv()]))
-            .env("PYTHONPATH", joined(&[self.install().join(site), repository().join("tests/support")]))
+            .env(
+                "PYTHONPATH",
+                joined(&[self.install().join(site), repository().join("tests/support"), self.root.join("cyclone")]),
+            )
             .env("PYTHONDONTWRITEBYTECODE", "1")
             .env("LD_LIBRARY_PATH", joined(&libraries))
             // The libraries are found by the line above; without this the wheels start the interpreter a second time to set it.
@@ -141,12 +150,26 @@ fn make_step(root: &Path, step: &str, hash: &str, recipe: &Path, source: &Path) 
         "making {} for the tests with real ROS 2 peers, once; this takes a minute or two",
         root.join(step).display()
     );
-    let output = Command::new(python_3_11())
-        .arg(recipe)
-        .arg(step)
-        .args([root, source])
-        .output()
-        .expect("the interpreter was found a moment ago");
+    let mut command = if step == "cyclone" {
+        let mut pip = Command::new(root.join("venv/bin/python"));
+        pip.args([
+            "-m",
+            "pip",
+            "install",
+            "--quiet",
+            "--disable-pip-version-check",
+            "--no-deps",
+            "--upgrade",
+            "--target",
+        ]);
+        pip.arg(root.join(step)).arg("-r").arg(source);
+        pip
+    } else {
+        let mut python = Command::new(python_3_11());
+        python.arg(recipe).arg(step).args([root, source]);
+        python
+    };
+    let output = command.output().expect("the interpreter was found a moment ago");
     assert!(
         output.status.success(),
         "making the {step} of the ROS 2 peers failed (without network, {SKIP}=1 skips these tests):\n{}",

@@ -15,12 +15,15 @@ import threading
 import time
 
 import rclpy
+import yaml
 from action_msgs.srv import CancelGoal
 from plain import from_plain, interface, to_plain
+from rcl_interfaces.srv import GetParameters, ListParameters
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy, qos_policy_name_from_kind
 from rclpy.task import Future
 
 # How long a command that waits (for a node, an answer, a goal) may take unless it says so itself.
@@ -111,8 +114,18 @@ class Peer:
 
     # --- topics
 
+    @staticmethod
+    def misfit(topic):
+        """Tells of an endpoint that asks for more than the other offers."""
+        def told(info):
+            say(event="incompatible", topic=topic, policy=qos_policy_name_from_kind(info.last_policy_kind))
+
+        return told
+
     def op_advertise(self, c):
-        self.publishers[c["topic"]] = self.node.create_publisher(interface(c["type"]), c["topic"], qos(c.get("qos")))
+        events = PublisherEventCallbacks(incompatible_qos=self.misfit(c["topic"]))
+        self.publishers[c["topic"]] = self.node.create_publisher(
+            interface(c["type"]), c["topic"], qos(c.get("qos")), event_callbacks=events)
         return {}
 
     def op_publish(self, c):
@@ -128,7 +141,9 @@ class Peer:
             if c.get("keep", "all") == "all" or counted["n"] <= c["keep"]:
                 say(event="message", topic=c["topic"], n=counted["n"], data=to_plain(message))
 
-        self.kept.append(self.node.create_subscription(interface(c["type"]), c["topic"], got, qos(c.get("qos"))))
+        events = SubscriptionEventCallbacks(incompatible_qos=self.misfit(c["topic"]))
+        self.kept.append(self.node.create_subscription(
+            interface(c["type"]), c["topic"], got, qos(c.get("qos")), event_callbacks=events))
         self.clients[("count", c["topic"])] = counted
         return {}
 
@@ -142,6 +157,15 @@ class Peer:
     def op_wait_node(self, c):
         wanted = (c["name"], c.get("namespace", "/"))
         return Waiting(c, lambda: {} if wanted in self.node.get_node_names_and_namespaces() else None, f"node {wanted}")
+
+    def op_wait_gone(self, c):
+        """Until a node and everything below a prefix of names have left the graph."""
+        def look():
+            names = [name for name, _ in self.node.get_topic_names_and_types() + self.node.get_service_names_and_types()]
+            there = (c["name"], c.get("namespace", "/")) in self.node.get_node_names_and_namespaces()
+            return None if there or any(name.startswith(c["prefix"]) for name in names) else {}
+
+        return Waiting(c, look, f"{c['name']} to leave")
 
     def op_wait_publishers(self, c):
         count = lambda: self.node.count_publishers(c["topic"])
@@ -212,6 +236,37 @@ class Peer:
         self.kept.append(self.node.create_service(kind, c["service"], answer))
         return {}
 
+    def op_dump(self, c):
+        """The YAML that `ros2 param dump` writes for a node."""
+        state = {}
+
+        def call(service, kind, **request):
+            if service not in state:
+                client = self.node.create_client(kind, f"{c['node']}/{service}")
+                state[service] = [client, None]
+            client, future = state[service]
+            if future is None:
+                if client.service_is_ready():
+                    state[service][1] = client.call_async(kind.Request(**request))
+                return None
+            return future.result() if future.done() else None
+
+        def look():
+            listed = call("list_parameters", ListParameters)
+            read = listed and call("get_parameters", GetParameters, names=sorted(listed.result.names))
+            if read is None:
+                return None
+            tree = {}
+            for name, value in zip(sorted(listed.result.names), read.values):
+                *groups, leaf = name.split(".")
+                place = tree
+                for group in groups:
+                    place = place.setdefault(group, {})
+                place[leaf] = parameter_value_to_python(value)
+            return {"yaml": yaml.dump({c["node"]: {"ros__parameters": tree}}, default_flow_style=False)}
+
+        return Waiting(c, look, f"the parameters of {c['node']}")
+
     # --- actions, as a client
 
     def op_send_goal(self, c):
@@ -274,14 +329,16 @@ class Peer:
 
     def op_serve_action(self, c):
         """Offers an action. Every goal gets the `feedback` messages at once; it then ends with `result`, or, with `hold`, only when it
-        is cancelled. `reject` refuses every goal."""
+        is cancelled, or at once as aborted with `abort`. `reject` refuses every goal."""
         kind = interface(c["type"])
 
         async def execute(handle):
             goal = bytes(handle.goal_id.uuid).hex()
             for feedback in c.get("feedback", []):
                 handle.publish_feedback(from_plain(kind.Feedback, feedback))
-            if c.get("hold"):
+            if c.get("abort"):
+                handle.abort()
+            elif c.get("hold"):
                 self.served_goals[goal] = cancelled = Future(executor=self.executor)
                 await cancelled
                 handle.canceled()

@@ -5,8 +5,13 @@ use super::{Domain, PeerEnv};
 use serde_json::{Value, json};
 use std::collections::VecDeque;
 use std::io::Write;
-use std::process::ChildStdin;
+use std::process::{ChildStdin, Command};
 use std::time::Instant;
+
+/// Cyclone's configuration: the loopback interface, which has no multicast everywhere, and the participants there.
+const LOOPBACK: &str = "<CycloneDDS><Domain><General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces>\
+     <AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>\
+     <MaxAutoParticipantIndex>31</MaxAutoParticipantIndex><Peers><Peer Address=\"127.0.0.1\"/></Peers></Discovery></Domain></CycloneDDS>";
 
 /// The peer's process and what it has told without being asked.
 #[derive(Debug)]
@@ -26,7 +31,19 @@ impl Peer {
 
     /// The same with the arguments of `peer.py`: `NAME [--namespace NS] [--sim-time]`.
     pub fn start_with(env: &PeerEnv, domain: &Domain, arguments: &[&str]) -> Self {
-        let mut process = Guarded::start("peer.py", env.python("peer.py", domain).args(arguments));
+        Self::start_script("peer.py", env.python("peer.py", domain).args(arguments))
+    }
+
+    /// Starts a peer on Cyclone DDS (`cyclone_peer.py`) that looks nowhere but on the loopback interface.
+    pub fn start_cyclone(env: &PeerEnv, domain: &Domain, name: &str) -> Self {
+        Self::start_script(
+            "cyclone_peer.py",
+            env.python("cyclone_peer.py", domain).arg(name).env("CYCLONEDDS_URI", LOOPBACK),
+        )
+    }
+
+    fn start_script(name: &str, command: &mut Command) -> Self {
+        let mut process = Guarded::start(name, command);
         let stdin = process.take_stdin();
         let mut peer = Self { process, stdin, next_id: 1, events: VecDeque::new(), answers: VecDeque::new() };
         peer.event("ready", |_| true);

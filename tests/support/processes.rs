@@ -15,37 +15,66 @@ pub struct Processes {
     bag: PathBuf,
 }
 
+const NAMES: [&str; 4] = ["run_logger", "machine_sim", "axis_interpolator", "job_planner"];
+
+/// Starts one of the nodes; `more` are parameters besides those that tests give it.
+fn start(name: &'static str, domain: &Domain, namespace: &str, bag: &Path, more: &[&str]) -> (&'static str, Guarded) {
+    let directory = format!("bag_dir:={}", bag.display());
+    let (binary, parameters): (&str, &[&str]) = match name {
+        "run_logger" => (env!("CARGO_BIN_EXE_run_logger"), &[&directory, "use_sim_time:=true"]),
+        "machine_sim" => (env!("CARGO_BIN_EXE_machine_sim"), &["pace:=fast", "state_file:=none"]),
+        "axis_interpolator" => (env!("CARGO_BIN_EXE_axis_interpolator"), &[]),
+        _ => (env!("CARGO_BIN_EXE_job_planner"), &[]),
+    };
+    let mut command = in_domain(binary, domain);
+    command.args(["--ros-args", "-r", &format!("__ns:={namespace}")]);
+    for parameter in parameters.iter().chain(more) {
+        command.args(["-p", parameter]);
+    }
+    (name, Guarded::start(name, &mut command))
+}
+
 impl Processes {
     /// Starts them; `machine` are more parameters of the machine.
     pub fn start(domain: &Domain, namespace: &str, machine: &[&str], bag: &Path) -> Self {
-        let directory = format!("bag_dir:={}", bag.display());
-        let machine = [&["pace:=fast", "state_file:=none"], machine].concat();
-        let binaries: [(&'static str, &str, &[&str]); 4] = [
-            ("run_logger", env!("CARGO_BIN_EXE_run_logger"), &[&directory, "use_sim_time:=true"]),
-            ("machine_sim", env!("CARGO_BIN_EXE_machine_sim"), &machine),
-            ("axis_interpolator", env!("CARGO_BIN_EXE_axis_interpolator"), &[]),
-            ("job_planner", env!("CARGO_BIN_EXE_job_planner"), &[]),
-        ];
-        let start = |(name, binary, parameters): (&'static str, &str, &[&str])| {
-            let mut command = in_domain(binary, domain);
-            command.args(["--ros-args", "-r", &format!("__ns:={namespace}")]);
-            for parameter in parameters {
-                command.args(["-p", parameter]);
-            }
-            (name, Guarded::start(name, &mut command))
-        };
-        Self { nodes: binaries.map(start).into(), bag: bag.to_owned() }
+        let more = |name| if name == "machine_sim" { machine } else { &[] };
+        let nodes = NAMES.map(|name| start(name, domain, namespace, bag, more(name)));
+        Self { nodes: nodes.into(), bag: bag.to_owned() }
+    }
+
+    /// Starts only some of them, none of which records.
+    pub fn start_some(domain: &Domain, namespace: &str, names: &[&'static str]) -> Self {
+        let nodes = names.iter().map(|name| start(name, domain, namespace, Path::new(""), &[])).collect();
+        Self { nodes, bag: PathBuf::new() }
+    }
+
+    fn node(&mut self, name: &str) -> &mut (&'static str, Guarded) {
+        self.nodes.iter_mut().find(|(other, _)| *other == name).expect("it was started")
+    }
+
+    /// Ctrl-C to one node, which ends well.
+    pub fn interrupt(&mut self, name: &str) {
+        let (name, node) = self.node(name);
+        assert!(node.is_running(), "{name} has ended by itself{}", node.complaint());
+        node.interrupt();
+        let status = node.wait(PATIENCE);
+        assert!(status.success(), "{name} ends with {status} on Ctrl-C{}", node.complaint());
+    }
+
+    /// Starts a node again that has ended; what it records goes beside what it did before.
+    pub fn restart(&mut self, name: &str, domain: &Domain, namespace: &str) {
+        let bag = self.bag.with_extension("again");
+        let ended = self.node(name);
+        *ended = start(ended.0, domain, namespace, &bag, &[]);
     }
 
     /// Ctrl-C to every node, the recorder last: each ends well.
     pub fn end(mut self) -> PathBuf {
-        for (name, node) in self.nodes.iter_mut().rev() {
-            assert!(node.is_running(), "{name} has ended by itself{}", node.complaint());
-            node.interrupt();
-            let status = node.wait(PATIENCE);
-            assert!(status.success(), "{name} ends with {status} on Ctrl-C{}", node.complaint());
+        let names: Vec<&str> = self.nodes.iter().rev().map(|(name, _)| *name).collect();
+        for name in names {
+            self.interrupt(name);
         }
-        self.bag
+        self.bag.clone()
     }
 }
 
