@@ -13,6 +13,7 @@ const JOB: &str = "eccentric";
 const SHORT: [&str; 3] = ["wheel_radius_mm=60.0", "infeed.per_block_um=0.05", "infeed.spark_out_turns=6"];
 /// Number of `action_msgs/GoalStatus`.
 const CANCELED: u64 = 5;
+const ABORTED: u64 = 6;
 
 impl Operator<'_> {
     fn send_job(&mut self, overrides: &[&str]) -> Value {
@@ -123,10 +124,13 @@ fn look_around(operator: &mut Operator<'_>) {
     });
     operator.peer.ask("subscribe", topic);
     for node in ["run_logger", "machine_sim", "axis_interpolator", "job_planner"] {
-        // One status per node, under its name.
+        // The node itself first, then its parts under its name.
         let told = operator.peer.message_where("/diagnostics", |told| told["status"][0]["name"] == node);
-        assert_eq!(told["status"].as_array().map(Vec::len), Some(1), "{told}");
-        assert!(told["status"][0]["message"].as_str().is_some_and(|text| !text.is_empty()), "{told}");
+        for status in told["status"].as_array().expect("a list") {
+            let of_node = |name: &str| name == node || name.starts_with(&format!("{node}: "));
+            assert!(status["name"].as_str().is_some_and(of_node), "{told}");
+            assert!(status["message"].as_str().is_some_and(|text| !text.is_empty()), "{told}");
+        }
     }
 }
 
@@ -161,6 +165,34 @@ fn ask_the_planner(operator: &mut Operator<'_>) {
     assert!(planned(operator) > before + 1.0, "half the work speed takes longer than {before} s");
     assert_eq!(set(operator, json!({ "type": 4, "string_value": "fast" }))["successful"], false);
     assert_eq!(set(operator, json!({ "type": 0 }))["successful"], true, "back to what the job says");
+}
+
+/// What a client of `ros2_control` does: a trajectory that is followed, and one that breaks its tolerance.
+fn follow_trajectories(operator: &mut Operator<'_>) {
+    let action = operator.name("axis_interpolator/follow_joint_trajectory");
+    let kind = "control_msgs/action/FollowJointTrajectory";
+    let mut follow = |position: f64, tolerance: f64| {
+        let point = json!({ "positions": [position], "time_from_start": { "sec": 1 } });
+        let goal = json!({
+            "trajectory": { "joint_names": ["z_axis"], "points": [point] },
+            "path_tolerance": [{ "name": "z_axis", "position": tolerance }],
+        });
+        let sent = operator.peer.ask("send_goal", json!({ "action": action, "type": kind, "goal": goal }));
+        assert_eq!(sent["accepted"], true);
+        let goal = sent["goal"].as_str().expect("an id").to_owned();
+        let feedback = operator.peer.event("feedback", |event| event["goal"] == goal)["data"].take();
+        assert_eq!(feedback["joint_names"], json!(["z_axis"]));
+        for part in ["desired", "actual", "error"] {
+            assert_eq!(feedback[part]["positions"].as_array().map(Vec::len), Some(1), "{feedback}");
+        }
+        operator.result(&goal)
+    };
+    let (status, result) = follow(0.05, 0.1);
+    assert_eq!((status, &result["error_code"]), (SUCCEEDED, &json!(0)), "{result}");
+    let (status, result) = follow(0.0, 1e-5);
+    assert_eq!((status, &result["error_code"]), (ABORTED, &json!(-4)), "{result}");
+    let said = result["error_string"].as_str().expect("a text");
+    assert!(said.starts_with("z_axis: position error ") && said.contains("exceeds 0.010000 mm by"), "{said}");
 }
 
 /// A cancelled job comes to rest and says so.
@@ -240,6 +272,7 @@ fn a_ros_2_user_looks_around_runs_a_job_cancels_another_and_reads_the_bag() {
     let description = operator.message("machine/description");
     assert!(description["axes"].as_array().is_some_and(|axes| axes.len() >= 3), "{description}");
     ask_the_planner(&mut operator);
+    follow_trajectories(&mut operator);
     cancel_a_job(&mut operator);
     run_a_job(&mut operator);
     operator.message("machine/io");
