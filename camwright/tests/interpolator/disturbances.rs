@@ -339,9 +339,14 @@ fn an_alarm_from_before_a_motion_does_not_end_it() {
     let mut plan = whole_job(&machine, 6.0);
     plan.segments.truncate(1);
     let mut bench = Bench::new(machine);
+    assert!(bench.interpolator.alarm(bench.tick - 1, 1));
+    bench.start_plan(plan.clone());
+    assert_eq!(bench.finish(5_000), Outcome::Completed);
+    // One of its first tick does.
+    let mut bench = Bench::new(bench.machine);
     assert!(bench.interpolator.alarm(bench.tick, 1));
     bench.start_plan(plan);
-    assert_eq!(bench.finish(5_000), Outcome::Completed);
+    assert_eq!(bench.finish(5_000), Outcome::Failed(1));
 }
 
 #[test]
