@@ -45,6 +45,8 @@ impl Reason {
 
 /// Everything the cell thread has.
 pub(super) struct Brain {
+    /// It is held because somebody else holds the feed.
+    pub(super) follows_feed: bool,
     /// Weak: the planner's other threads end before this one is told to.
     planner: Weak<Shared>,
     inbox: mpsc::Receiver<Told>,
@@ -94,6 +96,7 @@ impl Brain {
             reason: Reason::default(),
             substate: String::new(),
             needs_clear: false,
+            follows_feed: false,
             by_alarm: false,
             clearing: None,
             chuck: None,
@@ -234,6 +237,7 @@ impl Brain {
         match (self.unit.state(), self.motion_state()) {
             (State::Execute, InterpolatorState::HOLDING | InterpolatorState::HELD) => {
                 self.reason = Reason::new("the feed is held");
+                self.follows_feed = true;
                 self.command(shared, Command::Hold);
             }
             (State::Held, InterpolatorState::UNHOLDING | InterpolatorState::EXECUTING) => {
@@ -277,6 +281,8 @@ impl Brain {
         match (busy, self.motion_state()) {
             (true, InterpolatorState::HELD) => self.complete(shared),
             (true, InterpolatorState::HOLDING) => {}
+            // Whoever held it has let go of it already.
+            (true, _) if self.follows_feed => self.complete(shared),
             // A job that is being planned, or whose part is put in, is held once it moves.
             (true, _) => self.devices.ask(Asked::Hold(true)),
             (false, _) if !inside => self.complete(shared),

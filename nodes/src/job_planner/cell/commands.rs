@@ -81,6 +81,7 @@ impl Brain {
             }
             Command::Unhold | Command::Unsuspend | Command::Reset | Command::Clear => {}
         }
+        self.follows_feed = false;
         if self.command(shared, command) {
             if command == Command::Hold || command == Command::Suspend {
                 self.hold_feed(shared);
