@@ -20,7 +20,7 @@ pub fn life_cycle(ground: &mut Ground<'_>) {
     let mut peer = ground.peer("manager");
     let topic = "/machine/transition_event";
     peer.ask("subscribe", json!({ "topic": topic, "type": "lifecycle_msgs/msg/TransitionEvent" }));
-    peer.ask("wait_publishers", json!({ "topic": topic }));
+    peer.ask("wait_subscribed", json!({ "topic": topic }));
     let state = |peer: &mut Peer| {
         peer.call("/machine/get_state", "lifecycle_msgs/srv/GetState", json!({}))["current_state"]["label"].take()
     };

@@ -34,6 +34,7 @@ pub fn both_ways(ground: &mut Ground<'_>) {
     ground.check("nested message, ours to theirs", || {
         peer.ask("subscribe", json!({ "topic": "/cell/setpoints", "type": TRAJECTORY }));
         assert!(out.wait_matched(1, PATIENCE), "our publisher is matched");
+        peer.ask("wait_subscribed", json!({ "topic": "/cell/setpoints" }));
         let point = JointTrajectoryPoint { positions: vec![0.25, -1.5], ..Default::default() };
         let joint_names = vec!["c_axis".into(), "x_axis".into()];
         let message = JointTrajectory { joint_names, points: vec![point; 3], ..Default::default() };
@@ -158,6 +159,7 @@ pub fn long_messages(ground: &mut Ground<'_>) {
     ground.check("1 MB, ours to theirs", || {
         peer.ask("subscribe", json!({ "topic": "/ours", "type": STRING }));
         assert!(out.wait_matched(1, PATIENCE));
+        peer.ask("wait_subscribed", json!({ "topic": "/ours" }));
         for _ in 0..3 {
             out.publish(&Text { data: long.clone() }).expect("published");
             assert!(peer.message("/ours")["data"] == json!(long), "it arrives whole");

@@ -257,6 +257,11 @@ class Peer:
         writer, _ = self.writers[c["topic"]]
         return lambda: {} if len(writer.get_matched_subscriptions()) >= c.get("n", 1) else None
 
+    def op_wait_subscribed(self, c):
+        """Each side finds the other at its own time: a publisher that has matched may still be unheard."""
+        reader, _ = self.readers[c["topic"]]
+        return lambda: {} if len(reader.get_matched_publications()) >= c.get("n", 1) else None
+
     # --- the graph
 
     def found(self, kind):

@@ -65,7 +65,7 @@ class Peer:
         self.commands = queue.Queue()
         self.wake = self.node.create_guard_condition(self.work)
         self.waiting = []
-        self.publishers, self.clients, self.action_clients, self.kept = {}, {}, {}, []
+        self.publishers, self.subscriptions, self.clients, self.action_clients, self.kept = {}, {}, {}, {}, []
         self.goals, self.served_goals = {}, {}
         self.running = True
         threading.Thread(target=self.read, daemon=True).start()
@@ -142,8 +142,8 @@ class Peer:
                 say(event="message", topic=c["topic"], n=counted["n"], data=to_plain(message))
 
         events = SubscriptionEventCallbacks(incompatible_qos=self.misfit(c["topic"]))
-        self.kept.append(self.node.create_subscription(
-            interface(c["type"]), c["topic"], got, qos(c.get("qos")), event_callbacks=events))
+        self.subscriptions[c["topic"]] = self.node.create_subscription(
+            interface(c["type"]), c["topic"], got, qos(c.get("qos")), event_callbacks=events)
         self.clients[("count", c["topic"])] = counted
         return {}
 
@@ -184,6 +184,11 @@ class Peer:
         publisher = self.publishers[c["topic"]]
         return Waiting(c, lambda: {} if publisher.get_subscription_count() >= c.get("n", 1) else None, f"a match on {c['topic']}")
 
+    def op_wait_subscribed(self, c):
+        """Waits until the peer's own subscription has matched so many publishers: each side finds the other at its own time."""
+        subscription = self.subscriptions[c["topic"]]
+        return Waiting(c, lambda: {} if subscription.get_publisher_count() >= c.get("n", 1) else None, f"a match on {c['topic']}")
+
     def op_graph(self, _):
         return {
             "nodes": [(ns.rstrip("/") + "/" + name) for name, ns in self.node.get_node_names_and_namespaces()],
@@ -192,6 +197,7 @@ class Peer:
         }
 
     def op_endpoints(self, c):
+        """The endpoints of a topic, once every one is known by its node: an endpoint and the list of a node's endpoints travel apart."""
         def plain(info):
             return {
                 "node": info.node_namespace.rstrip("/") + "/" + info.node_name,
@@ -201,10 +207,16 @@ class Peer:
                 "durability": info.qos_profile.durability.name,
             }
 
-        return {
-            "publishers": [plain(i) for i in self.node.get_publishers_info_by_topic(c["topic"])],
-            "subscribers": [plain(i) for i in self.node.get_subscriptions_info_by_topic(c["topic"])],
-        }
+        def look():
+            found = {
+                "publishers": self.node.get_publishers_info_by_topic(c["topic"]),
+                "subscribers": self.node.get_subscriptions_info_by_topic(c["topic"]),
+            }
+            if any(info.node_name.startswith("_") for infos in found.values() for info in infos):
+                return None
+            return {kind: [plain(info) for info in infos] for kind, infos in found.items()}
+
+        return Waiting(c, look, f"the nodes of the endpoints of {c['topic']}")
 
     # --- services
 

@@ -206,6 +206,7 @@ impl Execution {
         if self.is_cancelled() {
             return Err(Failure::Cancelled("cancelled before anything moved".into()));
         }
+        self.shared.cell.wait_for_interpolator(ANSWER).map_err(Failure::still)?;
         let wanted = ExecutePlanGoal {
             plan_hash: plan_hash.to_owned(),
             client: format!("{}, job {}", self.shared.node.fully_qualified_name(), self.name),

@@ -14,7 +14,7 @@ mod devices;
 mod production;
 mod telling;
 
-use super::{Shared, lock};
+use super::{Shared, lock, wait_for};
 use crate::ros::{Node, Qos, Responder, RosError, ServiceHandle, Subscription};
 use brain::Brain;
 use camwright_msgs::camwright_msgs::msg::{InterpolatorState, JobStatus, LoaderState, MachineCounters, WorkArea};
@@ -22,8 +22,9 @@ use camwright_msgs::camwright_msgs::srv::{CellCommand, CellCommandRequest, SetCe
 use camwright_msgs::std_srvs::srv::Trigger;
 use devices::Asked;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, mpsc};
+use std::sync::{Arc, Condvar, Mutex, mpsc};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 /// What the cell thread is told.
 pub(super) enum Told {
@@ -60,6 +61,9 @@ pub(super) struct Cell {
     gate: Mutex<Gate>,
     /// Door, chuck and sensors of a machine that has some.
     area: Mutex<Option<WorkArea>>,
+    /// The interpolator tells its state, which it does once it has heard the machine.
+    interpolator_told: Mutex<bool>,
+    told: Condvar,
     /// A part of the cell's own run may be begun.
     wants_part: AtomicBool,
     thread: Mutex<Option<JoinHandle<()>>>,
@@ -69,8 +73,8 @@ impl Cell {
     /// The cell, and what it will hear.
     pub(super) fn new() -> (Self, mpsc::Receiver<Told>) {
         let (mailbox, inbox) = mpsc::channel();
-        let (gate, area, wants_part, thread) = Default::default();
-        (Self { mailbox, gate, area, wants_part, thread }, inbox)
+        let (gate, area, interpolator_told, told, wants_part, thread) = Default::default();
+        (Self { mailbox, gate, area, interpolator_told, told, wants_part, thread }, inbox)
     }
 
     /// The way to it for who only tells.
@@ -97,6 +101,13 @@ impl Cell {
     pub(super) fn hindrance(&self) -> Option<String> {
         let area = lock(&self.area);
         area.as_ref().filter(|area| !area.may_move).map(|area| format!("nothing may start: {}", area.message))
+    }
+
+    /// Waits until the interpolator takes plans: nodes that were started together find each other in any order.
+    pub(super) fn wait_for_interpolator(&self, timeout: Duration) -> Result<(), &'static str> {
+        wait_for(&self.interpolator_told, &self.told, timeout, |is_told| {
+            is_told.then_some(()).ok_or("the axis interpolator has not told its state: does it hear the machine?")
+        })
     }
 
     /// Whether a part of the cell's own run may still be begun.
@@ -158,6 +169,8 @@ pub(super) fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, R
     let this = Arc::clone(shared);
     let motion =
         node.subscribe::<InterpolatorState>("axis_interpolator/state", &Qos::latched(1), move |state, _| {
+            *lock(&this.cell.interpolator_told) = true;
+            this.cell.told.notify_all();
             this.cell.tell(Told::Motion(Box::new(state)));
         })?;
     let this = Arc::clone(shared);
