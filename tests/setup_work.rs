@@ -5,12 +5,14 @@ mod cell;
 mod support;
 
 use camwright_msgs::camwright_msgs::action::{
-    MoveTo, MoveToGoal, MoveToResult, Probe, ProbeGoal, RunJobGoal, RunJobResult,
+    Jog, JogFeedback, JogGoal, JogResult, MoveTo, MoveToGoal, MoveToResult, Probe, ProbeGoal, RunJobGoal, RunJobResult,
 };
 use camwright_msgs::camwright_msgs::srv::{
     Dress, DressRequest, FindPhase, FindPhaseRequest, LoadJob, LoadJobRequest, TouchOff, TouchOffRequest,
 };
-use camwright_nodes::ros::GoalStatus;
+use camwright_msgs::std_msgs::msg::Empty;
+use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest};
+use camwright_nodes::ros::{GoalStatus, ParameterValue, Qos};
 use cell::{Cell, PATIENCE};
 
 const MACHINE: [&str; 3] = [
@@ -122,5 +124,81 @@ fn a_machine_is_set_up_over_ros() {
     assert!(dressed.success && (dressed.radius - 0.05999).abs() < 1e-6, "{}", dressed.message);
     let refused = cell.client.call::<Dress>("job_planner/dress", &DressRequest { depth: 1e-4 });
     assert!(!refused.success && refused.message.contains("the dresser is allowed 50.000 um"), "{}", refused.message);
+    cell.stop();
+}
+
+fn jog(cell: &Cell, goal: JogGoal, told: impl FnMut(JogFeedback) + Send + 'static) -> (GoalStatus, JogResult) {
+    let client = cell.client.node.action_client::<Jog>("axis_interpolator/jog").expect("a client");
+    client.wait_for_server(PATIENCE).expect("jog");
+    let sent = client.send_goal(goal, told, PATIENCE).expect("a decision");
+    assert!(sent.accepted(), "a goal that cannot be is accepted, to say why");
+    sent.result(PATIENCE).expect("a result")
+}
+
+#[test]
+fn an_axis_is_jogged_while_it_is_held_and_the_wheel_is_started_by_hand() {
+    let realtime = ParameterValue::String("realtime".into());
+    let cell =
+        Cell::start_with(&["wheel.spin_up_s=0.2"], |args| args.with_parameter(Some("machine_sim"), "pace", realtime));
+    let of =
+        |joint: &str, velocity, distance| JogGoal { joint: joint.into(), velocity, distance, ..JogGoal::default() };
+    let (status, done) = jog(&cell, of("z_axis", 0.02, 0.003), drop);
+    assert_eq!(
+        (status, done.success, done.message.as_str()),
+        (GoalStatus::Succeeded, true, "it has gone its distance")
+    );
+    let from = done.position;
+
+    // Held for 10 mm, then let go of: it rests after the time that it may go on unheld, the feedback delay and its stop.
+    let hold = cell.client.node.publisher::<Empty>("axis_interpolator/hold_to_run", &Qos::default_topic());
+    let hold = hold.expect("a publisher");
+    assert!(hold.wait_matched(1, PATIENCE));
+    let held = move |told: JogFeedback| {
+        if told.position < from + 0.01 {
+            hold.publish(&Empty::default()).expect("published");
+        }
+    };
+    let goal = JogGoal { hold_to_run: 1.0, ..of("z_axis", 0.02, 0.0) };
+    let (status, done) = jog(&cell, goal, held);
+    let ended = (status, done.success, done.message.as_str());
+    assert_eq!(ended, (GoalStatus::Succeeded, true, "it was let go of, and rests"));
+    let way = done.position - from;
+    // Of 20 mm/s: one second, two periods of feedback, a delay, and its stop; what a busy machine adds is not more than as much again.
+    assert!(way > 0.01 + 0.018 && way < 0.01 + 0.05, "{way} m");
+
+    for (goal, words) in [
+        (of("y_axis", 0.01, 0.001), "there is no joint \"y_axis\""),
+        (of("z_axis", 9.0, 0.001), "z_axis cannot go at 9000.000 mm/s; it must be above 0 and at most "),
+        (of("z_axis", 0.01, 9.0), "the target of z_axis is "),
+        (
+            JogGoal { hold_to_run: 60.0, ..of("z_axis", 0.01, 0.0) },
+            "hold_to_run is 60 s; it must be above 0 and at most 2 s",
+        ),
+        (JogGoal { hold_to_run: -1.0, ..of("z_axis", 0.01, 0.0) }, "z_axis does not move without being held"),
+        (of("c_axis", 10.0, 1.0), "the zero of c_axis is not known: it goes at its search speed of "),
+    ] {
+        let (status, refused) = jog(&cell, goal, drop);
+        assert_eq!((status, refused.success, refused.alarm), (GoalStatus::Aborted, false, 0));
+        assert!(refused.message.contains(words), "{}", refused.message);
+    }
+
+    // The part spindle turns until it is cancelled; meanwhile nobody else has command, and who asks is told who has.
+    let client = cell.client.node.action_client::<Jog>("axis_interpolator/jog").expect("a client");
+    client.wait_for_server(PATIENCE).expect("jog");
+    let (sender, told) = std::sync::mpsc::channel();
+    let tell = move |feedback| drop(sender.send(feedback));
+    let goal = JogGoal { hold_to_run: -1.0, ..of("c_axis", 0.5, 0.0) };
+    let turning = client.send_goal(goal, tell, PATIENCE).expect("a decision");
+    while told.recv_timeout(PATIENCE).expect("it tells how fast it goes").velocity < 0.49 {}
+    let wheel = |data| cell.client.call::<SetBool>("axis_interpolator/wheel", &SetBoolRequest { data });
+    let refused = wheel(true);
+    assert_eq!((refused.success, refused.message.as_str()), (false, "a jog of c_axis has command"));
+    let _answer = turning.cancel(PATIENCE).expect("an answer");
+    assert_eq!(turning.result(PATIENCE).expect("a result").0, GoalStatus::Canceled);
+
+    for (on, words) in [(true, "the wheel has its speed"), (false, "the wheel rests")] {
+        let done = wheel(on);
+        assert_eq!((done.success, done.message.as_str()), (true, words));
+    }
     cell.stop();
 }

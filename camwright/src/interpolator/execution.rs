@@ -114,7 +114,7 @@ impl Interpolator {
     ) -> Result<bool, InterpolatorAlarm> {
         match &segment.kind {
             SegmentKind::Move(targets) => {
-                for target in targets {
+                for target in targets.iter().filter(|target| self.homed[target.axis.index()] || !motion.is_lost) {
                     self.check_target(target)?;
                 }
                 self.enter_line(targets, Purpose::Move, tick)

@@ -11,6 +11,7 @@ mod execution;
 mod following;
 mod homing;
 mod line;
+pub mod manual;
 mod path_time;
 mod pose;
 mod prepared;

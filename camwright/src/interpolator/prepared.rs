@@ -1,6 +1,7 @@
 //! A motion made ready outside the cyclic path: checked, inputs resolved, limits of retracts computed.
 
 use super::cut::Curves;
+use super::manual::{Jog, wheel_plan};
 use super::setup::{self, Probe};
 use super::spin::SpinFacts;
 use super::trajectory::Trajectory;
@@ -31,6 +32,10 @@ pub enum Motion {
     Move(Vec<AxisTarget>),
     /// With one axis until an input closes or opens.
     Probe(Probe),
+    /// With one axis by hand.
+    Jog(Jog),
+    /// The wheel to its speed (true), or to rest.
+    Wheel(bool),
 }
 
 impl From<Trajectory> for Motion {
@@ -146,6 +151,8 @@ pub struct Prepared {
     pub(crate) stop_ticks: u64,
     /// Axes of set-up work, which does not begin without their zeros.
     pub(crate) setup_axes: Vec<Axis>,
+    /// A jog of an axis whose zero is not known.
+    pub(crate) is_lost: bool,
     /// Where the wheel is safe: the farthest that any move of the plan takes it (counts).
     pub(crate) safe_x_counts: Option<i64>,
 }
@@ -171,6 +178,12 @@ impl Prepared {
                 Self::of_setup(axes, setup::move_plan(targets), machine)
             }
             Motion::Probe(probe) => Self::of_setup(alloc::vec![probe.axis()], probe.plan(machine), machine),
+            Motion::Jog(Jog { target, knows_zero }) => {
+                let axes = if knows_zero { alloc::vec![target.axis] } else { Vec::new() };
+                let prepared = Self::of_setup(axes, setup::move_plan(alloc::vec![target]), machine)?;
+                Ok(Self { is_lost: !knows_zero, ..prepared })
+            }
+            Motion::Wheel(turns) => Self::of_setup(Vec::new(), wheel_plan(turns, machine), machine),
         }
     }
 
@@ -221,6 +234,7 @@ impl Prepared {
             starts_at: 0,
             stop_ticks,
             setup_axes: Vec::new(),
+            is_lost: false,
             safe_x_counts: None,
         }
     }
@@ -300,6 +314,7 @@ impl Prepared {
             starts_at: 0,
             stop_ticks: 0,
             setup_axes,
+            is_lost: false,
             safe_x_counts,
         })
     }

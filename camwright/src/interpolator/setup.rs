@@ -8,6 +8,7 @@
 //! Both are checked against travel before anything moves and need axes whose zero is known; a cancel leaves them where they come to
 //! rest.
 
+use super::manual::push_wheel;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits, Scale};
 use crate::plan::{AxisTarget, Command, HomeStep, Phase, Plan, Segment, SegmentKind, Sought};
 use crate::point_to_point::{MoveLaw, whole_ticks};
@@ -65,8 +66,21 @@ pub enum SetupError {
     #[error("the speed factor is {0}; it must be above 0 and at most 1")]
     SpeedFactor(f64),
     /// A speed that an axis has not got (mm/s or rad/s).
-    #[error("{} cannot probe at {}; it must be above 0 and at most {}", axis.joint(), speed_text(*axis, *speed), speed_text(*axis, *most))]
+    #[error("{} cannot go at {}; it must be above 0 and at most {}", axis.joint(), speed_text(*axis, *speed), speed_text(*axis, *most))]
     Speed {
+        /// Which axis.
+        axis: Axis,
+        /// Wanted.
+        speed: f64,
+        /// The most.
+        most: f64,
+    },
+    /// A speed at which an axis is not moved whose zero is not known (mm/s or rad/s).
+    #[error(
+        "the zero of {} is not known: it goes at its search speed of {} at most, not at {}; home it first",
+        axis.joint(), speed_text(*axis, *most), speed_text(*axis, *speed)
+    )]
+    Lost {
         /// Which axis.
         axis: Axis,
         /// Wanted.
@@ -88,7 +102,7 @@ pub enum SetupError {
     #[error("the machine has no {0}")]
     NoInput(&'static str),
     /// A target where the axis stands already.
-    #[error("{} stands at the target already", .0.joint())]
+    #[error("{} stands at the target already, or beyond it", .0.joint())]
     NoWay(Axis),
     /// A stand-off that is none.
     #[error("the stand-off is {0}; it must be {1}")]
@@ -137,13 +151,13 @@ fn speed_text(axis: Axis, speed: f64) -> String {
 }
 
 /// Counts of a position far enough from where numbers end.
-fn counts(axis: Axis, scale: Scale, position: f64, what: &'static str) -> Result<i64, SetupError> {
+pub(super) fn counts(axis: Axis, scale: Scale, position: f64, what: &'static str) -> Result<i64, SetupError> {
     // A kilometre, or a million turns: beyond that a figure has slipped.
     let is_sound = position.is_finite() && position.abs() < 1e7;
     if is_sound { Ok(scale.counts(position)) } else { Err(SetupError::NotFinite { axis, what }) }
 }
 
-fn within(machine: &MachineDescription, axis: Axis, at: i64, what: &'static str) -> Result<(), SetupError> {
+pub(super) fn within(machine: &MachineDescription, axis: Axis, at: i64, what: &'static str) -> Result<(), SetupError> {
     let description = machine.axis(axis);
     let Some((low, high)) = description.soft_limits else { return Ok(()) };
     let (least, most) = (description.scale.counts(low), description.scale.counts(high));
@@ -307,20 +321,16 @@ impl Probe {
     /// The motion.
     pub(super) fn plan(&self, machine: &MachineDescription) -> Plan {
         let mut plan = Plan { job: String::from("probe"), ..Plan::default() };
-        let spin_up = SegmentKind::Dwell;
+        let turns = self.wheel == Some(0);
+        if self.wheel.is_some() {
+            push_wheel(&mut plan, turns, machine);
+        }
         let order_s = 2.0 * f64::from(machine.feedback_delay_ticks) * machine.cycle_time_s();
         let mut push = |kind: SegmentKind, seconds: f64, label: &str| {
             plan.segments.push(step(kind, Phase::Position, whole_ticks(seconds, machine.cycle_time_s()), label));
         };
-        let turns = self.wheel == Some(0);
-        if let Some(most_n) = self.wheel {
-            let (command, label) =
-                if turns { (Command::WheelStart, "wheel start") } else { (Command::WheelStop, "wheel stop") };
-            push(SegmentKind::Command(command), order_s, label);
-            push(spin_up, machine.wheel.spin_up_s + machine.cycle_time_s(), "wheel to its speed, or to rest");
-            if !turns {
-                push(SegmentKind::Command(Command::Push { most_n }), order_s, "the stopped wheel may press");
-            }
+        if let Some(most_n) = self.wheel.filter(|_| !turns) {
+            push(SegmentKind::Command(Command::Push { most_n }), order_s, "the stopped wheel may press");
         }
         push(SegmentKind::Home(self.step), self.expected_s, "probe");
         if self.corrects {
@@ -378,6 +388,6 @@ pub(super) fn move_plan(targets: Vec<AxisTarget>) -> Plan {
     Plan { job: String::from("move"), segments: alloc::vec![moves], ..Plan::default() }
 }
 
-fn step(kind: SegmentKind, phase: Phase, ticks: u64, label: &str) -> Segment {
+pub(super) fn step(kind: SegmentKind, phase: Phase, ticks: u64, label: &str) -> Segment {
     Segment { kind, phase, lobe: None, label: String::from(label), ticks, stop_ticks: 1, stock_mm: 0.0 }
 }

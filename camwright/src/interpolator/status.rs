@@ -3,7 +3,7 @@
 use super::path_time::to_ticks;
 use super::spiral::Spiral;
 use super::{Interpolator, Mode, Prepared, Purpose};
-use crate::machine::description::Axis;
+use crate::machine::description::{AXIS_COUNT, Axis};
 use crate::plan::{HomeStep, Phase, SegmentKind};
 use crate::setpoint::Input;
 use crate::units::TURN_RAD;
@@ -66,10 +66,18 @@ pub struct Status {
     pub time_left_s: f64,
     /// Override asked for (0..=1).
     pub feed_override: f64,
-    /// Every axis that needs homing is homed.
-    pub is_homed: bool,
+    /// Which axes know their zero, by [`Axis::index`].
+    pub homed: [bool; AXIS_COUNT],
     /// Step of the search in execution, with its axis.
     pub search: Option<(Axis, SearchStep)>,
+}
+
+impl Status {
+    /// Every axis that needs homing is homed.
+    #[must_use]
+    pub fn is_homed(&self) -> bool {
+        self.homed.iter().all(|homed| *homed)
+    }
 }
 
 /// An alarm that the interpolator raises itself.
@@ -215,8 +223,8 @@ impl Interpolator {
     /// What there is to say while nothing is executed: the override that the next motion begins with, and whether the axes are homed.
     #[must_use]
     pub fn idle_status(&self) -> Status {
-        let Status { feed_override, is_homed, .. } = self.status(None);
-        Status { feed_override, is_homed, ..Status::default() }
+        let Status { feed_override, homed, .. } = self.status(None);
+        Status { feed_override, homed, ..Status::default() }
     }
 
     pub(super) fn status(&self, motion: Option<&Prepared>) -> Status {
@@ -224,7 +232,7 @@ impl Interpolator {
             state: self.state(),
             segment: self.segment,
             feed_override: to_ticks(self.feed_override),
-            is_homed: self.homed.iter().all(|homed| *homed),
+            homed: self.homed,
             ..Status::default()
         };
         let Some(motion) = motion else { return status };

@@ -6,6 +6,7 @@ mod disturbances;
 mod feedback;
 mod following;
 mod homing;
+mod manual;
 mod on_the_machine;
 mod setup;
 #[path = "../solids/mod.rs"]
@@ -35,7 +36,7 @@ fn a_whole_job_runs_to_its_end_within_the_limits() {
     bench.assert_at_rest("whole job");
     // Four turns after the zero; safe X; Z at 50 mm.
     assert_eq!(bench.counts(), [4 * TURN, SAFE_X, 50 * PER_MM]);
-    assert!(bench.interpolator.is_homed(Axis::C) && bench.last().status.is_homed);
+    assert!(bench.interpolator.is_homed(Axis::C) && bench.last().status.is_homed());
     assert_eq!(bench.last().status.state, State::Idle);
     let plan = whole_job(&machine, 6.0);
     let SegmentKind::Cut(cut) = &plan.segments[8].kind else { panic!("segment 8 is the cut") };

@@ -21,7 +21,7 @@ const PER_MM: i64 = 100_000;
 const RADIUS_MM: f64 = 20.0;
 
 /// The reference machine with ideal drives, a gap detector, a switch at the key-way, and a part at its first station.
-fn description() -> MachineDescription {
+pub(super) fn description() -> MachineDescription {
     let mut machine = cam_grinder().with_drives(DriveSettings::IDEAL);
     machine.gap_detector = Some(GapDetector { holds_s: 0.02 });
     machine.key_way_probe = Some(KeyWayProbe { at_rad: rad_from_deg(140.0), width_rad: rad_from_deg(16.0) });
@@ -47,11 +47,11 @@ fn cell_with(description: &MachineDescription, radii: Vec<f64>) -> Cell {
     cell
 }
 
-fn cell(description: &MachineDescription) -> Cell {
+pub(super) fn cell(description: &MachineDescription) -> Cell {
     cell_with(description, vec![RADIUS_MM; 3600])
 }
 
-fn finish(cell: &mut Cell) -> Outcome {
+pub(super) fn finish(cell: &mut Cell) -> Outcome {
     for _ in 0..400_000 {
         cell.step(&[]);
         if let Some(outcome) = cell.outcome().filter(|_| !cell.is_running() && cell.machine().is_at_rest()) {
@@ -61,7 +61,7 @@ fn finish(cell: &mut Cell) -> Outcome {
     panic!("it does not end");
 }
 
-fn run(cell: &mut Cell, motion: Motion) -> Result<Outcome, StartError> {
+pub(super) fn run(cell: &mut Cell, motion: Motion) -> Result<Outcome, StartError> {
     let motion = Prepared::new(motion, cell.machine().description()).expect("it can be executed");
     cell.start(Box::new(motion))?;
     Ok(finish(cell))

@@ -52,7 +52,12 @@ impl JobEnds {
     pub(super) fn of(motion: &Motion) -> Self {
         match motion {
             Motion::Plan(plan) => Self { begins: plan.half.begins(), ends: plan.half.ends() },
-            Motion::Trajectory(_) | Motion::Home(_) | Motion::Move(_) | Motion::Probe(_) => Self::default(),
+            Motion::Trajectory(_)
+            | Motion::Home(_)
+            | Motion::Move(_)
+            | Motion::Probe(_)
+            | Motion::Jog(_)
+            | Motion::Wheel(_) => Self::default(),
         }
     }
 }

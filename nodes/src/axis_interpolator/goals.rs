@@ -1,18 +1,19 @@
 //! The goal that has command of the axes: a plan, a homing, a trajectory.
 
 use super::engine_messages::Ended;
-use super::setup_goals;
+use super::{manual, setup_goals};
 use crate::convert::{m_from_mm, si_from_counts};
-use crate::ros::GoalHandle;
+use crate::ros::{GoalHandle, Responder};
 use camwright::interpolator::tolerance::Stretch;
 use camwright::interpolator::{Outcome, Probed, SearchStep, Status};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright_msgs::camwright_msgs::action::{
-    ExecutePlan, ExecutePlanFeedback, ExecutePlanResult, Home, HomeFeedback, HomeResult, MoveTo, MoveToFeedback,
-    MoveToResult, Probe, ProbeFeedback, ProbeResult,
+    ExecutePlan, ExecutePlanFeedback, ExecutePlanResult, Home, HomeFeedback, HomeResult, Jog, JogResult, MoveTo,
+    MoveToFeedback, MoveToResult, Probe, ProbeFeedback, ProbeResult,
 };
 use camwright_msgs::control_msgs::action::{FollowJointTrajectory, FollowJointTrajectoryResult};
+use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse};
 
 /// A goal in execution.
 #[derive(Debug)]
@@ -22,6 +23,9 @@ pub(super) enum Goal {
     Trajectory(GoalHandle<FollowJointTrajectory>),
     Move(GoalHandle<MoveTo>),
     Probe(GoalHandle<Probe>),
+    Jog(GoalHandle<Jog>),
+    /// The wheel, to its speed (true) or to rest.
+    Wheel(Responder<SetBool>, bool),
     /// A trajectory that has begun in the place of another; its handle is on its way.
     Arrived,
     /// A trajectory of the topic `~/joint_trajectory`.
@@ -42,6 +46,8 @@ pub(super) struct Served {
     ending: Option<Ending>,
     /// How a trajectory ended whose handle had not come yet.
     early: Option<(GoalEnd, FollowJointTrajectoryResult)>,
+    /// A jog comes to rest because nobody holds it any more.
+    was_let_go: bool,
     /// Turns of spark-out left out, for each lobe of the plan.
     turns_left_out: Vec<u32>,
     /// The interpolator's own alarm, if it raised one.
@@ -72,6 +78,19 @@ impl Served {
             Some(Goal::Trajectory(goal)) => Some(goal),
             _ => None,
         }
+    }
+
+    /// The jog that has command.
+    pub(super) fn jog(&self) -> Option<&GoalHandle<Jog>> {
+        match &self.goal {
+            Some(Goal::Jog(goal)) => Some(goal),
+            _ => None,
+        }
+    }
+
+    /// The jog that has command comes to rest because nobody holds it any more.
+    pub(super) fn let_go(&mut self) {
+        self.was_let_go = true;
     }
 
     /// What is under way comes to an end that its client shall be told as this; only a trajectory's can.
@@ -138,6 +157,10 @@ impl Served {
             Some(Goal::Probe(goal)) => {
                 goal.abort(ProbeResult { message, ..ProbeResult::default() });
             }
+            Some(Goal::Jog(goal)) => {
+                goal.abort(JogResult { message, ..JogResult::default() });
+            }
+            Some(Goal::Wheel(responder, _)) => responder.send(&SetBoolResponse { success: false, message }),
             Some(Goal::Topic | Goal::Arrived) | None => {}
         }
     }
@@ -167,7 +190,8 @@ impl Served {
                 let step = status.search.map_or("", |(_, step)| step_name(step)).to_owned();
                 goal.feedback(&ProbeFeedback { step, percent: status.percent });
             }
-            Some(Goal::Trajectory(_) | Goal::Arrived | Goal::Topic) | None => {}
+            // Jogs and trajectories tell what is measured, as it comes.
+            Some(Goal::Jog(_) | Goal::Wheel(..) | Goal::Trajectory(_) | Goal::Arrived | Goal::Topic) | None => {}
         }
     }
 
@@ -209,6 +233,13 @@ impl Served {
                 let result = ProbeResult { success, message, alarm, ..ProbeResult::default() };
                 setup_goals::end_probe(&goal, ended.outcome, self.probed, result, machine);
             }
+            Some(Goal::Jog(goal)) => {
+                let axis = Axis::from_joint(&goal.goal().joint);
+                let at = |axis: Axis| si_from_counts(machine.axis(axis).scale, ended.counts[axis.index()]);
+                let result = JogResult { success, message, alarm, position: axis.map_or(0.0, at) };
+                manual::end_jog(&goal, ended.outcome, self.was_let_go, result);
+            }
+            Some(Goal::Wheel(responder, turns)) => manual::end_wheel(responder, turns, ended.outcome, message),
             Some(Goal::Topic) | None => {}
         }
         *self = Self::default();
@@ -240,14 +271,14 @@ impl Served {
 
 /// How a goal ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum GoalEnd {
+pub(super) enum GoalEnd {
     Succeeded,
     Canceled,
     Aborted,
 }
 
 impl GoalEnd {
-    fn close<A: camwright_msgs::Action>(self, goal: &GoalHandle<A>, result: A::Result) {
+    pub(super) fn close<A: camwright_msgs::Action>(self, goal: &GoalHandle<A>, result: A::Result) {
         // False where the goal has ended already, which then is its end.
         let _first_end = match self {
             GoalEnd::Succeeded => goal.succeed(result),

@@ -5,6 +5,7 @@ mod engine_messages;
 mod goals;
 mod health;
 mod joint_trajectory;
+mod manual;
 mod plan_goal;
 mod plans;
 mod pump;
@@ -24,7 +25,7 @@ use crate::running::{NodeError, Threads, autostart};
 use camwright::interpolator::{Motion, Prepared, Request};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright::setpoint::{Latch, Measured};
-use camwright_msgs::camwright_msgs::action::{ExecutePlan, Home, MoveTo, Probe};
+use camwright_msgs::camwright_msgs::action::{ExecutePlan, Home, Jog, MoveTo, Probe};
 use camwright_msgs::camwright_msgs::msg::{
     Latch as LatchMessage, MachineDescription as DescriptionMessage, MachineStream, PlanPage,
 };
@@ -36,6 +37,7 @@ use engine_messages::{JobEnds, News, ToEngine};
 use goals::Served;
 use health::Heard;
 use joint_trajectory::arrival::Arrival;
+use manual::Held;
 use plans::Plans;
 use pump::Pump;
 use std::collections::VecDeque;
@@ -69,6 +71,7 @@ struct Actions {
     _trajectory: ActionServer<FollowJointTrajectory>,
     _move: ActionServer<MoveTo>,
     _probe: ActionServer<Probe>,
+    _jog: ActionServer<Jog>,
 }
 
 /// What the callbacks of the executor thread and the pump share.
@@ -83,6 +86,10 @@ struct Shared {
     cell: Mutex<Option<Cell>>,
     plans: Mutex<Plans>,
     rest_counts: Mutex<[i64; AXIS_COUNT]>,
+    /// Which axes know their zero.
+    homed: Mutex<[bool; AXIS_COUNT]>,
+    /// A jog that somebody has to hold.
+    held: Mutex<Option<Held>>,
     /// The machine's last tick that was heard of.
     tick: AtomicU64,
     heard: Mutex<Heard>,
@@ -133,6 +140,8 @@ impl AxisInterpolator {
             cell: Mutex::default(),
             plans: Mutex::default(),
             rest_counts: Mutex::new([0; AXIS_COUNT]),
+            homed: Mutex::default(),
+            held: Mutex::default(),
             tick: AtomicU64::new(0),
             heard: Mutex::default(),
             arrival: Mutex::default(),
@@ -143,6 +152,7 @@ impl AxisInterpolator {
         let trajectory = joint_trajectory::Handler(Arc::clone(&shared));
         let actions = Actions {
             _plan: node.action_server("~/execute_plan", plan_goal::PlanHandler(Arc::clone(&shared)))?,
+            _jog: node.action_server("~/jog", manual::JogHandler(Arc::clone(&shared)))?,
             _home: node.action_server("~/home", setup_goals::HomeHandler(Arc::clone(&shared)))?,
             _trajectory: node.action_server("~/follow_joint_trajectory", trajectory)?,
             _move: node.action_server("~/move_to", setup_goals::MoveHandler(Arc::clone(&shared)))?,
@@ -419,13 +429,16 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
         })?;
     let this = Arc::clone(shared);
     let qos = Qos::default_topic().keep_last(1000);
-    let stream = node.subscribe::<MachineStream>("machine/stream", &qos, move |message, _| this.hear(&message))?;
+    let stream = node.subscribe::<MachineStream>("machine/stream", &qos, move |message, _| {
+        this.hear(&message);
+        this.watch_jog(&message);
+    })?;
     let this = Arc::clone(shared);
     let pages = node.subscribe::<PlanPage>("job_planner/plan", &Qos::latched(256), move |page, _| {
         lock(&this.plans).add(page);
         this.begin_plan();
     })?;
-    let mut all = vec![description, stream, pages];
+    let mut all = vec![description, stream, pages, manual::subscribe(shared)?];
     all.extend(joint_trajectory::subscribe(shared)?);
     Ok(all)
 }
@@ -452,5 +465,5 @@ fn services(shared: &Arc<Shared>) -> Result<Vec<ServiceHandle>, NodeError> {
     let query = shared.node.service_deferred::<QueryTrajectoryState>("~/query_state", move |request, responder| {
         this.query(ns_from_time(&request.time), responder);
     })?;
-    Ok(vec![hold, feed_override, query])
+    Ok(vec![hold, feed_override, query, manual::offer(shared)?])
 }

@@ -260,6 +260,7 @@ impl Pump {
 
     fn status(&mut self, clock: TickClock, tick: u64, status: &Status) -> Result<(), RosError> {
         self.feed_override = status.feed_override;
+        self.with_shared(|shared| *lock(&shared.homed) = status.homed);
         let served = self.served();
         served.feedback(tick, status);
         let (holder, plan_hash) = served.names();
@@ -280,7 +281,7 @@ impl Pump {
             percent: status.percent,
             time_left: status.time_left_s,
             feed_override: status.feed_override,
-            is_homed: status.is_homed,
+            is_homed: status.is_homed(),
         })
     }
 

@@ -85,16 +85,16 @@ impl ActionHandler<Probe> for ProbeHandler {
     }
 }
 
-fn unknown() -> String {
+pub(super) fn unknown() -> String {
     "the machine has not been heard of yet".to_owned()
 }
 
-fn axis(joint: &str) -> Result<Axis, String> {
+pub(super) fn axis(joint: &str) -> Result<Axis, String> {
     Axis::from_joint(joint).ok_or_else(|| format!("there is no joint {joint:?}"))
 }
 
 impl Shared {
-    fn begin_or_refuse(&self, motion: Result<Motion, String>) {
+    pub(super) fn begin_or_refuse(&self, motion: Result<Motion, String>) {
         match motion {
             Ok(motion) => self.begin(motion),
             Err(reason) => lock(&self.served).refuse(&reason),

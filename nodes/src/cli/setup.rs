@@ -1,15 +1,17 @@
 //! `camwright setup`: set-up work on a cell that runs already.
 
 use crate::convert::{m_from_mm, mm_from_m, si_from_file};
-use crate::ros::{ActionClient, GoalStatus, Node, NodeOptions, RosArgs, RosLayer, Shutdown};
+use crate::ros::{ActionClient, GoalStatus, Node, NodeOptions, Qos, RosArgs, RosLayer, Shutdown};
 use crate::running::NodeError;
 use camwright::machine::description::Axis;
 use camwright::units::deg_from_rad;
 use camwright_msgs::Action;
-use camwright_msgs::camwright_msgs::action::{MoveTo, MoveToGoal, Probe, ProbeGoal};
+use camwright_msgs::camwright_msgs::action::{Jog, JogGoal, MoveTo, MoveToGoal, Probe, ProbeGoal};
 use camwright_msgs::camwright_msgs::srv::{
     Dress, DressRequest, FindPhase, FindPhaseRequest, TouchOff, TouchOffRequest,
 };
+use camwright_msgs::std_msgs::msg::Empty;
+use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest};
 use clap::{Args, Subcommand};
 use std::process::ExitCode;
 use std::sync::mpsc;
@@ -40,6 +42,21 @@ enum WorkArgs {
         /// Share of the speed that the axes have.
         #[arg(long, value_name = "0..1", default_value_t = 1.0)]
         speed_factor: f64,
+    },
+    /// Move one axis by hand: by a distance, or for as long as the command runs.
+    Jog {
+        /// The joint, and by how much: `z_axis=-0.5` (mm, deg). Without a distance until Ctrl-C, or to the soft limit.
+        #[arg(value_name = "JOINT[=DISTANCE]", value_parser = jogged)]
+        axis: (Axis, Option<f64>),
+        /// Speed (mm/s, deg/s); its sign is the direction where there is no distance.
+        #[arg(long, allow_negative_numbers = true)]
+        speed: f64,
+    },
+    /// Bring the wheel to its speed, or to rest.
+    Wheel {
+        /// `on` or `off`.
+        #[arg(value_parser = switch)]
+        on: bool,
     },
     /// Move one axis until an input closes, stop, and stand off.
     Probe {
@@ -107,6 +124,23 @@ fn assignment(text: &str) -> Result<(Axis, f64), String> {
     Ok((axis, value))
 }
 
+/// `x_axis=12.5` or `x_axis`.
+fn jogged(text: &str) -> Result<(Axis, Option<f64>), String> {
+    if text.contains('=') {
+        return assignment(text).map(|(axis, distance)| (axis, Some(distance)));
+    }
+    let axis = Axis::from_joint(text).ok_or_else(|| format!("there is no joint {text:?}"))?;
+    Ok((axis, None))
+}
+
+fn switch(text: &str) -> Result<bool, String> {
+    match text {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err(format!("{text:?} is neither on nor off")),
+    }
+}
+
 /// Entry point.
 pub(super) fn main(args: &SetupArgs, ros_args: &RosArgs) -> ExitCode {
     RosLayer::install();
@@ -151,8 +185,15 @@ fn ask(work: &WorkArgs, node: &Node, shutdown: &Shutdown) -> Result<(bool, Strin
                 // 0 would count as 1.
                 speed_factor: if *speed_factor == 0.0 { f64::NAN } else { *speed_factor },
             };
-            let result = goal_of::<MoveTo>(node, "axis_interpolator/move_to", goal, shutdown)?;
-            Ok((result.0, result.1.message))
+            let (status, result) = goal_of::<MoveTo>(node, "axis_interpolator/move_to", goal, shutdown, || {})?;
+            Ok((status == GoalStatus::Succeeded, result.message))
+        }
+        WorkArgs::Jog { axis: (axis, distance), speed } => jog(node, *axis, *distance, *speed, shutdown),
+        WorkArgs::Wheel { on } => {
+            let wheel = node.client::<SetBool>("axis_interpolator/wheel")?;
+            wheel.wait_for_service(MEETING)?;
+            let answer = wheel.call(&SetBoolRequest { data: *on }, WORK)?;
+            Ok((answer.success, answer.message))
         }
         WorkArgs::Probe { to: (axis, target), input, until_open, speed, stand_off, most_force_n } => {
             let goal = ProbeGoal {
@@ -165,7 +206,8 @@ fn ask(work: &WorkArgs, node: &Node, shutdown: &Shutdown) -> Result<(bool, Strin
                 most_force: *most_force_n,
                 ..ProbeGoal::default()
             };
-            let (good, result) = goal_of::<Probe>(node, "axis_interpolator/probe", goal, shutdown)?;
+            let (status, result) = goal_of::<Probe>(node, "axis_interpolator/probe", goal, shutdown, || {})?;
+            let good = status == GoalStatus::Succeeded;
             let found = if good { format!("; {input} at {}", place(*axis, result.position)) } else { String::new() };
             Ok((good, result.message + &found))
         }
@@ -201,6 +243,37 @@ fn ask(work: &WorkArgs, node: &Node, shutdown: &Shutdown) -> Result<(bool, Strin
     }
 }
 
+/// Jogs; without a distance the command holds it.
+fn jog(
+    node: &Node,
+    axis: Axis,
+    distance: Option<f64>,
+    speed: f64,
+    shutdown: &Shutdown,
+) -> Result<(bool, String), NodeError> {
+    if distance == Some(0.0) {
+        return Err(NodeError::Parameter(format!("a jog of {} by nothing", axis.joint())));
+    }
+    let hold = node.publisher::<Empty>("axis_interpolator/hold_to_run", &Qos::default_topic())?;
+    let goal = JogGoal {
+        joint: axis.joint().to_owned(),
+        velocity: si_from_file(axis, speed),
+        distance: distance.map_or(0.0, |distance| si_from_file(axis, distance)),
+        hold_to_run: 0.0,
+    };
+    let held = distance.is_none();
+    if held {
+        eprintln!("jogging {} until Ctrl-C", axis.joint());
+    }
+    let (status, result) = goal_of::<Jog>(node, "axis_interpolator/jog", goal, shutdown, || {
+        // Not heard it ends by itself.
+        let _sent = held && hold.publish(&Empty::default()).is_ok();
+    })?;
+    let ended_well = status == GoalStatus::Succeeded || (held && status == GoalStatus::Canceled);
+    let at = if ended_well { format!("; {} at {}", axis.joint(), place(axis, result.position)) } else { String::new() };
+    Ok((ended_well, result.message + &at))
+}
+
 /// A place for people.
 fn place(axis: Axis, position: f64) -> String {
     match axis {
@@ -213,13 +286,14 @@ fn m_from_um(um: f64) -> f64 {
     m_from_mm(camwright::units::mm_from_um(um))
 }
 
-/// Sends a goal and waits for its end; a signal cancels it.
+/// Sends a goal and waits for its end; a signal cancels it. Ten times a second something is done meanwhile.
 fn goal_of<A: Action>(
     node: &Node,
     name: &str,
     goal: A::Goal,
     shutdown: &Shutdown,
-) -> Result<(bool, A::Result), NodeError>
+    meanwhile: impl Fn(),
+) -> Result<(GoalStatus, A::Result), NodeError>
 where
     A::Result: Send + 'static,
 {
@@ -234,8 +308,9 @@ where
     let mut cancelled = false;
     loop {
         match ended.recv_timeout(Duration::from_millis(100)) {
-            Ok((status, result)) => return Ok((status == GoalStatus::Succeeded, result)),
-            Err(mpsc::RecvTimeoutError::Timeout) => {}
+            Ok(ended) => return Ok(ended),
+            Err(mpsc::RecvTimeoutError::Timeout) if shutdown.is_requested() => {}
+            Err(mpsc::RecvTimeoutError::Timeout) => meanwhile(),
             Err(error) => return Err(NodeError::Parameter(error.to_string())),
         }
         if shutdown.is_requested() && !cancelled {
@@ -255,6 +330,7 @@ mod tests {
         assert!((si_from_file(Axis::C, 180.0) - std::f64::consts::PI).abs() < 1e-15);
         assert!((si_from_file(Axis::Z, 80.0) - 0.08).abs() < 1e-15);
         assert_eq!((place(Axis::X, 0.0203).as_str(), place(Axis::C, 0.0).as_str()), ("20.30000 mm", "0.00000 deg"));
+        assert_eq!((jogged("c_axis"), jogged("z_axis=-2")), (Ok((Axis::C, None)), Ok((Axis::Z, Some(-2.0)))));
         for wrong in ["x_axis", "y_axis=1", "x_axis=one"] {
             assert!(assignment(wrong).is_err(), "{wrong}");
         }

@@ -1,0 +1,104 @@
+//! Work by hand: one axis that is jogged, and the wheel.
+//!
+//! ```text
+//! jog    by a distance, or towards the soft limit until somebody lets go (a cancel); c_axis as long as that lasts
+//!        an axis whose zero is not known: at its search speed at most, and until its limit switch stops it
+//! wheel  the order · as long as it takes to come to its speed, or to rest
+//! ```
+
+use super::setup::{SetupError, counts, step, within};
+use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
+use crate::plan::{AxisTarget, Command, Phase, Plan, SegmentKind};
+use crate::point_to_point::{MoveLaw, whole_ticks};
+use alloc::string::String;
+
+/// How far a jog goes that nothing ends (mm or rad): c_axis turns for hours.
+const WITHOUT_END: f64 = 1e6;
+
+/// What is to be jogged.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JogRequest {
+    /// The axis.
+    pub axis: Axis,
+    /// Speed (mm/s or rad/s); its sign is the direction where there is no distance.
+    pub velocity: f64,
+    /// How far, with its sign (mm or rad); none: until somebody lets go.
+    pub distance: Option<f64>,
+}
+
+/// A jog, checked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Jog {
+    pub(super) target: AxisTarget,
+    pub(super) knows_zero: bool,
+}
+
+impl Jog {
+    /// A jog from where the axes rest (counts).
+    ///
+    /// # Errors
+    /// A speed that the axis has not got, or not while its zero is unknown; a way of no length or beyond a soft limit.
+    pub fn new(
+        request: &JogRequest,
+        from: [i64; AXIS_COUNT],
+        knows_zero: bool,
+        machine: &MachineDescription,
+    ) -> Result<Self, SetupError> {
+        let axis = request.axis;
+        let (description, at) = (machine.axis(axis), from[axis.index()]);
+        let (speed, most) = (request.velocity.abs(), description.limits.velocity);
+        // Not a number is neither.
+        if !(speed > 0.0 && speed <= most) {
+            return Err(SetupError::Speed { axis, speed, most });
+        }
+        let slow = description.search_velocity;
+        if !knows_zero && speed > slow {
+            return Err(SetupError::Lost { axis, speed, most: slow });
+        }
+        let scale = description.scale;
+        let bounds = description.soft_limits.filter(|_| knows_zero);
+        let target_counts = match (request.distance, bounds) {
+            (Some(distance), _) => at + counts(axis, scale, distance, "the distance")?,
+            (None, Some((low, _))) if request.velocity < 0.0 => scale.counts(low),
+            (None, Some((_, high))) => scale.counts(high),
+            (None, None) => at + scale.counts(WITHOUT_END.copysign(request.velocity)),
+        };
+        if bounds.is_some() {
+            within(machine, axis, target_counts, "the target")?;
+        }
+        // From beyond a soft limit the way to it would be against the direction that is wanted.
+        let is_backwards = request.distance.is_none() && (target_counts - at).signum() != sign(request.velocity);
+        if target_counts == at || is_backwards {
+            return Err(SetupError::NoWay(axis));
+        }
+        let target = AxisTarget { axis, target_counts, limits: description.limits.at_most(speed) };
+        MoveLaw::new(from, &[target], machine).map_err(|error| SetupError::Move { axis, error })?;
+        Ok(Self { target, knows_zero })
+    }
+}
+
+fn sign(velocity: f64) -> i64 {
+    if velocity < 0.0 { -1 } else { 1 }
+}
+
+/// The wheel brought to its speed, or to rest, as a plan.
+pub(super) fn wheel_plan(turns: bool, machine: &MachineDescription) -> Plan {
+    let mut plan = Plan { job: String::from("wheel"), ..Plan::default() };
+    push_wheel(&mut plan, turns, machine);
+    plan
+}
+
+/// Appends the order to the wheel and the time that it takes.
+pub(super) fn push_wheel(plan: &mut Plan, turns: bool, machine: &MachineDescription) {
+    let cycle_s = machine.cycle_time_s();
+    let order_s = 2.0 * f64::from(machine.feedback_delay_ticks) * cycle_s;
+    let (command, label) =
+        if turns { (Command::WheelStart, "wheel start") } else { (Command::WheelStop, "wheel stop") };
+    let kinds = [
+        (SegmentKind::Command(command), order_s, label),
+        (SegmentKind::Dwell, machine.wheel.spin_up_s + cycle_s, "wheel to its speed, or to rest"),
+    ];
+    for (kind, seconds, label) in kinds {
+        plan.segments.push(step(kind, Phase::Position, whole_ticks(seconds, cycle_s), label));
+    }
+}
