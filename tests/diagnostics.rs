@@ -4,23 +4,38 @@
 #[path = "support/cell.rs"]
 mod cell;
 mod support;
+#[path = "support/watched.rs"]
+mod watched;
 
 use camwright_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
-use camwright_nodes::ros::Qos;
+use camwright_nodes::ros::{ParameterValue, Qos, Subscription};
 use cell::{Cell, PATIENCE};
 use std::collections::BTreeMap;
 use std::process::Command;
 use std::sync::mpsc;
 use std::time::Instant;
 use support::Domain;
+use watched::LogLines;
 
 struct Told {
     arrays: mpsc::Receiver<DiagnosticArray>,
     last: BTreeMap<String, DiagnosticStatus>,
+    _subscription: Subscription,
+}
+
+fn value(status: &DiagnosticStatus, key: &str) -> Option<String> {
+    status.values.iter().find(|value| value.key == key).map(|value| value.value.clone())
 }
 
 impl Told {
+    fn of(cell: &Cell) -> Self {
+        let (sender, arrays) = mpsc::channel();
+        let heard = move |array, _: &_| drop(sender.send(array));
+        let subscription = cell.client.node.subscribe("/diagnostics", &Qos::default_topic().keep_last(100), heard);
+        Told { arrays, last: BTreeMap::new(), _subscription: subscription.expect("a subscription") }
+    }
+
     /// Listens until what was told is as wanted.
     fn until(&mut self, what: &str, wanted: impl Fn(&BTreeMap<String, DiagnosticStatus>) -> bool) {
         while !wanted(&self.last) {
@@ -52,10 +67,7 @@ fn of_a_cell_that_is_not_there_status_says_where_it_looked() {
 #[test]
 fn every_node_tells_of_itself_and_levels_follow_what_happens() {
     let cell = Cell::start(&[]);
-    let (sender, arrays) = mpsc::channel();
-    let heard = move |array, _: &_| drop(sender.send(array));
-    let _subscription = cell.client.node.subscribe("/diagnostics", &Qos::default_topic().keep_last(100), heard);
-    let mut told = Told { arrays, last: BTreeMap::new() };
+    let mut told = Told::of(&cell);
     let names = [
         "axis_interpolator",
         "axis_interpolator: machine",
@@ -72,9 +84,6 @@ fn every_node_tells_of_itself_and_levels_follow_what_happens() {
     for status in told.last.values() {
         assert!(!status.message.is_empty() && !status.hardware_id.is_empty(), "{status:?}");
     }
-    let value = |status: &DiagnosticStatus, key: &str| {
-        status.values.iter().find(|value| value.key == key).map(|value| value.value.clone())
-    };
     assert_eq!(value(&told.last["machine_sim: wheel"], "wear_since_dress_um").as_deref(), Some("0.00"));
     assert_eq!(value(&told.last["axis_interpolator: machine"], "lost").as_deref(), Some("0"));
 
@@ -105,5 +114,45 @@ fn every_node_tells_of_itself_and_levels_follow_what_happens() {
         assert!(Instant::now() < deadline, "the machine cannot be reset");
     }
     told.until("all is well again", |last| last["machine_sim"].level == DiagnosticStatus::OK);
+    cell.stop();
+}
+
+/// Scheduling of the threads of this process that have a name, as the kernel tells it: policy and real-time priority.
+fn scheduled(name: &str) -> Vec<(u32, u32)> {
+    let tasks = std::fs::read_dir("/proc/self/task").expect("Linux tells of threads");
+    let stats = tasks.filter_map(|task| std::fs::read_to_string(task.expect("a thread").path().join("stat")).ok());
+    let of_name = stats.filter(|stat| stat.contains(&format!("({name})")));
+    of_name
+        .map(|stat| {
+            // Behind the name, which may hold blanks, comes the third field.
+            let fields: Vec<&str> = stat.rsplit(')').next().expect("fields").split_whitespace().collect();
+            let number = |field: usize| fields[field - 3].parse().expect("a number");
+            (number(41), number(40))
+        })
+        .collect()
+}
+
+/// With the right to it the cycle has its priority; without it that is said, with what to do, and the cell works all the same.
+#[test]
+fn a_cycle_that_asks_for_a_real_time_priority_has_it_or_it_is_told_why_not() {
+    const FIFO: u32 = 1;
+    let cell = Cell::start_with(&[], |args| {
+        args.with_parameter(Some("machine_sim"), "pace", ParameterValue::String("realtime".into())).with_parameter(
+            Some("machine_sim"),
+            "cyclic_priority",
+            ParameterValue::Integer(5),
+        )
+    });
+    let log = LogLines::of(&cell);
+    let mut told = Told::of(&cell);
+    told.until("the machine", |last| last.contains_key("machine_sim"));
+    let told = value(&told.last["machine_sim"], "scheduling").expect("it is told");
+    match scheduled("machine cycle").contains(&(FIFO, 5)) {
+        true => assert_eq!(told, "SCHED_FIFO 5"),
+        false => {
+            assert_eq!(told, "ordinary");
+            log.line(&["cyclic_priority 5 is refused", "`ulimit -r 5`"]);
+        }
+    }
     cell.stop();
 }

@@ -264,7 +264,7 @@ fn a_new_goal_takes_the_place_of_the_one_before_without_a_stop() {
     topic.publish(&to("z_axis", 0.2, 10.0)).expect("published");
     let (status, code, text) = result(&second);
     assert_eq!((status, code), (GoalStatus::Aborted, Codes::INVALID_GOAL), "{text}");
-    assert!(text.starts_with("a joint trajectory of the topic took its place"), "{text}");
+    assert!(text.starts_with("a joint trajectory of the topic by /"), "{text}");
     let joints = Watched::<JointState>::new(&cell, "joint_states", &Qos::default_topic());
     joints.until("the table stands at 200 mm", |joints| (position(joints, "z_axis") - 0.2).abs() < 1e-9);
     // The goal that comes while the one before is at its end begins after it.
@@ -285,7 +285,7 @@ fn a_trajectory_with_a_stamp_begins_at_its_time_and_a_late_one_with_what_is_left
     let mut later = to("z_axis", 0.05, 2.0);
     later.header.stamp = at(&heard.stamp, 20);
     assert_eq!(result(&follower.send(goal(later.clone()))).0, GoalStatus::Succeeded);
-    let line = log.line(&["a joint trajectory is complete at tick"]);
+    let line = log.line(&["a joint trajectory by ", " is complete at tick"]);
     let last_tick: i64 = line.rsplit(' ').next().and_then(|tick| tick.parse().ok()).unwrap_or_else(|| panic!("{line}"));
     // 2 s from its stamp on, and until it is seen that it stands: the next tick that is measured, and the feedback delay of 100.
     let late_ticks = last_tick - (ns(&later.header.stamp) - ns(&heard.epoch)) / 1_000_000 - 2000;

@@ -192,7 +192,7 @@ fn an_axis_is_jogged_while_it_is_held_and_the_wheel_is_started_by_hand() {
     while told.recv_timeout(PATIENCE).expect("it tells how fast it goes").velocity < 0.49 {}
     let wheel = |data| cell.client.call::<SetBool>("axis_interpolator/wheel", &SetBoolRequest { data });
     let refused = wheel(true);
-    assert_eq!((refused.success, refused.message.as_str()), (false, "a jog of c_axis has command"));
+    assert_eq!((refused.success, refused.message.as_str()), (false, "a jog of c_axis by /operator has command"));
     let _answer = turning.cancel(PATIENCE).expect("an answer");
     assert_eq!(turning.result(PATIENCE).expect("a result").0, GoalStatus::Canceled);
 

@@ -11,6 +11,7 @@ pub mod job_planner;
 pub mod machine_sim;
 pub mod operator_page;
 pub mod planning;
+mod realtime;
 pub mod replay;
 pub mod ros;
 pub mod run_logger;

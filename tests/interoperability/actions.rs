@@ -1,16 +1,11 @@
 //! Actions with the server on our side.
 
-use crate::ground::{Ground, HOME};
+use crate::ground::{ABORTED, CANCELED, Ground, HOME, SUCCEEDED};
 use crate::support::{PATIENCE, Peer};
 use camwright_msgs::camwright_msgs::action::{Home, HomeFeedback, HomeGoal, HomeResult};
 use camwright_nodes::ros::{ActionHandler, ActionServer, GoalDecision, GoalHandle, GoalId, Node};
 use serde_json::{Value, json};
 use std::sync::mpsc::{Receiver, Sender, channel};
-
-/// Numbers of `action_msgs/GoalStatus`.
-const SUCCEEDED: u64 = 4;
-const CANCELED: u64 = 5;
-const ABORTED: u64 = 6;
 
 enum Told {
     Accepted(GoalHandle<Home>),

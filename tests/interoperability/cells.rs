@@ -1,6 +1,6 @@
 //! The nodes of a cell as processes of their own.
 
-use crate::ground::{Ground, wait_gone};
+use crate::ground::{ABORTED, CANCELED, Ground, SUCCEEDED, wait_gone};
 use crate::support::processes::{Processes, fresh_bag};
 use crate::support::{PATIENCE, Peer};
 use serde_json::json;
@@ -29,6 +29,29 @@ fn wait_active(peer: &mut Peer, namespace: &str, node: &str) {
     }
 }
 
+/// Sends a trajectory and, once it is on its way, another.
+fn preempt(peer: &mut Peer) {
+    let action = "/cell/axis_interpolator/follow_joint_trajectory";
+    let mut follow = |position: f64, seconds: u32| {
+        let point = json!({ "positions": [position], "time_from_start": { "sec": seconds } });
+        let goal = json!({ "trajectory": { "joint_names": ["z_axis"], "points": [point] } });
+        let kind = "control_msgs/action/FollowJointTrajectory";
+        let sent = peer.ask("send_goal", json!({ "action": action, "type": kind, "goal": goal }));
+        assert_eq!(sent["accepted"], true, "{sent}");
+        let goal = sent["goal"].clone();
+        peer.event("feedback", |event| event["goal"] == goal);
+        goal
+    };
+    // The first would take an hour.
+    let (first, second) = (follow(0.2, 3600), follow(0.1, 2));
+    let ended = peer.ask("result", json!({ "goal": first }));
+    assert_eq!((&ended["status"], &ended["result"]["error_code"]), (&json!(ABORTED), &json!(-1)), "{ended}");
+    let text = ended["result"]["error_string"].as_str().expect("a text");
+    assert!(text.starts_with("a joint trajectory took its place at tick "), "{text}");
+    let ended = peer.ask("result", json!({ "goal": second }));
+    assert_eq!((&ended["status"], &ended["result"]["error_code"]), (&json!(SUCCEEDED), &json!(0)), "{ended}");
+}
+
 pub fn four_processes(ground: &mut Ground<'_>) {
     let mut peer = ground.peer("operator");
     let bag = fresh_bag("interoperability");
@@ -52,6 +75,19 @@ pub fn four_processes(ground: &mut Ground<'_>) {
                 assert!(status["level"].as_u64().is_some_and(|level| level <= 2), "{told}");
             }
         }
+    });
+    ground.check("a joint trajectory takes the place of another on its way", || preempt(&mut peer));
+    ground.check("who asks for an axis that is taken is told by whom", || {
+        let jog = json!({ "joint": "c_axis", "velocity": 0.1, "hold_to_run": -1.0 });
+        let action = "/cell/axis_interpolator/jog";
+        let sent = peer.ask("send_goal", json!({ "action": action, "type": "camwright_msgs/action/Jog", "goal": jog }));
+        let goal = &sent["goal"];
+        peer.event("feedback", |event| event["goal"] == *goal);
+        let refused = peer.call("/cell/axis_interpolator/wheel", "std_srvs/srv/SetBool", json!({ "data": true }));
+        assert_eq!(refused["message"], "a jog of c_axis by /operator has command");
+        peer.ask("cancel", json!({ "goal": goal }));
+        let ended = peer.ask("result", json!({ "goal": goal }));
+        assert_eq!(ended["status"], CANCELED, "{ended}");
     });
     ground.check("each node restarted: a peer that stays finds it again", || {
         for (_, topic, kind, qos) in SAYS {
@@ -101,27 +137,32 @@ pub fn one_process(ground: &mut Ground<'_>) {
 
 pub fn two_cells(ground: &mut Ground<'_>) {
     let mut peer = ground.peer("operator");
-    let some = ["machine_sim", "axis_interpolator"];
-    let cells =
-        ["/left", "/right"].map(|namespace| (namespace, Processes::start_some(&ground.domain, namespace, &some)));
+    let cells = ["/left", "/right"].map(|namespace| {
+        let bag = fresh_bag(&format!("interoperability{}", namespace.replace('/', "-")));
+        (namespace, Processes::start(&ground.domain, namespace, &[], &bag))
+    });
     ground.check("two cells side by side", || {
         for (namespace, _) in &cells {
-            for node in some {
+            for node in NODES {
+                peer.ask("wait_node", json!({ "name": node, "namespace": namespace }));
                 wait_active(&mut peer, namespace, node);
             }
             let topic = format!("{namespace}/machine/setpoints");
             // Who writes the setpoints of a machine is the interpolator of its own cell, and nobody else.
             peer.ask("wait_publishers", json!({ "topic": topic }));
             let ends = peer.ask("endpoints", json!({ "topic": topic }));
-            let nodes: Vec<_> = ["publishers", "subscribers"].map(|kind| ends[kind][0]["node"].clone()).into();
-            assert_eq!(nodes, [format!("{namespace}/axis_interpolator"), format!("{namespace}/machine_sim")]);
-            assert_eq!(
-                (ends["publishers"].as_array().map(Vec::len), ends["subscribers"].as_array().map(Vec::len)),
-                (Some(1), Some(1))
-            );
+            let nodes = |kind: &str| -> Vec<&str> {
+                let ends = ends[kind].as_array().expect("a list");
+                ends.iter().filter_map(|end| end["node"].as_str()).collect()
+            };
+            assert_eq!(nodes("publishers"), [format!("{namespace}/axis_interpolator")]);
+            let heard_by = nodes("subscribers");
+            assert!(heard_by.contains(&format!("{namespace}/machine_sim").as_str()), "{heard_by:?}");
+            assert!(heard_by.iter().all(|node| node.starts_with(&format!("{namespace}/"))), "{heard_by:?}");
         }
         for (_, cell) in cells {
-            let _no_bag = cell.end();
+            let bag = cell.end();
+            std::fs::remove_dir_all(bag).expect("each has recorded into its own");
         }
     });
 }

@@ -9,6 +9,10 @@ use std::sync::Mutex;
 
 pub const STRING: &str = "std_msgs/msg/String";
 pub const HOME: &str = "camwright_msgs/action/Home";
+/// Numbers of `action_msgs/GoalStatus`.
+pub const SUCCEEDED: u64 = 4;
+pub const CANCELED: u64 = 5;
+pub const ABORTED: u64 = 6;
 
 /// A scenario's own domain, and where it reports to.
 pub struct Ground<'a> {

@@ -92,6 +92,8 @@ const ROWS: &[(&str, &[&str])] = &[
         &[
             "nodes come up active",
             "`/diagnostics` of every node",
+            "a joint trajectory takes the place of another on its way",
+            "who asks for an axis that is taken is told by whom",
             "each node restarted: a peer that stays finds it again",
             "Ctrl-C: exit 0, gone from the graph",
             "two cells side by side",

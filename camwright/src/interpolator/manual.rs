@@ -12,7 +12,7 @@ use crate::plan::{AxisTarget, Command, Phase, Plan, SegmentKind};
 use crate::point_to_point::{MoveLaw, whole_ticks};
 use alloc::string::String;
 
-/// How far a jog goes that nothing ends (mm or rad): c_axis turns for hours.
+/// How far a jog goes that nothing ends (mm or rad): `c_axis` turns for hours.
 const WITHOUT_END: f64 = 1e6;
 
 /// What is to be jogged.

@@ -121,6 +121,7 @@ impl Served {
             return None;
         }
         if matches!(self.goal, Some(Goal::Arrived)) {
+            self.name = of_client(&self.name, &handle);
             self.goal = Some(Goal::Trajectory(handle));
             return None;
         }
@@ -140,26 +141,31 @@ impl Served {
         self.turns_left_out[lobe] += turns;
     }
 
-    /// The motion did not start.
+    /// The motion cannot start.
     pub(super) fn refuse(&mut self, reason: &str) {
+        self.give_back(GoalEnd::Aborted, reason);
+    }
+
+    /// It was cancelled before it started.
+    pub(super) fn withdraw(&mut self, reason: &str) {
+        self.give_back(GoalEnd::Canceled, reason);
+    }
+
+    fn give_back(&mut self, end: GoalEnd, reason: &str) {
         let message = format!("not started: {reason}; nothing moved");
         match self.goal.take() {
-            Some(Goal::Plan(goal)) => {
-                goal.abort(ExecutePlanResult { message, ..ExecutePlanResult::default() });
+            Some(Goal::Plan(goal)) => end.close(&goal, ExecutePlanResult { message, ..ExecutePlanResult::default() }),
+            Some(Goal::Home(goal)) => end.close(&goal, HomeResult { message, ..HomeResult::default() }),
+            Some(Goal::Trajectory(goal)) => {
+                let error_code = match end {
+                    GoalEnd::Canceled => FollowJointTrajectoryResult::SUCCESSFUL,
+                    GoalEnd::Succeeded | GoalEnd::Aborted => FollowJointTrajectoryResult::INVALID_GOAL,
+                };
+                end.close(&goal, FollowJointTrajectoryResult { error_code, error_string: message });
             }
-            Some(Goal::Home(goal)) => {
-                goal.abort(HomeResult { message, ..HomeResult::default() });
-            }
-            Some(Goal::Trajectory(goal)) => refuse_trajectory(&goal, &message),
-            Some(Goal::Move(goal)) => {
-                goal.abort(MoveToResult { message, ..MoveToResult::default() });
-            }
-            Some(Goal::Probe(goal)) => {
-                goal.abort(ProbeResult { message, ..ProbeResult::default() });
-            }
-            Some(Goal::Jog(goal)) => {
-                goal.abort(JogResult { message, ..JogResult::default() });
-            }
+            Some(Goal::Move(goal)) => end.close(&goal, MoveToResult { message, ..MoveToResult::default() }),
+            Some(Goal::Probe(goal)) => end.close(&goal, ProbeResult { message, ..ProbeResult::default() }),
+            Some(Goal::Jog(goal)) => end.close(&goal, JogResult { message, ..JogResult::default() }),
             Some(Goal::Wheel(responder, _)) => responder.send(&SetBoolResponse { success: false, message }),
             Some(Goal::Topic | Goal::Arrived) | None => {}
         }
@@ -286,6 +292,11 @@ impl GoalEnd {
             GoalEnd::Aborted => goal.abort(result),
         };
     }
+}
+
+/// What has command, and for whom.
+pub(super) fn of_client<A: camwright_msgs::Action>(what: &str, goal: &GoalHandle<A>) -> String {
+    format!("{what} by {}", goal.client())
 }
 
 /// A trajectory that was accepted and cannot begin.

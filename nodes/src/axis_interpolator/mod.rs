@@ -17,6 +17,7 @@ use crate::convert::core_from_si;
 use crate::convert::time::{TickClock, ns_from_time};
 use crate::cyclic::{Sender, Waker, ring};
 use crate::machine_sim::input_named;
+use crate::realtime::{self, Realtime};
 use crate::ros::{
     ActionServer, Diagnostics, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos, Responder, RosArgs,
     ServiceHandle, SpinThread, Subscription,
@@ -130,7 +131,8 @@ impl AxisInterpolator {
     /// DDS that cannot start.
     pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
         let options = NodeOptions::new("axis_interpolator", args).parameter(autostart::parameter());
-        let node = Node::new(options.parameters(joint_trajectory::settings::parameters()))?;
+        let options = options.parameters(joint_trajectory::settings::parameters());
+        let node = Node::new(options.parameters(realtime::parameters()))?;
         let shared = Arc::new(Shared {
             node: node.clone(),
             active: AtomicBool::new(false),
@@ -267,7 +269,11 @@ impl Shared {
         let pump = Pump::new(self, machine)?;
         let mut threads = Threads::default();
         let engine_waker = waker.clone();
-        threads.spawn("interpolator cycle", move || engine.run(&engine_waker))?;
+        let realtime = Realtime::of(&self.node)?;
+        threads.spawn("interpolator cycle", move || {
+            realtime.adopt_current_thread();
+            engine.run(&engine_waker);
+        })?;
         let back = inlet.clone();
         threads.spawn("interpolator pump", move || {
             pump.run(reports, &pump_waker, move |message| {

@@ -1,6 +1,6 @@
 //! Plans that are to be executed: the action `~/execute_plan`.
 
-use super::goals::Goal;
+use super::goals::{Goal, of_client};
 use super::{Shared, lock};
 use crate::ros::{ActionHandler, GoalDecision, GoalHandle, GoalId};
 use camwright::interpolator::Request;
@@ -23,7 +23,7 @@ impl ActionHandler<ExecutePlan> for PlanHandler {
     fn accepted(&mut self, handle: GoalHandle<ExecutePlan>) {
         let hash = handle.goal().plan_hash.clone();
         let name = match handle.goal().client.as_str() {
-            "" => format!("plan {}", short(&hash)),
+            "" => of_client(&format!("plan {}", short(&hash)), &handle),
             client => format!("plan {} of {client}", short(&hash)),
         };
         lock(&self.0.served).begin(Goal::Plan(handle), name, hash.clone());
@@ -34,7 +34,7 @@ impl ActionHandler<ExecutePlan> for PlanHandler {
     fn cancel(&mut self, _id: GoalId) -> bool {
         if lock(&self.0.plans).waiting().is_some() {
             lock(&self.0.plans).forget_waiting();
-            lock(&self.0.served).refuse("cancelled before its plan was complete");
+            lock(&self.0.served).withdraw("cancelled before its plan was complete");
             return true;
         }
         self.0.request(Request::Cancel)

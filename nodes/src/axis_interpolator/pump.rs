@@ -12,7 +12,7 @@ use crate::cyclic::{Receiver, Waker};
 use crate::machine_sim::input_name;
 use crate::ros::{Node, Publisher, Qos, RosError};
 use camwright::interpolator::{
-    AppliedInput as Applied, Event, InterpolatorAlarm, OrderKind, Outcome, Request, State, Status,
+    AppliedInput as Applied, Event, InterpolatorAlarm, OrderKind, Outcome, Request, StartError, State, Status,
 };
 use camwright::machine::description::MachineDescription;
 use camwright_msgs::camwright_msgs::msg::{Alarm, AppliedInput, InterpolatorState, MachineAlarms, MachineCommand};
@@ -117,7 +117,10 @@ impl Pump {
                 )
             }
             FromEngine::NotStarted(error, _motion) => {
-                self.served().refuse(&error.to_string());
+                match error {
+                    StartError::Cancelled => self.served().withdraw(&error.to_string()),
+                    _ => self.served().refuse(&error.to_string()),
+                }
                 Ok(())
             }
             FromEngine::Applied { tick, input } => self.input(clock, tick, self.applied(&input)),

@@ -3,6 +3,7 @@
 //! Each status is about the last second: a level goes up as soon as something is near its bound, and down again when it is not.
 
 use super::ticker::{Bounds, Pace};
+use crate::realtime::Realtime;
 use crate::ros::{Diagnostics, Node, diagnostic_status};
 use crate::running::NodeError;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
@@ -75,13 +76,13 @@ impl Health {
         node: &Node,
         machine: &MachineDescription,
         bounds: &Arc<Bounds>,
-        pace: Pace,
+        (pace, realtime): (Pace, Realtime),
     ) -> Result<Diagnostics, NodeError> {
         bounds.least_lead_ticks.store(u64::MAX, Ordering::Relaxed);
         let (health, bounds, described) = (self.clone(), Arc::clone(bounds), machine.clone());
         let mut late_before = 0;
         let report = move || {
-            let mut all = vec![cycle(&bounds, &mut late_before), setpoints(&bounds, &described, pace)];
+            let mut all = vec![cycle(&bounds, &mut late_before, realtime.text()), setpoints(&bounds, &described, pace)];
             let mut seen = health.seen();
             all.push(drives(&seen));
             all.push(wheel(&seen, &described));
@@ -96,7 +97,7 @@ impl Health {
 }
 
 /// Alarms, and how well ticks keep the pace of the clock.
-fn cycle(bounds: &Bounds, late_before: &mut u64) -> DiagnosticStatus {
+fn cycle(bounds: &Bounds, late_before: &mut u64, scheduling: String) -> DiagnosticStatus {
     let read = |value: &AtomicU64| value.load(Ordering::Relaxed);
     let (alarms, late, worst_us) =
         (read(&bounds.alarms), read(&bounds.late_ticks), bounds.worst_late_us.swap(0, Ordering::Relaxed));
@@ -112,6 +113,7 @@ fn cycle(bounds: &Bounds, late_before: &mut u64) -> DiagnosticStatus {
         ("late_ticks", late.to_string()),
         ("late_in_the_last_second", late_now.to_string()),
         ("latest_us", worst_us.to_string()),
+        ("scheduling", scheduling),
     ];
     diagnostic_status(level, "", &message, &values)
 }
@@ -219,11 +221,11 @@ mod tests {
         let bounds = Bounds::default();
         let mut before = 0;
         bounds.least_lead_ticks.store(u64::MAX, Ordering::Relaxed);
-        assert_eq!(cycle(&bounds, &mut before).level, DiagnosticStatus::OK);
+        assert_eq!(cycle(&bounds, &mut before, String::new()).level, DiagnosticStatus::OK);
         bounds.late_ticks.store(3, Ordering::Relaxed);
-        assert_eq!(cycle(&bounds, &mut before).level, DiagnosticStatus::WARN);
+        assert_eq!(cycle(&bounds, &mut before, String::new()).level, DiagnosticStatus::WARN);
         bounds.late_ticks.store(40, Ordering::Relaxed);
-        assert_eq!(cycle(&bounds, &mut before).level, DiagnosticStatus::ERROR);
-        assert_eq!(cycle(&bounds, &mut before).level, DiagnosticStatus::OK, "a second without one");
+        assert_eq!(cycle(&bounds, &mut before, String::new()).level, DiagnosticStatus::ERROR);
+        assert_eq!(cycle(&bounds, &mut before, String::new()).level, DiagnosticStatus::OK, "a second without one");
     }
 }

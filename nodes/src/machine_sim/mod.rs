@@ -23,6 +23,7 @@ use crate::convert::setpoints::chunk_from_trajectory;
 use crate::convert::time::TickClock;
 use crate::convert::{m_from_mm, si_from_core};
 use crate::cyclic::{Sender, Waker, ring};
+use crate::realtime::{self, Realtime};
 use crate::ros::{
     Diagnostics, Level, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Parameter, Publisher, Qos, Responder,
     RosArgs, ServiceHandle, SpinThread, Subscription,
@@ -116,7 +117,7 @@ fn parameters() -> Vec<Parameter> {
             .read_only(),
         autostart::parameter(),
     ];
-    own.into_iter().chain(scene_outlet::parameters()).collect()
+    own.into_iter().chain(realtime::parameters()).chain(scene_outlet::parameters()).collect()
 }
 
 impl MachineSim {
@@ -183,7 +184,15 @@ impl MachineSim {
         let mut counters = CounterOutlet::new(&node)?;
         let mut threads = Threads::default();
         let ticker_waker = waker.clone();
-        threads.spawn("machine cycle", move || ticker.run(&ticker_waker))?;
+        let realtime = Realtime::of(&node)?;
+        let asked = realtime.clone();
+        threads.spawn("machine cycle", move || {
+            // At pace fast there is no clock to keep up with, only others to be kept from working.
+            if pace == Pace::Realtime {
+                asked.adopt_current_thread();
+            }
+            ticker.run(&ticker_waker);
+        })?;
         counters.tell(&told);
         let known =
             Known { file: file.clone(), state_file, description, counters, area: area.clone(), health: health.clone() };
@@ -197,7 +206,7 @@ impl MachineSim {
         let lifecycle = node.lifecycle(Activation(inlet))?;
         let spin = node.spin_in_thread()?;
         autostart::begin(&node, &lifecycle);
-        let diagnostics = health.report(&node, &file.description, &bounds, pace)?;
+        let diagnostics = health.report(&node, &file.description, &bounds, (pace, realtime))?;
         let endpoints = Endpoints {
             _subscriptions: subscriptions,
             _services: services,

@@ -243,7 +243,8 @@ impl<A: Action> Core<A> {
             return;
         }
         let status = Arc::new(AtomicI8::new(GoalStatus::Accepted as i8));
-        let handle = GoalHandle::new(self, id, goal, Arc::clone(&status));
+        let client = self.node.upgrade().map(|node| node.who(&responder.client())).unwrap_or_default();
+        let handle = GoalHandle::new(self, id, goal, client, Arc::clone(&status));
         {
             let mut goals = self.goals();
             let entry = Entry { stamp: stamp.clone(), status, result: None, waiting: Vec::new(), ended: None };

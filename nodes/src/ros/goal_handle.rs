@@ -19,6 +19,7 @@ struct Token<A: Action> {
     core: Arc<Core<A>>,
     id: GoalId,
     goal: A::Goal,
+    client: String,
     status: Arc<AtomicI8>,
 }
 
@@ -49,8 +50,8 @@ impl<A: Action> fmt::Debug for GoalHandle<A> {
 }
 
 impl<A: Action> GoalHandle<A> {
-    pub(super) fn new(core: &Arc<Core<A>>, id: GoalId, goal: A::Goal, status: Arc<AtomicI8>) -> Self {
-        GoalHandle { token: Arc::new(Token { core: Arc::clone(core), id, goal, status }) }
+    pub(super) fn new(core: &Arc<Core<A>>, id: GoalId, goal: A::Goal, client: String, status: Arc<AtomicI8>) -> Self {
+        GoalHandle { token: Arc::new(Token { core: Arc::clone(core), id, goal, client, status }) }
     }
 
     /// Identity of the goal.
@@ -61,6 +62,11 @@ impl<A: Action> GoalHandle<A> {
     /// What is wanted.
     pub fn goal(&self) -> &A::Goal {
         &self.token.goal
+    }
+
+    /// Full name of the node that sent it, as far as it is known.
+    pub fn client(&self) -> &str {
+        &self.token.client
     }
 
     /// State of the goal.

@@ -17,6 +17,7 @@ use rustdds::{GUID, RTPSEntity, SampleIdentity, SequenceNumber, Timestamp, Write
 
 use super::{
     cyclone::{self, Header},
+    discovery::Guid,
     discovery::{Graph, GraphListener},
     error::RosError,
     executor::Executor,
@@ -230,6 +231,11 @@ impl<S: Service> fmt::Debug for Responder<S> {
 }
 
 impl<S: Service> Responder<S> {
+    /// GUID of an endpoint of the client.
+    pub fn client(&self) -> Guid {
+        self.id.client.to_bytes()
+    }
+
     /// Answers.
     pub fn send(self, response: &S::Response) {
         match to_cdr(response) {

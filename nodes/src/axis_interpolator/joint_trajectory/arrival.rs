@@ -18,6 +18,8 @@ pub(in crate::axis_interpolator) struct Arrival {
     pub(super) wanted: Wanted,
     /// Who decides on the goal; `None` for a trajectory of the topic.
     pub(super) decider: Option<GoalDecider>,
+    /// What it is, for who asks who has command.
+    pub(super) name: String,
 }
 
 /// What is to be done with an arrival once the engine has looked ahead.

@@ -8,9 +8,9 @@ pub(super) mod tracking;
 mod wanted;
 
 use super::engine_messages::ToEngine;
-use super::goals::Goal;
+use super::goals::{Goal, of_client};
 use super::{Shared, lock};
-use crate::ros::{ActionHandler, GoalDecision, GoalHandle, GoalId, Qos, RosError, Subscription};
+use crate::ros::{ActionHandler, GoalDecision, GoalHandle, GoalId, Guid, Qos, RosError, Subscription};
 use arrival::Arrival;
 use camwright::interpolator::trajectory::{Start, Trajectory};
 use camwright::interpolator::{Motion, Prepared, Request};
@@ -36,7 +36,7 @@ impl ActionHandler<FollowJointTrajectory> for Handler {
             Err(reason) => GoalDecision::Reject(reason),
             Ok(wanted) if self.0.is_following() => {
                 let (decider, decision) = GoalDecision::later();
-                self.0.arrive(Arrival { wanted, decider: Some(decider) });
+                self.0.arrive(Arrival { wanted, decider: Some(decider), name: OF_A_GOAL.into() });
                 decision
             }
             Ok(wanted) => match self.0.obstacle().map_or_else(|| self.0.motion_from_rest(&wanted).map(drop), Err) {
@@ -58,7 +58,8 @@ impl ActionHandler<FollowJointTrajectory> for Handler {
             super::goals::refuse_trajectory(&handle, &motion.err().unwrap_or_default());
             return;
         }
-        lock(&self.0.served).begin(Goal::Trajectory(handle), OF_A_GOAL.into(), String::new());
+        let name = of_client(OF_A_GOAL, &handle);
+        lock(&self.0.served).begin(Goal::Trajectory(handle), name, String::new());
         self.0.begin_prepared(motion);
     }
 
@@ -70,12 +71,15 @@ impl ActionHandler<FollowJointTrajectory> for Handler {
 /// Takes trajectories from the topic, where what is refused is told in the log, and the scaling of their speed.
 pub(super) fn subscribe(shared: &Arc<Shared>) -> Result<Vec<Subscription>, RosError> {
     let this = Arc::clone(shared);
-    let trajectories =
-        shared.node.subscribe::<JointTrajectory>("~/joint_trajectory", &Qos::default_topic(), move |message, _| {
-            if let Err(reason) = this.take_from_topic(&message) {
+    let trajectories = shared.node.subscribe::<JointTrajectory>(
+        "~/joint_trajectory",
+        &Qos::default_topic(),
+        move |message, info| {
+            if let Err(reason) = this.take_from_topic(&message, &info.writer) {
                 this.node.logger().warn(&format!("joint trajectory refused: {reason}"));
             }
-        })?;
+        },
+    )?;
     let this = Arc::clone(shared);
     let scaling =
         shared.node.subscribe::<SpeedScalingFactor>("~/speed_scaling_input", &Qos::latched(1), move |message, _| {
@@ -98,24 +102,25 @@ impl Shared {
         Wanted::of_goal(goal, &Settings::of(self.node.parameters()), &machine, self.machine_time_ns())
     }
 
-    fn take_from_topic(&self, message: &JointTrajectory) -> Result<(), String> {
+    fn take_from_topic(&self, message: &JointTrajectory, writer: &Guid) -> Result<(), String> {
         let machine = self.machine().ok_or("the machine has not been heard of yet")?;
         let settings = Settings::of(self.node.parameters());
         let wanted = Wanted::of_trajectory(message, &settings, &machine, self.machine_time_ns())?;
+        let name = format!("{OF_THE_TOPIC} by {}", self.node.who(writer));
         if self.is_following() {
-            self.arrive(Arrival { wanted, decider: None });
+            self.arrive(Arrival { wanted, decider: None, name });
             return Ok(());
         }
         if let Some(reason) = self.obstacle() {
             return Err(reason);
         }
-        self.begin_from_topic(&wanted);
+        self.begin_from_topic(&wanted, name);
         Ok(())
     }
 
-    fn begin_from_topic(&self, wanted: &Wanted) {
+    fn begin_from_topic(&self, wanted: &Wanted, name: String) {
         let motion = self.motion_from_rest(wanted);
-        lock(&self.served).begin(Goal::Topic, OF_THE_TOPIC.into(), String::new());
+        lock(&self.served).begin(Goal::Topic, name, String::new());
         self.begin_prepared(motion);
     }
 
@@ -159,7 +164,7 @@ impl Shared {
     pub(super) fn arrived(&self, tick: u64) {
         let Some(arrival) = lock(&self.arrival).take() else { return };
         let is_goal = arrival.decider.is_some();
-        let name = if is_goal { OF_A_GOAL } else { OF_THE_TOPIC };
+        let name = &arrival.name;
         self.node.logger().info(&format!("{name} takes the place of the one before it at tick {tick}"));
         lock(&self.served).give_way(is_goal, name, tick);
         if let Some(decider) = arrival.decider {
@@ -176,11 +181,11 @@ impl Shared {
                     self.node.logger().warn(&text);
                 }
             }
-            (None, Arrival { decider: Some(decider), wanted }) => match self.motion_from_rest(&wanted) {
+            (None, Arrival { decider: Some(decider), wanted, .. }) => match self.motion_from_rest(&wanted) {
                 Ok(_) => decider.accept(),
                 Err(reason) => decider.reject(&reason),
             },
-            (None, Arrival { decider: None, wanted }) => self.begin_from_topic(&wanted),
+            (None, Arrival { decider: None, wanted, name }) => self.begin_from_topic(&wanted, name),
         }
     }
 
