@@ -17,5 +17,5 @@ pub use domain::Domain;
 pub use env::{PeerEnv, in_ci, peer_env, repository, target_directory};
 pub use folder::Folder;
 pub use linuxcnc::{Driven, LinuxCnc};
-pub use peer::Peer;
+pub use peer::{LOOPBACK, Peer};
 pub use process::{Guarded, PATIENCE};
