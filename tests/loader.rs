@@ -6,7 +6,10 @@ mod cell;
 mod loader_robot;
 mod support;
 
-use camwright_msgs::camwright_msgs::msg::{CellState, InterpolatorState, LoadingState, MachineAlarms, WorkArea};
+use camwright_msgs::camwright_msgs::action::{MoveTo, MoveToGoal};
+use camwright_msgs::camwright_msgs::msg::{
+    CellState, InterpolatorState, JobStatus, LoadingState, MachineAlarms, WorkArea,
+};
 use camwright_msgs::camwright_msgs::srv::{
     CellCommandRequest, InjectFault, InjectFaultRequest, SetCellMode, SetCellModeRequest,
 };
@@ -190,6 +193,8 @@ fn commands_modes_and_jobs_of_others_are_refused_with_who_has_command() {
     assert!(mode(CellState::SEMI_AUTOMATIC).success);
     let refused = loaded.say(CellCommandRequest::START).expect_err("the door is open");
     assert!(refused.contains("nothing may start: the door is not closed"), "{refused}");
+    let wheel = loaded.cell.client.call::<SetBool>("axis_interpolator/wheel", &SetBoolRequest { data: true });
+    assert!(wheel.message.contains("nothing may start: the door is not closed"), "{}", wheel.message);
     loaded.trigger("machine/place_part").expect("door and chuck are open");
     loaded.trigger("machine/close_chuck").expect("nothing moves");
     loaded.trigger("machine/close_door").expect("nobody is inside");
@@ -381,6 +386,59 @@ fn an_emergency_stop_in_the_handshake_ends_the_run_and_nothing_starts_before_cle
     assert!(!loaded.has_moved.load(Ordering::Acquire), "no reset moves anything");
     loaded.start_run(1);
     assert_eq!(loaded.robot.tend(), Ok(vec![LoadingState::LOAD, LoadingState::UNLOAD]));
+    loaded.stop();
+}
+
+/// X out of the way of the robot, by hand.
+fn out(loaded: &Loaded) -> Result<(), String> {
+    let goal = MoveToGoal { joints: vec!["x_axis".into()], positions: vec![0.13], ..MoveToGoal::default() };
+    let client = loaded.cell.client.node.action_client::<MoveTo>("axis_interpolator/move_to").expect("a client");
+    client.wait_for_server(PATIENCE).expect("move_to");
+    let (_, result) = client.send_goal(goal, drop, PATIENCE).expect("a decision").result(PATIENCE).expect("a result");
+    if result.success { Ok(()) } else { Err(result.message) }
+}
+
+/// SUSPEND and UNSUSPEND of who is outside the cell; then the door is forced, then the chuck: the axes stop, and the run is over.
+#[test]
+fn a_run_is_suspended_by_command_and_ended_by_a_door_or_a_chuck_that_is_forced() {
+    let loaded = Loaded::start(10.0);
+    let grinding = || {
+        loaded.start_run(1);
+        let request = loaded.robot.enter().expect("it is inside");
+        loaded.robot.change_part(request).expect("a part");
+        loaded.robot.leave().expect("it leaves");
+        let grinds = |cell: &CellState| cell.state == CellState::EXECUTE && cell.substate == "job eccentric";
+        loaded.robot.cell("a job", grinds).expect("it grinds");
+    };
+    grinding();
+    loaded.say(CellCommandRequest::SUSPEND).expect("it is suspended");
+    assert_eq!(loaded.state(CellState::SUSPENDED).stop_reason, "SUSPEND was said");
+    loaded.say(CellCommandRequest::UNSUSPEND).expect("it goes on");
+    loaded.state(CellState::EXECUTE);
+    for (fault, alarm, remedy) in [
+        ("door_forced", 150, "find out who opened the door"),
+        ("chuck_forced", 152, "look at the part and at the chuck"),
+    ] {
+        loaded.fault(fault, true);
+        let aborted = loaded.state(CellState::ABORTED);
+        assert_eq!(aborted.alarm, alarm, "{}", aborted.stop_reason);
+        assert!(aborted.remedy.contains(remedy), "{}", aborted.remedy);
+        loaded.cell.client.status("is the end", |status| status.state == JobStatus::ABORTED);
+        loaded.fault(fault, false);
+        // It has to be at rest, and nobody inside.
+        while loaded.say(CellCommandRequest::CLEAR).is_err() {}
+        loaded.state(CellState::STOPPED);
+        if alarm == 150 {
+            // The wheel stands near the part: out by hand, and only with the door closed.
+            let refused = out(&loaded).expect_err("the door is open");
+            assert!(refused.contains("nothing may start: the door is not closed"), "{refused}");
+            loaded.trigger("machine/close_door").expect("nobody is inside");
+            while let Err(refused) = out(&loaded) {
+                assert!(refused.contains("the door is not closed"), "it still closes: {refused}");
+            }
+            grinding();
+        }
+    }
     loaded.stop();
 }
 

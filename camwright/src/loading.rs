@@ -162,7 +162,11 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Failure::TooLong(Step::OpenDoor, s) => {
-                write!(f, "the machine was not ready to be loaded within {s} s: wheel stopped, axes safe, door open")
+                write!(
+                    f,
+                    "the machine was not ready to be loaded within {s} s: the door has to be open, the wheel to stand still and x_axis to be \
+                     in its safe place; after an alarm in a cut it is moved there by hand, with the door closed"
+                )
             }
             Failure::TooLong(Step::Enter, s) => write!(f, "the loader did not enter within {s} s"),
             Failure::TooLong(Step::Inside, s) => write!(f, "the loader did not leave the work area within {s} s"),

@@ -2,12 +2,12 @@
 
 use super::{follow, idle, machine, travel};
 use camwright::machine::Machine;
-use camwright::machine::MachineCommand;
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, LoadingDescription, MachineDescription};
 use camwright::machine::fault::{Fault, LoadingFault};
 use camwright::machine::report::{MotionState, TickReport};
-use camwright::machine::work_area::{LoadingRefused, Place};
+use camwright::machine::work_area::{Hindrance, LoadingRefused, Place};
+use camwright::machine::{MachineCommand, ResetRefused};
 
 /// A machine with a door of 200 and 300 ticks and a chuck of 50 and 80.
 fn loaded() -> MachineDescription {
@@ -115,6 +115,26 @@ fn a_door_forced_open_stops_the_axes_on_their_path() {
     let back = travel(&machine, Axis::X, 10.0, 400);
     follow(&mut machine, &back);
     assert!(machine.alarms().is_empty());
+}
+
+/// The wheel runs down for seconds: a reset before it stands would bring the alarm again with the next tick.
+#[test]
+fn with_the_door_open_a_reset_waits_for_the_wheel() {
+    let mut machine = ready();
+    machine.step(None, &[MachineCommand::WheelStart], &[]);
+    idle(&mut machine, 500);
+    strike(&mut machine, LoadingFault::DoorForced(true));
+    assert_eq!(raised(&machine), [AlarmKind::DoorOpened]);
+    assert_eq!(machine.reset(), Err(ResetRefused::WheelTurns(Hindrance::Door)));
+    let mut ticks = 0;
+    while machine.reset().is_err() {
+        idle(&mut machine, 1);
+        ticks += 1;
+        assert!(ticks < 100_000, "it stands in the end");
+    }
+    assert!(ticks > 100, "it does not stand at once: {ticks} ticks");
+    idle(&mut machine, 500);
+    assert!(machine.alarms().is_empty(), "and the alarm stays away");
 }
 
 #[test]

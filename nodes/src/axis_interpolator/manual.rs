@@ -123,7 +123,7 @@ impl Shared {
         let what = if turns { "starting the wheel" } else { "stopping the wheel" };
         let name = format!("{what} by {}", self.node.who(&responder.client()));
         lock(&self.served).begin(Goal::Wheel(responder, turns), name, String::new());
-        self.begin(Motion::Wheel(turns));
+        self.begin_or_refuse(Ok(Motion::Wheel(turns)));
     }
 }
 

@@ -28,7 +28,7 @@ use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright::setpoint::{Latch, Measured};
 use camwright_msgs::camwright_msgs::action::{ExecutePlan, Home, Jog, MoveTo, Probe};
 use camwright_msgs::camwright_msgs::msg::{
-    Latch as LatchMessage, MachineDescription as DescriptionMessage, MachineStream, PlanPage,
+    Latch as LatchMessage, MachineDescription as DescriptionMessage, MachineStream, PlanPage, WorkArea,
 };
 use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldResponse, SetOverride, SetOverrideResponse};
 use camwright_msgs::control_msgs::action::FollowJointTrajectory;
@@ -91,6 +91,8 @@ struct Shared {
     homed: Mutex<[bool; AXIS_COUNT]>,
     /// A jog that somebody has to hold.
     held: Mutex<Option<Held>>,
+    /// What about door, chuck or work area keeps axes and wheel from starting; empty for nothing.
+    hindrance: Mutex<String>,
     /// The machine's last tick that was heard of.
     tick: AtomicU64,
     heard: Mutex<Heard>,
@@ -144,6 +146,7 @@ impl AxisInterpolator {
             rest_counts: Mutex::new([0; AXIS_COUNT]),
             homed: Mutex::default(),
             held: Mutex::default(),
+            hindrance: Mutex::default(),
             tick: AtomicU64::new(0),
             heard: Mutex::default(),
             arrival: Mutex::default(),
@@ -350,6 +353,14 @@ impl Shared {
         None
     }
 
+    /// Why the machine would answer any motion with an alarm. For whoever does not look at the work area as the planner does.
+    fn hindrance(&self) -> Result<(), String> {
+        match lock(&self.hindrance).as_str() {
+            "" => Ok(()),
+            reason => Err(format!("nothing may start: {reason}")),
+        }
+    }
+
     /// Starts a motion for the goal that has command.
     fn begin(&self, motion: Motion) {
         let job = JobEnds::of(&motion);
@@ -444,7 +455,11 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
         lock(&this.plans).add(page);
         this.begin_plan();
     })?;
-    let mut all = vec![description, stream, pages, manual::subscribe(shared)?];
+    let this = Arc::clone(shared);
+    let area = node.subscribe::<WorkArea>("machine/work_area", &Qos::latched(1), move |area, _| {
+        *lock(&this.hindrance) = if area.may_move { String::new() } else { area.message };
+    })?;
+    let mut all = vec![description, stream, pages, area, manual::subscribe(shared)?];
     all.extend(joint_trajectory::subscribe(shared)?);
     Ok(all)
 }

@@ -36,7 +36,7 @@ impl ActionHandler<Home> for HomeHandler {
         }
         let name = of_client("homing", &handle);
         lock(&self.0.served).begin(Goal::Home(handle), name, String::new());
-        self.0.begin(Motion::Home(axes));
+        self.0.begin_or_refuse(Ok(Motion::Home(axes)));
     }
 
     fn cancel(&mut self, _id: GoalId) -> bool {
@@ -96,7 +96,7 @@ pub(super) fn axis(joint: &str) -> Result<Axis, String> {
 
 impl Shared {
     pub(super) fn begin_or_refuse(&self, motion: Result<Motion, String>) {
-        match motion {
+        match self.hindrance().and(motion) {
             Ok(motion) => self.begin(motion),
             Err(reason) => lock(&self.served).refuse(&reason),
         }

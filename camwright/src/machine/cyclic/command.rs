@@ -1,6 +1,7 @@
 //! What the machine is ordered to do besides setpoints, and why it may refuse a reset.
 
 use crate::machine::description::Axis;
+use crate::machine::work_area::Hindrance;
 use crate::setpoint::Input;
 use thiserror::Error;
 
@@ -71,6 +72,9 @@ pub enum ResetRefused {
     /// Somebody is in the work area.
     #[error("somebody is in the work area")]
     Entered,
+    /// Door or chuck is not closed, and the wheel runs down: the alarm would come again at once.
+    #[error("the wheel still turns, and {}", .0.text())]
+    WheelTurns(Hindrance),
     /// An axis is not at rest yet.
     #[error("{} is not at rest yet", .0.joint())]
     Moving(Axis),

@@ -68,10 +68,15 @@ impl Machine {
         if !self.is_at_rest() || self.stream_moves() {
             return Err(LoadingRefused::Moving);
         }
-        if self.wheel.is_ordered() || !self.wheel.is_still() {
+        if self.wheel_turns() {
             return Err(LoadingRefused::WheelTurns);
         }
         Ok(())
+    }
+
+    /// The wheel turns, or is about to.
+    pub(super) fn wheel_turns(&self) -> bool {
+        self.wheel.is_ordered() || !self.wheel.is_still()
     }
 
     /// The axes stand still in their safe place, and the wheel has stopped.
@@ -101,8 +106,7 @@ impl Machine {
             self.raise(late, 0.0, 0.0);
         }
         let moves = !self.is_at_rest() || self.stream_moves();
-        let turns = self.wheel.is_ordered() || !self.wheel.is_still();
-        if let Some(hindrance) = self.hindrance().filter(|_| moves || turns) {
+        if let Some(hindrance) = self.hindrance().filter(|_| moves || self.wheel_turns()) {
             self.raise(hindrance.alarm(), 0.0, 0.0);
             self.wheel.order(false);
         }

@@ -191,6 +191,7 @@ impl Shared {
 
     /// The motion that begins where the axes rest.
     fn motion_from_rest(&self, wanted: &Wanted) -> Result<Prepared, String> {
+        self.hindrance()?;
         let machine = self.machine().ok_or("the machine has not been heard of yet")?;
         let clock = self.clock().ok_or("the machine has not been heard of yet")?;
         // Later than any tick that the engine can begin with at once.
