@@ -20,7 +20,7 @@ const CYCLE_TIME_NS: u32 = 1_000_000;
 /// How long the cell may take for anything.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 /// Ticks between the last news of the machine and the first setpoint of a chunk: more than passes until it is there.
-const LEAD_TICKS: u64 = 35;
+const LEAD_TICKS: u64 = 50;
 
 /// What the machine tells, with the time at which it said so by the system's clock (ns).
 #[derive(Debug)]

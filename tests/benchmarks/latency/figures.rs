@@ -24,11 +24,12 @@ impl Row {
         self.times.len() == self.wanted && self.lost == 0
     }
 
-    /// The smallest time that this share of the samples does not exceed.
-    fn quantile(sorted: &[Duration], share: f64) -> Option<Duration> {
+    /// The smallest time that this share of the samples does not exceed, those that were lost being slower than all others: `None` if it
+    /// lies among them.
+    fn quantile(sorted: &[Duration], lost: usize, share: f64) -> Option<Duration> {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
         #[allow(clippy::cast_precision_loss, reason = "some thousand samples")]
-        let index = (share * sorted.len() as f64).ceil() as usize;
+        let index = (share * (sorted.len() + lost) as f64).ceil() as usize;
         sorted.get(index.saturating_sub(1)).copied()
     }
 }
@@ -45,7 +46,7 @@ pub fn table<'a>(rows: impl Iterator<Item = &'a Row>) -> String {
         let mut sorted = row.times.clone();
         sorted.sort();
         let lost = if row.lost > 0 { format!(", {} lost", row.lost) } else { String::new() };
-        let [p50, p99] = [0.5, 0.99].map(|share| text(Row::quantile(&sorted, share)));
+        let [p50, p99] = [0.5, 0.99].map(|share| text(Row::quantile(&sorted, row.lost, share)));
         let most = text(sorted.last().copied());
         let _never_fails =
             writeln!(told, "| {} | {} | {}{lost} | {p50} | {p99} | {most} |", row.path, row.who, sorted.len());
