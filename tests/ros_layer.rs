@@ -126,6 +126,31 @@ fn late_joiners_get_latched_messages_and_nothing_else() {
     assert!(seen.ends_with(&["two".into(), "three".into(), "four".into()]), "{seen:?}");
 }
 
+/// What a node has heard already on a topic is not news to its next subscription.
+#[test]
+fn a_second_subscription_of_a_node_hears_only_what_comes_after_it() {
+    let domain = Domain::take();
+    let (talker, _a) = node(&domain, "talker");
+    let publisher = talker.publisher::<Text>("volatile", &Qos::default_topic()).expect("a publisher");
+    let (listener, _b) = node(&domain, "listener");
+    let hear = || {
+        let (sender, receiver) = mpsc::channel();
+        let heard = move |text: Text, _: &_| drop(sender.send(text.data));
+        let subscription = listener.subscribe::<Text>("volatile", &Qos::default_topic(), heard);
+        (subscription.expect("a subscription"), receiver)
+    };
+    let say = |text: &str| publisher.publish(&Text { data: text.into() }).expect("published");
+    let (_first, first) = hear();
+    assert!(publisher.wait_matched(1, PATIENCE));
+    say("before");
+    assert_eq!(first.recv_timeout(PATIENCE).as_deref(), Ok("before"));
+    let (_second, second) = hear();
+    assert!(publisher.wait_matched(2, PATIENCE));
+    say("after");
+    assert_eq!(second.recv_timeout(PATIENCE).as_deref(), Ok("after"));
+    assert_eq!(first.recv_timeout(PATIENCE).as_deref(), Ok("after"));
+}
+
 #[test]
 fn raw_messages_are_the_typed_ones() {
     let domain = Domain::take();

@@ -20,9 +20,12 @@ use super::{
     loopback::LocalEndpoint,
     names::{self, NameKind},
     node::Node,
-    qos::Qos,
+    qos::{Durability, Qos},
     wire::{CDR_LE_HEADER, Octets, from_cdr, to_cdr},
 };
+
+/// Messages of a topic that a participant may have received before a new reader is made; more than any history keeps.
+const MOST_KEPT: usize = 20_000;
 
 /// Where and when a message came from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -296,6 +299,10 @@ impl Node {
             .with_crate_node(|node| node.create_subscription::<D>(&dds_topic, None))?
             .map_err(|error| RosError::create(format!("subscription to {name}"), error))?;
         let guid = reader.guid();
+        if qos.durability == Durability::Volatile {
+            // `RustDDS` hands a new reader what its participant has received on the topic already. What cannot be read is passed over too.
+            let _read = (0..MOST_KEPT).take_while(|_| !matches!(reader.take(), Ok(None))).count();
+        }
         let delivery = Arc::new(Mutex::new(Delivery::new(self, delayable, callback)));
         let (topic, logger, own) = (name.to_string(), self.logger().clone(), guid.prefix);
         let (local, executor) = (Arc::clone(&delivery), Arc::downgrade(self.executor()));
