@@ -8,6 +8,7 @@ pub mod convert;
 pub mod cyclic;
 mod drawing;
 pub mod job_planner;
+pub mod machine_check;
 pub mod machine_sim;
 pub mod operator_page;
 pub mod planning;

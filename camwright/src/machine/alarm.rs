@@ -51,7 +51,7 @@ pub enum AlarmKind {
     CommandGap,
     /// A second sender of setpoints was refused.
     SecondWriter,
-    /// A chunk of setpoints was refused. Value: its first tick.
+    /// A chunk of setpoints was refused. Value: its first tick, [`NO_TICK`] where what came is no chunk.
     ChunkRefused,
     /// Setpoints between two chunks are missing. Value: first tick received, bound: first tick expected.
     SetpointsLost,
@@ -353,6 +353,9 @@ impl AlarmKind {
     }
 }
 
+/// In the place of the first tick of a chunk that has none.
+pub const NO_TICK: f64 = -1.0;
+
 /// An alarm that was raised. Its text is made by [`fmt::Display`], outside the cyclic path.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Alarm {
@@ -404,6 +407,9 @@ impl fmt::Display for Alarm {
                 write!(f, "commands are missing: received number {}, expected {}", self.value, self.bound)
             }
             AlarmKind::SecondWriter => f.write_str("a second sender of setpoints was refused"),
+            AlarmKind::ChunkRefused if self.value < 0.0 => {
+                f.write_str("what came as setpoints is no chunk: other joints, no tick, or points that do not make one")
+            }
             AlarmKind::ChunkRefused => write!(f, "the setpoints from tick {} on were refused", self.value),
             AlarmKind::SetpointsLost => {
                 write!(f, "setpoints from tick {} on came, those from tick {} on are missing", self.value, self.bound)

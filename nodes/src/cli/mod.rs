@@ -2,6 +2,7 @@
 
 mod batch;
 mod check;
+mod check_machine;
 mod drives;
 mod page;
 mod plan;
@@ -41,6 +42,8 @@ enum CommandLine {
     Post(post::PostArgs),
     /// Check a job or a lift table: every finding with file, line, value and bound.
     Check(check::CheckArgs),
+    /// Check a machine against its contract, clause by clause: a drive, a bridge, or the simulated machine.
+    CheckMachine(check_machine::CheckMachineArgs),
     /// Tell what the drives of a lathe leave on a part, and what they would have to be.
     Drives(drives::DrivesArgs),
     /// Set a running cell up: jog, probe, dress, touch off, find the part's phase.
@@ -74,6 +77,7 @@ pub fn main() -> ExitCode {
         CommandLine::Plan(args) => plan::main(&args),
         CommandLine::Post(args) => post::main(&args),
         CommandLine::Check(args) => check::main(&args),
+        CommandLine::CheckMachine(args) => check_machine::main(&args, &ros_args),
         CommandLine::Drives(args) => drives::main(&args),
         CommandLine::Setup(args) => setup::main(&args, &ros_args),
         CommandLine::Page(args) => page::main(&args, &ros_args),

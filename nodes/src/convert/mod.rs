@@ -10,6 +10,7 @@ pub mod setpoints;
 pub mod time;
 
 use camwright::machine::description::{Axis, Scale};
+use camwright_msgs::camwright_msgs::msg::AxisDescription;
 
 /// Millimetres to metres.
 #[must_use]
@@ -76,6 +77,15 @@ pub fn counts_from_si(scale: Scale, position: f64) -> i64 {
         }
         Scale::Rotary { .. } => scale.counts(position),
     }
+}
+
+/// Counts of an axis for a metre or a radian, by what the machine's description says and nothing else: who judges a machine must not
+/// read its counts by the scale that it was made with.
+#[must_use]
+#[allow(clippy::cast_precision_loss, reason = "scales are below 2^53")]
+pub fn counts_per_si(axis: &AxisDescription) -> f64 {
+    let ratio = axis.counts_per_unit_numerator as f64 / axis.counts_per_unit_denominator as f64;
+    if axis.linear { ratio * 1e6 } else { ratio / core::f64::consts::TAU }
 }
 
 /// Energy per volume: J/mm³ to J/m³.

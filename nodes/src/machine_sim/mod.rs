@@ -276,7 +276,10 @@ fn subscriptions(
                 Ok(chunk) => {
                     chunks.send(Inbound::Chunk(participant(info.writer), Box::new(chunk)));
                 }
-                Err(error) => logger.warn(&format!("setpoints refused: {error}")),
+                Err(error) => {
+                    logger.warn(&format!("setpoints refused: {error}"));
+                    chunks.send(Inbound::NoChunk(participant(info.writer)));
+                }
             },
         )?;
     let (logger, orders, machine) = (node.logger().clone(), inlet.clone(), description.clone());
@@ -440,7 +443,9 @@ fn answers(
     }
 }
 
-fn description_message(file: &machine_file::Machine, lasting: &LastingState) -> DescriptionMessage {
+/// What a machine of this file says that it is.
+#[must_use]
+pub fn description_message(file: &machine_file::Machine, lasting: &LastingState) -> DescriptionMessage {
     let machine = &file.description;
     DescriptionMessage {
         name: machine.name.clone(),

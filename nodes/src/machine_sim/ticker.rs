@@ -7,7 +7,7 @@ use super::traffic::{Inbound, Order, Outbound, TimedCommand};
 use super::work_area::AreaOrder;
 use crate::convert::setpoints::ChunkBuffer;
 use crate::cyclic::{Receiver, Sender, Waker};
-use camwright::machine::alarm::{AlarmKind, Severity};
+use camwright::machine::alarm::{AlarmKind, NO_TICK, Severity};
 use camwright::machine::buffer::{ChunkError, SetpointBuffer};
 use camwright::machine::fault::Fault;
 use camwright::machine::report::{MotionState, TickReport};
@@ -242,12 +242,17 @@ impl Ticker {
                 self.losing = *chunks;
             }
         }
-        let report = self.machine.step(setpoint.as_ref(), &self.now[..count], &faults);
+        let mut report = self.machine.step(setpoint.as_ref(), &self.now[..count], &faults);
         self.buffer.executed(next);
-        if self.is_stopped_by_alarm() && report.raised.iter().next().is_some() {
+        let is_raised = report.raised.iter().next().is_some();
+        if self.is_stopped_by_alarm() && is_raised {
             self.buffer.close();
-            self.state.news = true;
         }
+        // Setpoints that wait for their tick are no standstill.
+        if report.motion == MotionState::Standstill && self.buffer.has_setpoints() {
+            report.motion = MotionState::Running;
+        }
+        self.state.news |= is_raised || self.last_report.is_none_or(|last| last.motion != report.motion);
         if self.state.has_holder && self.buffer.is_spent() {
             self.state.has_holder = false;
             self.state.news = true;
@@ -304,6 +309,7 @@ impl Ticker {
         while let Some(message) = self.inbound.receive() {
             match message {
                 Inbound::Chunk(writer, chunk) => self.take_chunk(writer, chunk),
+                Inbound::NoChunk(writer) => self.take_no_chunk(writer),
                 Inbound::Command(writer, command) => self.take_command(writer, command),
                 Inbound::Fault(fault, job_tick) => self.faults.add(fault, job_tick),
                 Inbound::Reset => self.reset(),
@@ -385,6 +391,16 @@ impl Ticker {
                 }
                 self.send(Outbound::Refused(error, writer, chunk));
             }
+        }
+    }
+
+    /// What came in the place of a chunk and is none: refused like one that cannot be followed.
+    fn take_no_chunk(&mut self, writer: [u8; 16]) {
+        if self.state.has_holder && self.state.holder != writer {
+            self.machine.raise(AlarmKind::SecondWriter, 0.0, 0.0);
+        } else if !self.is_stopped_by_alarm() {
+            self.machine.raise(AlarmKind::ChunkRefused, NO_TICK, 0.0);
+            self.buffer.close();
         }
     }
 

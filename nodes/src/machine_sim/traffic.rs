@@ -34,6 +34,8 @@ pub(super) enum Order {
 pub(super) enum Inbound {
     /// A chunk, from this writer.
     Chunk([u8; 16], Box<ChunkBuffer>),
+    /// What is no chunk, from this writer.
+    NoChunk([u8; 16]),
     Command([u8; 16], TimedCommand),
     /// A fault, now (0) or at this tick of the next job, its first being 1.
     Fault(Fault, u64),

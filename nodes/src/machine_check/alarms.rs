@@ -1,0 +1,69 @@
+//! M30: what alarms say.
+
+use super::heard::Heard;
+use super::report::Report;
+use camwright::machine::alarm::AlarmKind;
+use camwright_msgs::camwright_msgs::msg::{Alarm, MachineAlarms};
+
+/// Numbers from here on are a machine's own.
+const OWN: u16 = 1000;
+
+/// Numbers, words, and that both topics tell the same.
+pub(super) fn judge(heard: &Heard, report: &mut Report) {
+    let before = report.evidence(30);
+    let told: Vec<&Alarm> = heard.alarms.iter().flat_map(|said| &said.alarms).collect();
+    for alarm in &told {
+        let (number, tick) = (alarm.number, alarm.tick);
+        if number < OWN && AlarmKind::from_number(number).is_none() {
+            report.broken(30, format!("alarm {number} of tick {tick} is not in the table, and below {OWN}"));
+        }
+        for (what, text) in [("text", &alarm.text), ("remedy", &alarm.remedy)] {
+            if text.trim().is_empty() {
+                report.broken(30, format!("alarm {number} of tick {tick} has no {what}"));
+            }
+        }
+        if !(Alarm::WARNING..=Alarm::POWER_OFF).contains(&alarm.severity) {
+            report.broken(30, format!("alarm {number} of tick {tick} has severity {}, allowed 1 to 3", alarm.severity));
+        }
+    }
+    if heard.alarms.is_empty() {
+        report.not_seen(30, "machine/alarms was not heard: it is latched, and empty where there are none");
+    }
+    agree(heard, report);
+    if !told.is_empty() {
+        report.kept_unless_broken(
+            30,
+            before,
+            format!("{} words on alarms, each with number, text and remedy", told.len()),
+        );
+    }
+}
+
+/// Both topics tell the same, once both have told the same tick.
+fn agree(heard: &Heard, report: &mut Report) {
+    for pair in heard.alarms.windows(2) {
+        tells(heard, &pair[0], Some(pair[1].tick), report);
+    }
+    if let Some(last) = heard.alarms.last() {
+        tells(heard, last, None, report);
+    }
+}
+
+/// Every word of the stream from this word on alarms to the next has its numbers.
+fn tells(heard: &Heard, said: &MachineAlarms, until: Option<u64>, report: &mut Report) {
+    let mut numbers: Vec<u16> = said.alarms.iter().map(|alarm| alarm.number).collect();
+    numbers.sort_unstable();
+    let during = |tick: u64| tick >= said.tick && until.is_none_or(|until| tick < until);
+    // A tick is told again where a command is acknowledged, then with what the next tick brings.
+    for news in heard.streams.iter().filter(|news| news.tick > said.tick && during(news.tick)) {
+        let mut others = news.alarms.clone();
+        others.sort_unstable();
+        if others != numbers {
+            let tick = news.tick;
+            return report.broken(
+                30,
+                format!("tick {tick}: machine/stream has the alarms {others:?}, machine/alarms {numbers:?}"),
+            );
+        }
+    }
+}

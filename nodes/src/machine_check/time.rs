@@ -1,0 +1,208 @@
+//! M2, M3, M4, M7, M40 and M41: what the machine says against ticks and clock, in integers.
+
+use super::heard::{Facts, Heard, ns};
+use super::report::Report;
+use camwright_msgs::builtin_interfaces::msg::Time;
+use camwright_msgs::camwright_msgs::msg::MachineStream;
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
+
+/// What a rate of ticks may be off: as a share, and for the time that the first and the last message took.
+const RATE: (f64, f64) = (0.01, 0.1);
+/// The shortest time in which a rate is judged.
+const SHORTEST: Duration = Duration::from_secs(2);
+
+pub(super) fn judge(heard: &Heard, facts: &Facts, publishes_clock: bool, report: &mut Report) {
+    let Some(first) = heard.streams.first() else {
+        return report.broken(3, "machine/stream was not heard, though other topics were");
+    };
+    let epoch_ns = ns(&first.epoch);
+    stamps(heard, facts, epoch_ns, report);
+    stream(heard, facts, report);
+    credit(heard, facts, report);
+    joint_states(heard, facts, epoch_ns, report);
+    pace(heard, facts, publishes_clock, report);
+}
+
+/// Time of a tick, without rounding and without overflow.
+fn time_of(tick: u64, epoch_ns: i64, facts: &Facts) -> i128 {
+    i128::from(epoch_ns) + i128::from(tick) * i128::from(facts.cycle_ns)
+}
+
+/// M2: stamps of stream, inputs and alarms, the epoch, and the order of ticks.
+fn stamps(heard: &Heard, facts: &Facts, epoch_ns: i64, report: &mut Report) {
+    let before = report.evidence(2);
+    let streams = heard.streams.iter().map(|said| ("machine/stream", said.tick, &said.stamp));
+    let io = heard.io.iter().map(|said| ("machine/io", said.tick, &said.stamp));
+    let alarms = heard.alarms.iter().map(|said| ("machine/alarms", said.tick, &said.stamp));
+    for (topic, tick, stamp) in streams.chain(io).chain(alarms) {
+        let (told, meant) = (i128::from(ns(stamp)), time_of(tick, epoch_ns, facts));
+        if told != meant || stamp.nanosec >= 1_000_000_000 {
+            let off = told - meant;
+            report.broken(
+                2,
+                format!("{topic}: stamp of tick {tick} is {off} ns off epoch + tick * cycle_time_ns, allowed 0"),
+            );
+        }
+    }
+    for pair in heard.streams.windows(2) {
+        let [before, after] = pair else { continue };
+        if after.epoch != before.epoch {
+            let (Time { sec, nanosec }, now) = (&before.epoch, &after.epoch);
+            let (from, to) = (format!("{sec}.{nanosec:09}"), format!("{}.{:09}", now.sec, now.nanosec));
+            report.broken(2, format!("the epoch goes from {from} to {to} at tick {}", after.tick));
+        }
+        // The same tick is told again where a command is acknowledged.
+        if after.tick < before.tick {
+            report.broken(2, format!("tick {} is told after tick {}", after.tick, before.tick));
+        }
+    }
+    let steps = steps(heard, facts);
+    if usual(&steps) == Some(1) {
+        for (from, step) in steps.iter().filter(|(_, step)| *step > 1) {
+            report.broken(2, format!("{} ticks are left out after tick {from} (joint_states)", step - 1));
+        }
+    }
+    for (from, step) in steps.iter().filter(|(_, step)| *step <= 0) {
+        report.broken(2, format!("joint_states go from tick {from} by {step}: a tick is executed twice"));
+    }
+    let count = heard.streams.len() + heard.io.len();
+    report.kept_unless_broken(2, before, format!("{count} stamps and {} ticks in a row", heard.joints.len()));
+}
+
+/// From which tick by how many the joint states go, counted from the first.
+fn steps(heard: &Heard, facts: &Facts) -> Vec<(i64, i64)> {
+    let epoch_ns = heard.streams.first().map_or(0, |first| ns(&first.epoch));
+    let tick = |stamp_ns: i64| (stamp_ns - epoch_ns).checked_div(facts.cycle_ns).unwrap_or(0);
+    heard
+        .joints
+        .windows(2)
+        .map(|pair| (tick(pair[0].stamp_ns), tick(pair[1].stamp_ns) - tick(pair[0].stamp_ns)))
+        .collect()
+}
+
+/// The step that is most frequent.
+fn usual(steps: &[(i64, i64)]) -> Option<i64> {
+    let mut counts: BTreeMap<i64, usize> = BTreeMap::new();
+    for (_, step) in steps {
+        *counts.entry(*step).or_default() += 1;
+    }
+    counts.into_iter().max_by_key(|(_, count)| *count).map(|(step, _)| step)
+}
+
+/// M3: every tick that is a multiple of the period, and every alarm at once.
+fn stream(heard: &Heard, facts: &Facts, report: &mut Report) {
+    let before = report.evidence(3);
+    for pair in heard.streams.windows(2) {
+        let (from, to) = (pair[0].tick, pair[1].tick);
+        let due = (from / facts.period + 1).saturating_mul(facts.period);
+        if due < to {
+            let missing = (to - 1) / facts.period - from / facts.period;
+            report.broken(
+                3,
+                format!("{missing} of the ticks that are multiples of {} are missing from tick {due} on", facts.period),
+            );
+        }
+    }
+    let (first, last) = match (heard.streams.first(), heard.streams.last()) {
+        (Some(first), Some(last)) => (first.tick, last.tick),
+        _ => return,
+    };
+    let told: BTreeSet<u64> = heard.streams.iter().map(|said| said.tick).collect();
+    // The first message of alarms is what was latched before.
+    for changed in heard.alarms.iter().skip(1).filter(|said| (first..=last).contains(&said.tick)) {
+        if !told.contains(&changed.tick) {
+            report.broken(3, format!("alarms change at tick {}, machine/stream does not tell that tick", changed.tick));
+        }
+    }
+    for pair in heard.streams.windows(2) {
+        let [before, after] = pair else { continue };
+        let is_over = |said: &MachineStream| said.motion == MachineStream::MOTION_STANDSTILL;
+        // What rested at one tick and has moved by the next one that is told began to move in between.
+        if is_over(before) && after.motion != before.motion && after.tick - before.tick > 1 {
+            let moved = after.setpoint_counts != before.setpoint_counts;
+            if moved {
+                report.broken(
+                    3,
+                    format!(
+                        "motion changes between tick {} and tick {}, and is not told at its tick",
+                        before.tick, after.tick
+                    ),
+                );
+            }
+        }
+    }
+    let seen =
+        format!("{} messages over {} ticks, at least one in {}", heard.streams.len(), last - first, facts.period);
+    report.kept_unless_broken(3, before, seen);
+}
+
+/// M4.
+fn credit(heard: &Heard, facts: &Facts, report: &mut Report) {
+    let before = report.evidence(4);
+    for said in &heard.streams {
+        if said.credit_tick > said.tick.saturating_add(facts.delay) {
+            let over = said.credit_tick - said.tick;
+            report
+                .broken(4, format!("credit is {over} ticks ahead of tick {}, allowed are {}", said.tick, facts.delay));
+        }
+    }
+    report.kept_unless_broken(4, before, format!("never more than {} ticks", facts.delay));
+}
+
+/// M7: stamps of ticks, as evenly as they began. Where there is one a tick, one that is missing is a tick that is missing (M2).
+fn joint_states(heard: &Heard, facts: &Facts, epoch_ns: i64, report: &mut Report) {
+    let before = report.evidence(7);
+    let steps = steps(heard, facts);
+    let Some(step) = usual(&steps) else {
+        return report.not_seen(7, "fewer than two messages of joint_states were heard");
+    };
+    for said in &heard.joints {
+        let rest = (said.stamp_ns - epoch_ns).checked_rem(facts.cycle_ns).unwrap_or(0);
+        if rest != 0 {
+            report.broken(7, format!("a stamp of joint_states is {rest} ns off a tick, allowed 0"));
+        }
+    }
+    if step > 1 {
+        for (from, other) in steps.iter().filter(|(_, other)| *other != step) {
+            report.broken(7, format!("joint_states come every {step} ticks, after tick {from} {other} later"));
+        }
+    }
+    let seen = format!("{} messages, one in {step} ticks", heard.joints.len());
+    report.kept_unless_broken(7, before, seen);
+}
+
+/// M40 and M41.
+#[allow(clippy::cast_precision_loss, reason = "ticks of a run")]
+fn pace(heard: &Heard, facts: &Facts, publishes_clock: bool, report: &mut Report) {
+    let (Some(first), Some(last)) = (heard.streams.first(), heard.streams.last()) else { return };
+    if heard.streams.iter().any(|said| said.pace == MachineStream::PACE_FAST) {
+        report.not_seen(40, "the machine runs at pace fast");
+        if publishes_clock {
+            report.kept(41, "pace fast, with /clock");
+        } else {
+            report.broken(41, "the machine runs at pace fast, and nobody publishes /clock");
+        }
+        return;
+    }
+    report.not_seen(41, "the machine runs at pace realtime");
+    if let Some(said) = heard.streams.iter().find(|said| said.pace != MachineStream::PACE_REALTIME) {
+        return report.broken(40, format!("pace is {} at tick {}, allowed are 0 and 1", said.pace, said.tick));
+    }
+    let (Some(began), Some(ended)) = (heard.came.first(), heard.came.last()) else { return };
+    let passed = ended.duration_since(*began);
+    if passed < SHORTEST {
+        return report.not_seen(40, format!("only {:.1} s were heard", passed.as_secs_f64()));
+    }
+    let ticked_s = (last.tick - first.tick) as f64 * facts.cycle_s();
+    let off_s = ticked_s - passed.as_secs_f64();
+    let allowed_s = RATE.0.mul_add(passed.as_secs_f64(), RATE.1);
+    let seen = format!("{ticked_s:.3} s of ticks in {:.3} s", passed.as_secs_f64());
+    if off_s.abs() <= allowed_s {
+        report.kept(40, seen);
+    } else if let Some(warning) = heard.warnings.first().filter(|_| off_s < 0.0) {
+        report.kept(40, format!("{seen}; it is late, and says so: {warning}"));
+    } else {
+        report.broken(40, format!("{seen}, allowed is {allowed_s:.3} s of difference, and /diagnostics tell nothing"));
+    }
+}

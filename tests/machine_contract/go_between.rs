@@ -1,0 +1,270 @@
+//! A machine with one fault: a node that passes on what a sound one says and hears, all but one thing.
+#![allow(missing_docs, reason = "a helper of tests")]
+#![allow(missing_debug_implementations, reason = "as above")]
+#![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
+
+use crate::support::{Domain, PATIENCE};
+use camwright_msgs::Message;
+use camwright_msgs::camwright_msgs::msg::{
+    Latch, MachineAlarms, MachineCommand, MachineDescription, MachineIo, MachineStream,
+};
+use camwright_msgs::sensor_msgs::msg::JointState;
+use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
+use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
+use camwright_nodes::ros::{
+    Client, Guid, Node, NodeOptions, Publisher, Qos, RosArgs, ServiceHandle, SpinThread, Subscription,
+};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fault {
+    None,
+    OtherHash,
+    OtherLimit,
+    TickLeftOut,
+    StampOff,
+    StreamTooRare,
+    CreditTooLarge,
+    AxesSwapped,
+    JointsUneven,
+    JointStampOff,
+    MovesAtStandstill,
+    NotAtItsSetpoint,
+    JointsBestEffort,
+    NoRemedy,
+    UnknownPace,
+    EdgeToldTwice,
+    EdgeElsewhere,
+    OneCountOff,
+    LossNotTold,
+    RefusalNotTold,
+    StrangerNotTold,
+    GapNotTold,
+    ResetWhileMoving,
+    StopWithoutEffect,
+    SilenceNotTold,
+}
+
+impl Fault {
+    /// An alarm that is not told.
+    fn hushed(self) -> Option<u16> {
+        match self {
+            Self::SilenceNotTold => Some(80),
+            Self::GapNotTold => Some(82),
+            Self::StrangerNotTold => Some(83),
+            Self::RefusalNotTold => Some(84),
+            Self::LossNotTold => Some(85),
+            _ => None,
+        }
+    }
+
+    /// What becomes of a message of the stream; nothing where it is kept back. `joints` counts those of `joint_states`.
+    fn stream(self, mut said: MachineStream, count: u64, edges: &mut Vec<Latch>) -> Option<MachineStream> {
+        match self {
+            Self::StampOff if count % 30 == 20 => said.stamp.nanosec += 1,
+            Self::StreamTooRare if count % 30 == 20 => return None,
+            Self::CreditTooLarge if count % 30 == 20 => said.credit_tick += 1,
+            Self::AxesSwapped => {
+                [&mut said.setpoint_counts, &mut said.actual_counts].into_iter().for_each(|axes| axes.swap(0, 1));
+            }
+            Self::MovesAtStandstill if is_elsewhere(said.tick) => {
+                said.setpoint_counts[2] += 1;
+                said.actual_counts[2] += 1;
+            }
+            Self::NotAtItsSetpoint if count % 30 == 20 => said.setpoint_counts[2] += 1,
+            Self::UnknownPace => said.pace = 7,
+            Self::OneCountOff if said.alarms.is_empty() && said.actual_velocities[0].abs() > 0.1 => {
+                said.setpoint_counts[0] += 1;
+            }
+            Self::EdgeToldTwice => {
+                let again = std::mem::replace(edges, said.latches.clone());
+                said.latches.extend(again);
+            }
+            Self::EdgeElsewhere => said.latches.iter_mut().for_each(|latch| latch.counts += 1_000_000),
+            _ => {}
+        }
+        said.alarms.retain(|number| Some(*number) != self.hushed());
+        Some(said)
+    }
+
+    fn joints(self, mut said: JointState, count: u64, period_ns: u32) -> Option<JointState> {
+        match self {
+            Self::TickLeftOut if count % 200 == 103 => return None,
+            // Every second one, and one besides.
+            Self::JointsUneven if count % 2 == 1 || count % 200 == 100 => return None,
+            Self::JointStampOff if count % 200 == 100 => said.header.stamp.nanosec += period_ns / 2,
+            _ => {}
+        }
+        Some(said)
+    }
+
+    fn alarms(self, mut said: MachineAlarms) -> MachineAlarms {
+        said.alarms.retain(|alarm| Some(alarm.number) != self.hushed());
+        if self == Self::NoRemedy {
+            said.alarms.iter_mut().for_each(|alarm| alarm.remedy.clear());
+        }
+        said
+    }
+
+    fn description(self, mut said: MachineDescription) -> MachineDescription {
+        match self {
+            Self::OtherHash => said.hash = said.hash.chars().rev().collect(),
+            Self::OtherLimit => said.axes[2].max_velocity *= 1.5,
+            _ => {}
+        }
+        said
+    }
+}
+
+/// Whether a resting axis is told elsewhere.
+fn is_elsewhere(tick: u64) -> bool {
+    (tick / 300) % 2 == 1
+}
+
+/// Senders that may speak at once.
+const SENDERS: usize = 2;
+
+/// What a sender's messages are passed on by: a node of its own, for the machine knows senders by it.
+struct Voice {
+    setpoints: Publisher<JointTrajectory>,
+    commands: Publisher<MachineCommand>,
+    node: Node,
+    _spin: SpinThread,
+}
+
+pub struct GoBetween {
+    outside: Node,
+    inside: Node,
+    voices: Arc<Vec<Voice>>,
+    _subscriptions: Vec<Subscription>,
+    _services: Vec<ServiceHandle>,
+    _spins: Vec<SpinThread>,
+}
+
+fn many() -> Qos {
+    Qos::default_topic().keep_last(2000)
+}
+
+/// Passes a topic on, changed.
+fn pass<M: Message + Clone>(
+    (inside, outside): (&Node, &Node),
+    topic: &str,
+    (listen, speak): (&Qos, &Qos),
+    mut change: impl FnMut(M) -> Option<M> + Send + 'static,
+) -> Subscription {
+    let publisher = outside.publisher::<M>(topic, speak).expect("a publisher");
+    let hear = move |said: M, _: &_| {
+        if let Some(said) = change(said) {
+            publisher.publish(&said).expect("it can be said");
+        }
+    };
+    inside.subscribe(topic, listen, hear).expect("a subscription")
+}
+
+impl GoBetween {
+    pub fn start(domain: &Domain, fault: Fault) -> Self {
+        let args = |namespace| RosArgs::default().with_domain_id(domain.id()).with_namespace(namespace);
+        let node = |name: &str, namespace| Node::new(NodeOptions::new(name, &args(namespace))).expect("a node");
+        let (outside, inside) = (node("between", "/broken"), node("between", "/sound"));
+        let voices = (0..SENDERS).map(|index| {
+            let node = node(&format!("voice_{index}"), "/sound");
+            let setpoints = node.publisher("machine/setpoints", &many()).expect("a publisher");
+            let commands = node.publisher("machine/commands", &many()).expect("a publisher");
+            let spin = node.spin_in_thread().expect("a thread");
+            Voice { setpoints, commands, node, _spin: spin }
+        });
+        let voices = Arc::new(voices.collect::<Vec<_>>());
+        let moving = Arc::new(AtomicBool::new(false));
+        let mut subscriptions = says(&inside, &outside, fault, &moving);
+        subscriptions.extend(hears(&outside, &voices));
+        let services = serves(&inside, &outside, fault, moving);
+        let spins = vec![inside.spin_in_thread().expect("a thread"), outside.spin_in_thread().expect("a thread")];
+        for voice in voices.iter() {
+            assert!(voice.setpoints.wait_matched(1, PATIENCE) && voice.commands.wait_matched(1, PATIENCE));
+        }
+        Self { outside, inside, voices, _subscriptions: subscriptions, _services: services, _spins: spins }
+    }
+
+    pub fn stop(self) {
+        self.outside.shutdown();
+        self.inside.shutdown();
+        self.voices.iter().for_each(|voice| voice.node.shutdown());
+    }
+}
+
+fn says(inside: &Node, outside: &Node, fault: Fault, moving: &Arc<AtomicBool>) -> Vec<Subscription> {
+    let (latched, many) = (Qos::latched(1), many());
+    let ends = (inside, outside);
+    let moving = Arc::clone(moving);
+    let (mut streams, mut joints, mut edges) = (0, 0, Vec::new());
+    let joint_states = if fault == Fault::JointsBestEffort { many.best_effort() } else { many };
+    let place = Arc::new(Mutex::new(0_i64));
+    let epoch = Arc::clone(&place);
+    vec![
+        pass(ends, "machine/description", (&latched, &latched), move |said| Some(fault.description(said))),
+        pass(ends, "machine/stream", (&many, &many), move |said: MachineStream| {
+            moving.store(said.motion == MachineStream::MOTION_RUNNING, Ordering::Release);
+            *place.lock().expect("not poisoned") =
+                i64::from(said.epoch.sec) * 1_000_000_000 + i64::from(said.epoch.nanosec);
+            // Only those are counted that must come.
+            streams += u64::from(said.tick.is_multiple_of(6));
+            fault.stream(said, streams, &mut edges)
+        }),
+        pass(ends, "joint_states", (&many, &joint_states), move |mut said: JointState| {
+            joints += 1;
+            let epoch = *epoch.lock().expect("not poisoned");
+            let ns = i64::from(said.header.stamp.sec) * 1_000_000_000 + i64::from(said.header.stamp.nanosec) - epoch;
+            let tick = u64::try_from(ns / 4_000_000).unwrap_or(0);
+            if fault == Fault::MovesAtStandstill && epoch > 0 && is_elsewhere(tick) {
+                // A count of the table is 0.1 µm.
+                said.position[2] += 1e-7;
+            }
+            fault.joints(said, joints, 4_000_000)
+        }),
+        pass(ends, "machine/io", (&many, &many), Some::<MachineIo>),
+        pass(ends, "machine/alarms", (&latched, &latched), move |said| Some(fault.alarms(said))),
+    ]
+}
+
+/// Passes on what senders say, each by a voice of its own.
+fn hears(outside: &Node, voices: &Arc<Vec<Voice>>) -> Vec<Subscription> {
+    let known: Arc<Mutex<Vec<Guid>>> = Arc::default();
+    let voice_of = move |writer: &Guid| {
+        let mut participant = *writer;
+        participant[12..].fill(0);
+        let mut known = known.lock().expect("not poisoned");
+        known.iter().position(|other| *other == participant).unwrap_or_else(|| {
+            known.push(participant);
+            known.len() - 1
+        })
+    };
+    let voice_of = Arc::new(voice_of);
+    let (first, second) = (Arc::clone(voices), Arc::clone(voices));
+    let of_commands = Arc::clone(&voice_of);
+    let setpoints = outside.subscribe("machine/setpoints", &many(), move |said: JointTrajectory, info| {
+        first[voice_of(&info.writer)].setpoints.publish(&said).expect("it can be said");
+    });
+    let commands = outside.subscribe("machine/commands", &many(), move |said: MachineCommand, info| {
+        second[of_commands(&info.writer)].commands.publish(&said).expect("it can be said");
+    });
+    vec![setpoints.expect("a subscription"), commands.expect("a subscription")]
+}
+
+fn serves(inside: &Node, outside: &Node, fault: Fault, moving: Arc<AtomicBool>) -> Vec<ServiceHandle> {
+    let reset: Arc<Client<Trigger>> = Arc::new(inside.client("machine/reset").expect("a client"));
+    let estop: Arc<Client<SetBool>> = Arc::new(inside.client("machine/estop").expect("a client"));
+    let reset = outside.service_deferred::<Trigger>("machine/reset", move |request, responder| {
+        if fault == Fault::ResetWhileMoving && moving.load(Ordering::Acquire) {
+            return responder.send(&TriggerResponse { success: true, message: String::new() });
+        }
+        reset.call_with(&request, move |answer| responder.send(&answer)).expect("it can be asked");
+    });
+    let estop = outside.service_deferred::<SetBool>("machine/estop", move |request, responder| {
+        if fault == Fault::StopWithoutEffect {
+            return responder.send(&SetBoolResponse { success: true, message: String::new() });
+        }
+        estop.call_with(&request, move |answer| responder.send(&answer)).expect("it can be asked");
+    });
+    vec![reset.expect("a service"), estop.expect("a service")]
+}
