@@ -356,7 +356,7 @@ fn probes_that_cannot_be_are_refused_with_what_is_allowed() {
     assert!(told(&|r| r.most_force_n = -1.0).contains("it must be 0 to 1000000"));
     assert!(told(&|r| r.reads = Some((20.0, f64::NAN))).contains("largest correction"));
     for speed in [0.0, -1.0, f64::NAN, 501.0] {
-        assert!(told(&|r| r.speed = speed).contains("cannot probe at"), "{speed}");
+        assert!(told(&|r| r.speed = speed).contains("cannot go at"), "{speed}");
     }
     let without = MachineDescription { gap_detector: None, ..machine.clone() };
     assert_eq!(refused(&touch(0.1), &without), "the machine has no gap detector");
