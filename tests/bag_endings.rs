@@ -10,6 +10,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use camwright_nodes::bag::check::{Severity, check};
 use camwright_nodes::bag::qos::{Durability, Reliability};
 use camwright_nodes::bag::recording::{Recording, RecordingOptions};
+use camwright_nodes::bag::recover;
 use camwright_nodes::bag::{Bag, Outcome, QosProfile, Topic, WriterOptions};
 
 /// Where the child of a test writes, and how many messages in a second.
@@ -133,6 +134,12 @@ fn a_kill_at_any_time_costs_no_more_than_the_flush_interval() {
             assert_eq!(message.sequence, count, "a message is missing in the middle");
         }
         losses.push(Duration::from_nanos(killed_ns.saturating_sub(last_ns)));
+        let into = recover::beside(&bag);
+        let recovery = recover::recover(&bag, &into).expect("there is room beside it");
+        assert_eq!((recovery.message_count, recovery.missing.len()), (u64::from(count), 0), "{}", recovery.to_text());
+        assert!(recovery.was_open && recovery.losses.len() <= 1, "a torn tail at most: {}", recovery.to_text());
+        let report = check(&into).expect("there is a bag");
+        assert_eq!(report.worst(), None, "{}", report.to_text());
         std::fs::remove_dir_all(bag.parent().expect("it was made within one")).expect("it is ours");
     }
     println!("lost: {losses:?}");

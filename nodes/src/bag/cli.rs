@@ -1,4 +1,4 @@
-//! `camwright bag info` and `camwright bag check`.
+//! `camwright bag info`, `camwright bag check` and `camwright bag recover`.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use super::check::{self, Severity};
 use super::info::BagInfo;
+use super::recover;
 
 /// Arguments of `camwright bag`.
 #[derive(Debug, Clone, clap::Args)]
@@ -22,6 +23,19 @@ pub enum BagCommand {
     Info(BagPath),
     /// Structure, check sums, order, and agreement with metadata.yaml; exit 0 clean, 1 warnings, 2 errors
     Check(BagPath),
+    /// A new bag of what is whole in one that was killed or is damaged; exit 0 nothing was lost, 2 something was, 1 there is no new bag
+    Recover(RecoverArgs),
+}
+
+/// What is to be recovered, and where to.
+#[derive(Debug, Clone, clap::Args)]
+pub struct RecoverArgs {
+    /// Which bag
+    #[command(flatten)]
+    pub bag: BagPath,
+    /// Directory of the new bag; left out: beside the old one, named BAG_recovered
+    #[arg(long, value_name = "DIR")]
+    pub into: Option<PathBuf>,
 }
 
 /// Which bag, and how to tell about it.
@@ -40,7 +54,9 @@ pub fn run(args: &BagArgs) -> ExitCode {
     let outcome = match &args.command {
         BagCommand::Info(path) => info(&path.bag, path.json),
         BagCommand::Check(path) => check_bag(&path.bag, path.json),
+        BagCommand::Recover(RecoverArgs { bag: path, into }) => recover_bag(&path.bag, into.as_deref(), path.json),
     };
+    let failed = if matches!(args.command, BagCommand::Recover(_)) { 1 } else { 2 };
     match outcome {
         Ok((text, code)) => {
             // A reader that went away (`| head`) is no failure of ours.
@@ -49,7 +65,7 @@ pub fn run(args: &BagArgs) -> ExitCode {
         }
         Err(error) => {
             let _ = writeln!(io::stderr(), "error: {error}");
-            ExitCode::from(2)
+            ExitCode::from(failed)
         }
     }
 }
@@ -67,4 +83,11 @@ fn check_bag(bag: &Path, json: bool) -> Result<(String, u8), super::BagError> {
         Some(Severity::Error) => 2,
     };
     Ok((if json { report.to_json() } else { report.to_text() }, code))
+}
+
+fn recover_bag(bag: &Path, into: Option<&Path>, json: bool) -> Result<(String, u8), super::BagError> {
+    let into = into.map_or_else(|| recover::beside(bag), Path::to_owned);
+    let recovery = recover::recover(bag, &into)?;
+    let code = if recovery.is_whole() { 0 } else { 2 };
+    Ok((if json { recovery.to_json() } else { recovery.to_text() }, code))
 }

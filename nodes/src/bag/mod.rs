@@ -4,7 +4,8 @@
 //!   topics, messages ──► Recording ──queue──► BagWriter ──► <bag>/metadata.yaml
 //!   (the node's thread)   (counts)  (thread)               <bag>/<bag>_0.mcap
 //!                                                                │
-//!                        info, check, replay ◄── Bag ◄───────────┘
+//!                        info, check, replay ◄── Bag ◄───────────┤
+//!                        recover: a new bag ◄── Salvage ◄────────┘  (not closed, or damaged)
 //! ```
 //!
 //! Nothing here knows ROS: a message is the bytes that travelled, a type is its name, hash and definition text.
@@ -18,6 +19,8 @@ pub mod qos;
 pub mod reader;
 pub mod recording;
 mod records;
+pub mod recover;
+mod salvage;
 pub mod spare;
 pub mod writer;
 

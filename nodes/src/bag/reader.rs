@@ -215,7 +215,7 @@ impl Bag {
 }
 
 /// The storage files of a bag in order.
-fn storage_files(path: &Path) -> Result<Vec<PathBuf>, BagError> {
+pub(super) fn storage_files(path: &Path) -> Result<Vec<PathBuf>, BagError> {
     let kind = fs::metadata(path).map_err(|e| BagError::io("open", path, e))?;
     if kind.is_file() {
         return Ok(vec![path.to_owned()]);
@@ -228,21 +228,25 @@ fn storage_files(path: &Path) -> Result<Vec<PathBuf>, BagError> {
             }
             Ok(metadata.relative_file_paths.iter().map(|p| path.join(p)).collect())
         }
-        Err(BagError::NoMetadata { .. }) => {
-            let entries = fs::read_dir(path).map_err(|e| BagError::io("read", path, e))?;
-            let mut files: Vec<PathBuf> = entries
-                .filter_map(|entry| entry.ok().map(|e| e.path()))
-                .filter(|p| p.extension().is_some_and(|e| e == "mcap"))
-                .collect();
-            // `run_10.mcap` comes after `run_9.mcap`.
-            files.sort_by_key(|p| (p.as_os_str().len(), p.clone()));
-            if files.is_empty() { Err(BagError::NoMetadata { path: path.to_owned() }) } else { Ok(files) }
-        }
+        Err(BagError::NoMetadata { .. }) => files_in(path),
         Err(error) => Err(error),
     }
 }
 
-fn topic_of(
+/// The storage files that lie in a directory, whatever its metadata say.
+pub(super) fn files_in(path: &Path) -> Result<Vec<PathBuf>, BagError> {
+    let entries = fs::read_dir(path).map_err(|e| BagError::io("read", path, e))?;
+    let mut files: Vec<PathBuf> = entries
+        .filter_map(|entry| entry.ok().map(|e| e.path()))
+        .filter(|p| p.extension().is_some_and(|e| e == "mcap"))
+        .collect();
+    // `run_10.mcap` comes after `run_9.mcap`.
+    files.sort_by_key(|p| (p.as_os_str().len(), p.clone()));
+    if files.is_empty() { Err(BagError::NoMetadata { path: path.to_owned() }) } else { Ok(files) }
+}
+
+/// A topic as a channel tells it.
+pub(super) fn topic_of(
     path: &Path,
     name: &str,
     type_name: String,
@@ -258,14 +262,14 @@ fn topic_of(
 
 /// Schemas and channels as they come by in a file.
 #[derive(Debug, Default)]
-struct Channels {
+pub(super) struct Channels {
     schemas: HashMap<u16, (String, String)>,
     indexes: HashMap<u16, usize>,
 }
 
 impl Channels {
     /// Takes a schema or channel record in; returns the topic of a channel.
-    fn note(&mut self, path: &Path, record: Record<'_>) -> Result<Option<(u16, Topic)>, BagError> {
+    pub(super) fn note(&mut self, path: &Path, record: Record<'_>) -> Result<Option<(u16, Topic)>, BagError> {
         match record {
             Record::Schema { header, data } => {
                 self.schemas.insert(header.id, (header.name, String::from_utf8_lossy(&data).into()));

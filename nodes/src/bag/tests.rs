@@ -274,3 +274,88 @@ fn what_is_recorded_reaches_the_file_within_the_flush_interval() {
         std::thread::sleep(Duration::from_millis(20));
     }
 }
+
+/// Every message of a recovered bag is one of the original's, and what is missing is told.
+fn judge_recovery(original: &[Message], damaged: &Path, into: &Path, what: &str) -> usize {
+    let recovery = recover::recover(damaged, into).unwrap_or_else(|error| panic!("{what}: {error}"));
+    let found = read_all(&Bag::open(into).expect("it was closed"));
+    assert_eq!(found.len() as u64, recovery.message_count, "{what}");
+    let mut from = original.iter();
+    for message in &found {
+        assert!(from.any(|m| m == message), "{what}: {message:?} was never written, or stood before another");
+    }
+    let missing = original.len() - found.len();
+    assert!(missing == 0 || !recovery.is_whole(), "{what}: {missing} are missing and nothing is told");
+    assert!(missing > 0 || recovery.missing.is_empty(), "{what}: {recovery:?}");
+    missing
+}
+
+#[test]
+fn a_whole_bag_is_recovered_whole_and_never_over_another() {
+    let dir = TestDir::new();
+    let (path, into) = (dir.path().join("run"), recover::beside(&dir.path().join("run")));
+    write_bag(&path, Preset::Zstd, 1001);
+    let original = read_all(&Bag::open(&path).expect("it was closed"));
+    assert_eq!(judge_recovery(&original, &path, &into, "whole"), 0);
+    let report = check(&into).expect("there is a bag");
+    assert_eq!(report.worst(), None, "{}", report.to_text());
+    assert_eq!(Bag::open(&into).expect("a bag").custom_data()["camwright.run_id"], "r1");
+    assert!(into.ends_with("run_recovered"));
+    assert!(matches!(recover::recover(&path, &into), Err(BagError::Exists { .. })));
+    assert!(recover::recover(&dir.path().join("nothing"), &dir.path().join("new")).is_err());
+    assert!(!dir.path().join("new").exists(), "what fails leaves nothing behind");
+}
+
+#[test]
+fn a_file_cut_anywhere_gives_back_all_that_is_whole_before_the_cut() {
+    for preset in [Preset::Default, Preset::Zstd, Preset::FastWrite] {
+        let dir = TestDir::new();
+        let path = dir.path().join("run");
+        write_bag(&path, preset, 1001);
+        let original = read_all(&Bag::open(&path).expect("it was closed"));
+        let storage = path.join("run_0.mcap");
+        let bytes = std::fs::read(&storage).expect("it was written");
+        // Seeded by the place in the list: 40 cuts over the whole file.
+        let mut last = usize::MAX;
+        for cut in (1..=40_usize).map(|n| bytes.len() * n / 41 + n % 7) {
+            std::fs::write(&storage, &bytes[..cut]).expect("it can be cut");
+            let into = dir.path().join(format!("cut_{cut}"));
+            let missing = judge_recovery(&original, &path, &into, &format!("{preset:?} cut at {cut}"));
+            assert!(missing <= last, "a later cut leaves no less");
+            last = missing;
+            let report = check(&into).expect("there is a bag");
+            let worst = report.worst();
+            assert!(
+                worst.is_none() || (preset == Preset::FastWrite && worst == Some(Severity::Warning)),
+                "{}",
+                report.to_text()
+            );
+        }
+        assert!(last < 110, "of the last cut at most a chunk is missing: {last}");
+    }
+}
+
+#[test]
+fn one_flipped_bit_anywhere_costs_one_chunk_at_most_and_is_told() {
+    for preset in [Preset::Default, Preset::Zstd] {
+        let dir = TestDir::new();
+        let path = dir.path().join("run");
+        write_bag(&path, preset, 1001);
+        let original = read_all(&Bag::open(&path).expect("it was closed"));
+        let storage = path.join("run_0.mcap");
+        let bytes = std::fs::read(&storage).expect("it was written");
+        let mut told = 0;
+        for n in 0..120_usize {
+            // All parts of the file, and all bits: 7919 and 5 have no factor in common with what they walk through.
+            let (at, bit) = (n * 7919 % bytes.len(), n * 5 % 8);
+            let mut flipped = bytes.clone();
+            flipped[at] ^= 1 << bit;
+            std::fs::write(&storage, &flipped).expect("it can be flipped");
+            let into = dir.path().join(format!("flip_{n}"));
+            let missing = judge_recovery(&original, &path, &into, &format!("{preset:?}, bit {bit} of byte {at}"));
+            assert!(missing <= 200, "{preset:?}, bit {bit} of byte {at}: {missing} messages are missing");
+            told += usize::from(missing > 0);
+        }
+        assert!(told > 20, "most of a file is chunks: {told} of 120 flips cost something");
+    }
+}

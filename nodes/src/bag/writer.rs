@@ -11,7 +11,7 @@ use mcap::write::NoSeek;
 
 use super::metadata::{BagMetadata, FileEntry, NO_START_NS, RECORD_KEY, RECORD_NAME, TopicEntry, VERSION};
 use super::spare::{Level, SPARE_BYTES, Spare, SpareWriter};
-use super::{BagError, Topic, qos};
+use super::{BagError, Message, Topic, qos};
 
 /// rosbag2's `DefaultChunkSize` (B).
 const CHUNK_BYTES: u64 = 786_432;
@@ -85,6 +85,8 @@ pub enum Outcome {
     Complete,
     /// Closed because it could not go on.
     Fault,
+    /// What was whole in a bag that was not closed, or damaged.
+    Recovered,
 }
 
 impl Outcome {
@@ -92,6 +94,7 @@ impl Outcome {
         match self {
             Self::Complete => "complete",
             Self::Fault => "fault",
+            Self::Recovered => "recovered",
         }
     }
 }
@@ -293,6 +296,26 @@ impl BagWriter {
         Ok(log_time)
     }
 
+    /// Writes a message of another bag as it is, with its times and its number.
+    ///
+    /// # Errors
+    /// As [`BagWriter::write`].
+    pub(super) fn copy(&mut self, id: TopicId, message: &Message) -> Result<(), BagError> {
+        let Some(channel) = self.topics.get(id.0).map(|state| state.channel) else {
+            return Err(BagError::Closed { reason: format!("it has no topic number {}", id.0) });
+        };
+        let (log_time, publish_time) = (message.log_time_ns, message.publish_time_ns);
+        let header = MessageHeader { channel_id: channel, sequence: message.sequence, log_time, publish_time };
+        self.with_storage(|storage| storage.write_to_known_channel(&header, &message.data))?;
+        if let Some(reason) = &self.fault {
+            return Err(BagError::Closed { reason: reason.clone() });
+        }
+        self.topics[id.0].written += 1;
+        self.first_ns = Some(self.first_ns.map_or(log_time, |first| first.min(log_time)));
+        self.last_ns = self.last_ns.max(log_time);
+        Ok(())
+    }
+
     /// Messages of a topic in the bag so far.
     #[must_use]
     pub fn written(&self, id: TopicId) -> u64 {
@@ -334,6 +357,20 @@ impl BagWriter {
         if let Some(reason) = &self.fault {
             self.custom_data.insert("camwright.fault".into(), reason.clone());
         }
+        self.finish()
+    }
+
+    /// Closes a bag that is a copy of what another one holds, with what that said of itself.
+    ///
+    /// # Errors
+    /// As [`BagWriter::close`].
+    pub(super) fn close_as_copy(mut self, told: BTreeMap<String, String>) -> Result<BagMetadata, BagError> {
+        self.custom_data.extend(told);
+        self.custom_data.insert("camwright.outcome".into(), Outcome::Recovered.word().into());
+        self.finish()
+    }
+
+    fn finish(mut self) -> Result<BagMetadata, BagError> {
         let finished = self.finish_storage();
         if let Err(error) = &finished {
             self.custom_data.insert("camwright.outcome".into(), Outcome::Fault.word().into());

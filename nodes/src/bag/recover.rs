@@ -1,0 +1,280 @@
+//! A new bag of what is whole in one that was not closed, or is damaged; and what is lost.
+//!
+//! Of a chunk nothing is believed that its check sum does not prove; messages outside of chunks (preset `fastwrite`) have none, which is told.
+//! Nothing of the damaged bag is changed.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use mcap::records::Record;
+
+use super::json::quoted;
+use super::metadata::{self, BagMetadata};
+use super::reader::{Channels, files_in, storage_files, topic_of};
+use super::records::read_summary;
+use super::salvage::{Loss, Piece, Proof, Salvage};
+use super::{BagError, BagWriter, Message, Topic, TopicId, WriterOptions};
+
+/// What became of a bag.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Recovery {
+    /// The new bag.
+    pub into: PathBuf,
+    /// Messages in it.
+    pub message_count: u64,
+    /// Topics in it.
+    pub topic_count: usize,
+    /// What could not be had, in the order of the files.
+    pub losses: Vec<Lost>,
+    /// Messages that are missing by the numbers of their topics.
+    pub missing: BTreeMap<String, u64>,
+    /// Messages that no check sum proves.
+    pub unproved: u64,
+    /// A file has no end: it was never closed, so what had not reached it is lost too.
+    pub was_open: bool,
+}
+
+/// Bytes of a file that are lost.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Lost {
+    /// Name of the file.
+    pub file: String,
+    /// Where they begin (B).
+    pub offset: u64,
+    /// How many they are.
+    pub bytes: u64,
+    /// What is wrong with them.
+    pub reason: String,
+    /// Messages in them by topic, as far as an index tells.
+    pub messages: BTreeMap<String, u64>,
+}
+
+impl Recovery {
+    /// Whether the bag was whole.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.losses.is_empty() && self.missing.is_empty() && !self.was_open
+    }
+
+    /// For people.
+    #[must_use]
+    pub fn to_text(&self) -> String {
+        let mut text = String::new();
+        for lost in &self.losses {
+            let messages: Vec<String> = lost.messages.iter().map(|(topic, n)| format!("{n} of {topic}")).collect();
+            let messages =
+                if messages.is_empty() { String::new() } else { format!("; messages: {}", messages.join(", ")) };
+            let Lost { file, offset, bytes, reason, .. } = lost;
+            text.push_str(&format!("lost: {file}, {bytes} bytes from {offset} on: {reason}{messages}\n"));
+        }
+        for (topic, count) in &self.missing {
+            text.push_str(&format!("missing by their numbers: {count} of {topic}\n"));
+        }
+        if self.unproved > 0 {
+            text.push_str(&format!("{} messages stand outside of chunks: no check sum proves them\n", self.unproved));
+        }
+        if self.was_open {
+            text.push_str("it was never closed: what had not been flushed to it is lost besides\n");
+        }
+        let verdict = if self.is_whole() { "nothing was lost" } else { "this is what is whole" };
+        let (messages, topics, into) = (self.message_count, self.topic_count, self.into.display());
+        text.push_str(&format!("{into}: {messages} messages on {topics} topics: {verdict}\n"));
+        text
+    }
+
+    /// For scripts: one JSON object.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        let counts = |counts: &BTreeMap<String, u64>| {
+            let counts: Vec<String> = counts.iter().map(|(topic, n)| format!("{}:{n}", quoted(topic))).collect();
+            format!("{{{}}}", counts.join(","))
+        };
+        let losses: Vec<String> = self
+            .losses
+            .iter()
+            .map(|lost| {
+                format!(
+                    "{{\"file\":{},\"offset\":{},\"bytes\":{},\"reason\":{},\"messages\":{}}}",
+                    quoted(&lost.file),
+                    lost.offset,
+                    lost.bytes,
+                    quoted(&lost.reason),
+                    counts(&lost.messages)
+                )
+            })
+            .collect();
+        format!(
+            "{{\"into\":{},\"message_count\":{},\"topic_count\":{},\"unproved\":{},\"was_open\":{},\"missing\":{},\"losses\":[{}]}}",
+            quoted(&self.into.display().to_string()),
+            self.message_count,
+            self.topic_count,
+            self.unproved,
+            self.was_open,
+            counts(&self.missing),
+            losses.join(",")
+        )
+    }
+}
+
+/// Where the new bag goes unless somebody says otherwise: beside the damaged one.
+#[must_use]
+pub fn beside(path: &Path) -> PathBuf {
+    let name = path.file_stem().map_or_else(|| "bag".to_owned(), |name| name.to_string_lossy().into_owned());
+    path.with_file_name(format!("{name}_recovered"))
+}
+
+/// Makes a new bag of what is whole in the bag at `path`: a directory, or one MCAP file.
+///
+/// # Errors
+/// There is no bag, the new one exists already or cannot be written; then no new bag is left.
+pub fn recover(path: &Path, into: &Path) -> Result<Recovery, BagError> {
+    let files = match storage_files(path) {
+        // The storage is what counts.
+        Err(BagError::Metadata { .. }) => files_in(path)?,
+        other => other?,
+    };
+    let mut rescue = Rescue::new(into)?;
+    let outcome = files.iter().try_for_each(|file| rescue.file(file));
+    if let Err(error) = outcome {
+        // Ours, made a moment ago, and nothing that anybody should take for a bag.
+        drop(rescue);
+        drop(std::fs::remove_dir_all(into));
+        return Err(error);
+    }
+    rescue.close()
+}
+
+/// The topics of one file, by channel.
+#[derive(Default)]
+struct Names {
+    known: BTreeMap<u16, (String, TopicId)>,
+    repeated: BTreeMap<u16, Topic>,
+}
+
+impl Names {
+    fn find(&mut self, channel: u16, writer: &mut BagWriter) -> Result<Option<(String, TopicId)>, BagError> {
+        if let Some(topic) = self.repeated.get(&channel).filter(|_| !self.known.contains_key(&channel)) {
+            let id = writer.add_topic(topic)?;
+            self.known.insert(channel, (topic.name.clone(), id));
+        }
+        Ok(self.known.get(&channel).cloned())
+    }
+
+    fn name(&self, channel: u16) -> String {
+        let known = self.known.get(&channel).map(|(name, _)| name);
+        let name = known.or_else(|| self.repeated.get(&channel).map(|topic| &topic.name));
+        name.cloned().unwrap_or_else(|| format!("channel {channel}"))
+    }
+}
+
+struct Rescue {
+    writer: BagWriter,
+    recovery: Recovery,
+    /// Last number of each topic, for gaps.
+    last: BTreeMap<usize, u32>,
+    custom_data: BTreeMap<String, String>,
+}
+
+impl Rescue {
+    fn new(into: &Path) -> Result<Self, BagError> {
+        let writer = BagWriter::create(into, &WriterOptions::default())?;
+        let recovery = Recovery { into: into.to_owned(), ..Recovery::default() };
+        Ok(Self { writer, recovery, last: BTreeMap::new(), custom_data: BTreeMap::new() })
+    }
+
+    fn file(&mut self, path: &Path) -> Result<(), BagError> {
+        let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        let mut salvage = Salvage::open(path)?;
+        let mut channels = Channels::default();
+        let mut topics = Names::default();
+        // Where a chunk is lost that defines a topic, the summary of a file that was closed still knows it.
+        if let Ok(Some(summary)) = read_summary(path) {
+            for channel in summary.channels.values() {
+                let schema = channel.schema.as_ref();
+                let (name, text) =
+                    schema.map_or_else(Default::default, |s| (s.name.clone(), String::from_utf8_lossy(&s.data).into()));
+                // No check sum is looked at here; what cannot be read is not known.
+                if let Ok(topic) = topic_of(path, &channel.topic, name, text, &channel.metadata) {
+                    topics.repeated.insert(channel.id, topic);
+                }
+            }
+        }
+        while let Some(piece) = salvage.next()? {
+            match piece {
+                Piece::Whole(records, proof) => {
+                    let unproved =
+                        records.iter().filter(|r| proof == Proof::None && matches!(r, Record::Message { .. }));
+                    self.recovery.unproved += unproved.count() as u64;
+                    for record in records {
+                        self.record(path, record, &mut channels, &mut topics)?;
+                    }
+                }
+                Piece::Lost(Loss { offset, bytes, reason, messages }) => {
+                    let messages = messages.into_iter().map(|(id, count)| (topics.name(id), count)).collect();
+                    self.recovery.losses.push(Lost { file: name.clone(), offset, bytes, reason, messages });
+                }
+            }
+        }
+        self.recovery.was_open |= !salvage.is_closed();
+        Ok(())
+    }
+
+    fn record(
+        &mut self,
+        path: &Path,
+        record: Record<'static>,
+        channels: &mut Channels,
+        topics: &mut Names,
+    ) -> Result<(), BagError> {
+        match record {
+            Record::Message { header, data } => {
+                // Its channel stood in a chunk that is lost: nobody knows what the bytes mean.
+                let Some((name, id)) = topics.find(header.channel_id, &mut self.writer)? else {
+                    *self.recovery.missing.entry(topics.name(header.channel_id)).or_insert(0) += 1;
+                    return Ok(());
+                };
+                let last = self.last.insert(id.index(), header.sequence);
+                let gap = last.map_or(0, |last| header.sequence.saturating_sub(last).saturating_sub(1));
+                if gap > 0 && header.sequence > 0 {
+                    *self.recovery.missing.entry(name).or_insert(0) += u64::from(gap);
+                }
+                let message = Message {
+                    topic: id.index(),
+                    sequence: header.sequence,
+                    log_time_ns: header.log_time,
+                    publish_time_ns: header.publish_time,
+                    data: data.into_owned(),
+                };
+                self.writer.copy(id, &message)?;
+                self.recovery.message_count += 1;
+            }
+            Record::Metadata(mut m) if m.name == metadata::RECORD_NAME => {
+                let text = m.metadata.remove(metadata::RECORD_KEY);
+                if let Some(Ok(told)) = text.as_deref().map(BagMetadata::parse_record) {
+                    self.custom_data = told.custom_data;
+                }
+            }
+            other => match channels.note(path, other) {
+                Ok(Some((id, topic))) => {
+                    let made = self.writer.add_topic(&topic)?;
+                    topics.known.insert(id, (topic.name, made));
+                }
+                Ok(None) => {}
+                // A topic that stands outside of chunks, where nothing proves it; its messages are counted as missing.
+                Err(error) => {
+                    let file = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+                    let lost = Lost { file, offset: 0, bytes: 0, reason: error.to_string(), messages: BTreeMap::new() };
+                    self.recovery.losses.push(lost);
+                }
+            },
+        }
+        Ok(())
+    }
+
+    fn close(mut self) -> Result<Recovery, BagError> {
+        self.custom_data.insert("camwright.recovered".into(), self.recovery.to_json());
+        let metadata = self.writer.close_as_copy(self.custom_data)?;
+        self.recovery.topic_count = metadata.topics.len();
+        Ok(self.recovery)
+    }
+}
