@@ -112,7 +112,8 @@ fn a_job_goes_on_at_the_lobe_where_a_fault_stopped_it() {
     home.wait_for_server(PATIENCE).expect("home");
     let homing = home.send_goal(HomeGoal::default(), drop, PATIENCE).expect("a decision");
     assert!(homing.accepted());
-    assert_eq!(homing.result(PATIENCE).expect("a result").0, GoalStatus::Succeeded);
+    let (status, homed) = homing.result(PATIENCE).expect("a result");
+    assert_eq!(status, GoalStatus::Succeeded, "{}", homed.message);
 
     let wanted = RunJobGoal {
         job: "four_lobe_camshaft".into(),

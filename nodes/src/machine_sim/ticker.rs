@@ -13,7 +13,7 @@ use camwright::machine::fault::Fault;
 use camwright::machine::report::{MotionState, TickReport};
 use camwright::machine::state::LastingState;
 use camwright::machine::work_area::LoadingRefused;
-use camwright::machine::{Machine, MachineCommand};
+use camwright::machine::{Machine, MachineCommand, ResetRefused};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -79,6 +79,8 @@ pub(super) struct Ticker {
     last_report: Option<TickReport>,
     /// What was done to door, chuck or part, until a tick has shown it.
     area_done: Option<(AreaOrder, Result<(), LoadingRefused>)>,
+    /// How the last reset went, until a tick has shown it.
+    reset_done: Option<Result<(), ResetRefused>>,
     active: bool,
     job_running: bool,
 }
@@ -113,6 +115,7 @@ impl Ticker {
             state: StreamState::default(),
             last_report: None,
             area_done: None,
+            reset_done: None,
             active: false,
             job_running: false,
         }
@@ -270,6 +273,7 @@ impl Ticker {
         self.bounds.alarms.store(alarms as u64, Ordering::Relaxed);
         self.send(Outbound::Tick(report, self.state));
         self.answer_area();
+        self.answer_reset();
         self.state.news = false;
         self.state.alarms_reset = false;
     }
@@ -455,7 +459,20 @@ impl Ticker {
             self.faults.end_job();
             self.state = StreamState { news: true, alarms_reset: true, ..StreamState::default() };
         }
-        self.send(Outbound::ResetDone(outcome));
+        self.answer_reset();
+        // Of one that was refused there is nothing to show.
+        let shows = self.active && outcome.is_ok();
+        self.reset_done = Some(outcome);
+        if !shows {
+            self.answer_reset();
+        }
+    }
+
+    /// Who asked for a reset hears of it once a tick has shown it: what it starts next, others let it start.
+    fn answer_reset(&mut self) {
+        if let Some(outcome) = self.reset_done.take() {
+            self.send(Outbound::ResetDone(outcome));
+        }
     }
 
     /// Works door, chuck or part of a machine that takes no setpoints.
