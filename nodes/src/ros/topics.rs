@@ -24,9 +24,6 @@ use super::{
     wire::{CDR_LE_HEADER, Octets, from_cdr, to_cdr},
 };
 
-/// Messages of a topic that a participant may have received before a new reader is made; more than any history keeps.
-const MOST_KEPT: usize = 20_000;
-
 /// Where and when a message came from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MessageInfo {
@@ -295,14 +292,11 @@ impl Node {
         callback: impl FnMut(D, &SampleInfo) + Send + 'static,
     ) -> Result<Subscription, RosError> {
         let dds_topic = self.dds_topic(dds_name.clone(), dds_type, &qos.reader_policies())?;
+        let mut earlier = Earlier::than_now(qos.durability);
         let reader = self
             .with_crate_node(|node| node.create_subscription::<D>(&dds_topic, None))?
             .map_err(|error| RosError::create(format!("subscription to {name}"), error))?;
         let guid = reader.guid();
-        if qos.durability == Durability::Volatile {
-            // `RustDDS` hands a new reader what its participant has received on the topic already. What cannot be read is passed over too.
-            let _read = (0..MOST_KEPT).take_while(|_| !matches!(reader.take(), Ok(None))).count();
-        }
         let delivery = Arc::new(Mutex::new(Delivery::new(self, delayable, callback)));
         let (topic, logger, own) = (name.to_string(), self.logger().clone(), guid.prefix);
         let (local, executor) = (Arc::clone(&delivery), Arc::downgrade(self.executor()));
@@ -316,7 +310,7 @@ impl Node {
                         match reader.take() {
                             Ok(Some((message, info))) => {
                                 let info = SampleInfo::from(&info);
-                                if info.writer.prefix != own && types.fit(&info.writer) {
+                                if info.writer.prefix != own && types.fit(&info.writer) && !earlier.has(&info) {
                                     delivery.lock().unwrap_or_else(PoisonError::into_inner).deliver(message, info);
                                 }
                             }
@@ -352,6 +346,28 @@ impl Subscription {
 fn dds_type(ros: &str) -> Result<String, RosError> {
     names::dds_type(ros)
         .ok_or_else(|| RosError::create(format!("topic of type '{ros}'"), "a type is named package/msg/Name"))
+}
+
+/// `RustDDS` hands a new reader what its participant has received on the topic already; of a volatile one that is no news.
+struct Earlier {
+    /// When the reader was made, by the clock that stamps what is received (ns since 1970), and by one that never jumps.
+    ns: i64,
+    made: Instant,
+    is_over: bool,
+}
+
+impl Earlier {
+    /// How long a reader may take to see what was there before it; longer a clock that was set back must not make it deaf.
+    const AT_MOST: Duration = Duration::from_secs(1);
+
+    fn than_now(durability: Durability) -> Self {
+        Self { ns: system_time_ns(), made: Instant::now(), is_over: durability != Durability::Volatile }
+    }
+
+    fn has(&mut self, info: &SampleInfo) -> bool {
+        self.is_over |= info.received_ns >= self.ns || self.made.elapsed() > Self::AT_MOST;
+        !self.is_over
+    }
 }
 
 /// Keeps apart writers of another type on the same topic, whose messages `RustDDS` delivers too: some of them can even be read.
