@@ -33,7 +33,7 @@ pub struct RecoverArgs {
     /// Which bag
     #[command(flatten)]
     pub bag: BagPath,
-    /// Directory of the new bag; left out: beside the old one, named BAG_recovered
+    /// Directory of the new bag; left out: beside the old one, under its name with `_recovered`
     #[arg(long, value_name = "DIR")]
     pub into: Option<PathBuf>,
 }

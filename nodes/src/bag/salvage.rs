@@ -26,6 +26,8 @@ const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 const WINDOW: usize = 1 << 20;
 /// The shortest chunk record: times, size, check sum, an empty word for the compression, and a length (B).
 const LEAST_CHUNK: u64 = 8 + 8 + 8 + 4 + 4 + 8;
+/// The same with its head.
+const LEAST_RECORD: usize = 49;
 
 /// Something of the file, in its order.
 #[derive(Debug)]
@@ -165,9 +167,9 @@ impl Salvage {
     fn search(&mut self, begin: u64, reason: &str) -> Result<Piece, BagError> {
         let mut from = begin + 1;
         self.at = self.length;
-        'windows: while from + HEAD + LEAST_CHUNK <= self.length {
+        'windows: while from + LEAST_RECORD as u64 <= self.length {
             let window = self.read(from, (self.length - from).min((WINDOW + 64) as u64))?;
-            for (index, bytes) in window.windows((HEAD + LEAST_CHUNK) as usize).enumerate().take(WINDOW) {
+            for (index, bytes) in window.windows(LEAST_RECORD).enumerate().take(WINDOW) {
                 let length = u64_at(bytes, 1);
                 let at = from + index as u64;
                 if bytes[0] != op::CHUNK || length < LEAST_CHUNK || length > self.length - at - HEAD {
