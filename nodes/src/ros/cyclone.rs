@@ -34,7 +34,7 @@ pub(super) fn is_cyclone(guid: &GUID) -> bool {
 
 /// How long after the match a reader on Cyclone is taken to have matched our writer too. It takes a message of ours that comes before as
 /// one from before its time, acknowledges it and never delivers it. Seen: 0.1 ms between the two, where a request was lost.
-const ACQUAINTANCE: Duration = Duration::from_millis(100);
+pub(super) const ACQUAINTANCE: Duration = Duration::from_millis(100);
 
 /// Whether a peer that is matched since then will not miss what is sent to it now.
 pub(super) fn knows_us(peer: &GUID, since: Instant) -> bool {

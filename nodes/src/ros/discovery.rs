@@ -450,6 +450,13 @@ impl Matches<'_> {
         self.0.matched.get(ours).is_some_and(|all| all.keys().any(|other| other.prefix == theirs.prefix))
     }
 
+    /// Whether an endpoint of the participant of `theirs` matches one of ours and will not miss what it is sent now.
+    pub(super) fn is_heard_by_participant(&self, ours: &GUID, theirs: &GUID) -> bool {
+        let heard =
+            |(other, since): (&GUID, &Instant)| other.prefix == theirs.prefix && cyclone::knows_us(other, *since);
+        self.0.matched.get(ours).is_some_and(|all| all.iter().any(heard))
+    }
+
     /// An endpoint of a participant that matches both of ours: a service is there when one reads requests and writes replies.
     pub(super) fn one_peer_for_both(&self, first: &GUID, second: &GUID) -> Option<GUID> {
         let mut candidates = self.0.matched.get(first)?.iter();

@@ -161,19 +161,25 @@ impl ReplySide {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner).push(Waiting { id, reply, until });
         // It may have been matched in between.
         self.retry();
-        if let Some(executor) = self.executor.upgrade() {
-            let side = Arc::downgrade(self);
-            let retry = move || {
-                if let Some(side) = side.upgrade() {
-                    side.retry();
-                }
-            };
-            executor.at(until, Box::new(retry));
-        }
+        self.look_again();
+    }
+
+    /// Tries again after a while, as long as a reply waits: a match is news, that it has lasted for a time is none.
+    fn look_again(self: &Arc<Self>) {
+        let Some(executor) = self.executor.upgrade() else { return };
+        let side = Arc::downgrade(self);
+        let retry = move || {
+            let Some(side) = side.upgrade() else { return };
+            side.retry();
+            if !side.waiting.lock().unwrap_or_else(PoisonError::into_inner).is_empty() {
+                side.look_again();
+            }
+        };
+        executor.at(Instant::now() + cyclone::ACQUAINTANCE, Box::new(retry));
     }
 
     fn is_matched(&self, id: RequestId) -> bool {
-        self.graph.ask(|matches| matches.with_participant(&self.writer.guid(), &id.client))
+        self.graph.ask(|matches| matches.is_heard_by_participant(&self.writer.guid(), &id.client))
     }
 
     fn retry(&self) {
