@@ -17,8 +17,7 @@ use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerReq
 use camwright_nodes::ros::{ParameterValue, Qos, Subscription};
 use cell::{Cell, PATIENCE};
 use loader_robot::Robot;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, mpsc};
+use std::sync::mpsc;
 
 /// A door of half a second and a chuck of a fifth; at pace fast they take no time.
 const MACHINE: &str =
@@ -33,8 +32,7 @@ struct Loaded {
     states: mpsc::Receiver<CellState>,
     areas: mpsc::Receiver<WorkArea>,
     alarms: mpsc::Receiver<MachineAlarms>,
-    /// The interpolator has executed something.
-    has_moved: Arc<AtomicBool>,
+    motions: mpsc::Receiver<InterpolatorState>,
     _subscriptions: [Subscription; 4],
 }
 
@@ -52,19 +50,16 @@ impl Loaded {
         let node = &cell.client.node;
         let ((of_states, states), (of_areas, areas)) = (mpsc::channel(), mpsc::channel());
         let (of_alarms, alarms) = mpsc::channel();
-        let has_moved = Arc::new(AtomicBool::new(false));
-        let moved = Arc::clone(&has_moved);
+        let (of_motions, motions) = mpsc::channel();
         let all = Qos::latched(1).keep_last(500);
         let subscriptions = [
-            node.subscribe("axis_interpolator/state", &all, move |state: InterpolatorState, _| {
-                moved.fetch_or(state.state == InterpolatorState::EXECUTING, Ordering::AcqRel);
-            }),
+            node.subscribe("axis_interpolator/state", &all, move |state, _| drop(of_motions.send(state))),
             node.subscribe("job_planner/cell_state", &all, move |state, _| drop(of_states.send(state))),
             node.subscribe("machine/work_area", &all, move |area, _| drop(of_areas.send(area))),
             node.subscribe("machine/alarms", &all, move |alarms, _| drop(of_alarms.send(alarms))),
         ]
         .map(|made| made.expect("a subscription"));
-        Self { cell, robot, states, areas, alarms, has_moved, _subscriptions: subscriptions }
+        Self { cell, robot, states, areas, alarms, motions, _subscriptions: subscriptions }
     }
 
     fn overrides() -> Vec<String> {
@@ -134,7 +129,10 @@ fn the_robot_of_the_example_tends_ten_parts() {
     let accumulated: f64 = end.accumulated[1..].iter().sum();
     assert!((accumulated - end.accumulated[0]).abs() < 1e-6 && end.accumulated[6] > 0.0, "{:?}", end.accumulated);
     // Every way that the cell went is one of PackML's.
-    let states: Vec<u8> = loaded.states.try_iter().map(|state| state.state).collect();
+    let mut states = Vec::new();
+    while states.last() != Some(&CellState::COMPLETE) {
+        states.push(loaded.states.recv_timeout(PATIENCE).expect("every state, up to COMPLETE").state);
+    }
     let mut ways: Vec<(u8, u8)> = states.windows(2).map(|pair| (pair[0], pair[1])).filter(|(a, b)| a != b).collect();
     ways.sort_unstable();
     ways.dedup();
@@ -383,7 +381,8 @@ fn an_emergency_stop_in_the_handshake_ends_the_run_and_nothing_starts_before_cle
     let stopped = loaded.state(CellState::STOPPED);
     assert!(stopped.stop_reason.is_empty() && stopped.alarm == 0);
     assert!(loaded.say(CellCommandRequest::START).is_err(), "RESET comes first");
-    assert!(!loaded.has_moved.load(Ordering::Acquire), "no reset moves anything");
+    let moves = |motion: InterpolatorState| motion.state == InterpolatorState::EXECUTING;
+    assert!(!loaded.motions.try_iter().any(moves), "no reset moves anything");
     loaded.start_run(1);
     assert_eq!(loaded.robot.tend(), Ok(vec![LoadingState::LOAD, LoadingState::UNLOAD]));
     loaded.stop();
@@ -403,12 +402,16 @@ fn out(loaded: &Loaded) -> Result<(), String> {
 fn a_run_is_suspended_by_command_and_ended_by_a_door_or_a_chuck_that_is_forced() {
     let loaded = Loaded::start(10.0);
     let grinding = || {
+        loaded.motions.try_iter().for_each(drop);
         loaded.start_run(1);
         let request = loaded.robot.enter().expect("it is inside");
         loaded.robot.change_part(request).expect("a part");
         loaded.robot.leave().expect("it leaves");
         let grinds = |cell: &CellState| cell.state == CellState::EXECUTE && cell.substate == "job eccentric";
         loaded.robot.cell("a job", grinds).expect("it grinds");
+        // What is forced before anything moves is no alarm: the machine does not take the part.
+        let moves = |motion: InterpolatorState| motion.state == InterpolatorState::EXECUTING && motion.lobe >= 0;
+        while !loaded.motions.recv_timeout(PATIENCE).map(moves).expect("states of the motion") {}
     };
     grinding();
     loaded.say(CellCommandRequest::SUSPEND).expect("it is suspended");

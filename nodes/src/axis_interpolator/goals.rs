@@ -121,7 +121,7 @@ impl Served {
             return None;
         }
         if matches!(self.goal, Some(Goal::Arrived)) {
-            self.name = of_client(&self.name, &handle);
+            self.name = by(&self.name, handle.client());
             self.goal = Some(Goal::Trajectory(handle));
             return None;
         }
@@ -294,9 +294,9 @@ impl GoalEnd {
     }
 }
 
-/// What has command, and for whom.
-pub(super) fn of_client<A: camwright_msgs::Action>(what: &str, goal: &GoalHandle<A>) -> String {
-    format!("{what} by {}", goal.client())
+/// What has command, and for which node.
+pub(super) fn by(what: &str, client: &str) -> String {
+    format!("{what} by {client}")
 }
 
 /// A trajectory that was accepted and cannot begin.

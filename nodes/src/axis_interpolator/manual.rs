@@ -3,7 +3,7 @@
 //! A jog that has no distance goes on while somebody holds it: while messages come on `~/hold_to_run`. They are waited for in ticks of the
 //! machine, so that a jog ends whoever else has stopped: who held it, the network, this node's other threads.
 
-use super::goals::{Goal, GoalEnd, of_client};
+use super::goals::{Goal, GoalEnd, by};
 use super::{Shared, lock};
 use crate::convert::{core_from_si, si_from_counts};
 use crate::ros::{
@@ -48,7 +48,7 @@ impl ActionHandler<Jog> for JogHandler {
             let held = hold_ticks(&goal, machine.cycle_time_s())?;
             Ok((self.0.jog(&goal, &machine)?, held))
         });
-        let name = of_client(&format!("a jog of {}", goal.joint), &handle);
+        let name = by(&format!("a jog of {}", goal.joint), handle.client());
         lock(&self.0.served).begin(Goal::Jog(handle), name, String::new());
         let until = |ticks| Held { ticks, until: self.0.machine_tick() + ticks };
         *lock(&self.0.held) = jog.as_ref().ok().and_then(|(_, held)| *held).map(until);
@@ -121,7 +121,7 @@ impl Shared {
             return;
         }
         let what = if turns { "starting the wheel" } else { "stopping the wheel" };
-        let name = format!("{what} by {}", self.node.who(&responder.client()));
+        let name = by(what, &self.node.who(&responder.client()));
         lock(&self.served).begin(Goal::Wheel(responder, turns), name, String::new());
         self.begin_or_refuse(Ok(Motion::Wheel(turns)));
     }

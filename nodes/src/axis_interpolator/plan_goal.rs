@@ -1,6 +1,6 @@
 //! Plans that are to be executed: the action `~/execute_plan`.
 
-use super::goals::{Goal, of_client};
+use super::goals::{Goal, by};
 use super::{Shared, lock};
 use crate::ros::{ActionHandler, GoalDecision, GoalHandle, GoalId};
 use camwright::interpolator::Request;
@@ -23,7 +23,7 @@ impl ActionHandler<ExecutePlan> for PlanHandler {
     fn accepted(&mut self, handle: GoalHandle<ExecutePlan>) {
         let hash = handle.goal().plan_hash.clone();
         let name = match handle.goal().client.as_str() {
-            "" => of_client(&format!("plan {}", short(&hash)), &handle),
+            "" => by(&format!("plan {}", short(&hash)), handle.client()),
             client => format!("plan {} of {client}", short(&hash)),
         };
         lock(&self.0.served).begin(Goal::Plan(handle), name, hash.clone());

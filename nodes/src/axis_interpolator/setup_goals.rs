@@ -1,7 +1,7 @@
 //! Set-up work: the actions `~/home`, `~/move_to` and `~/probe`. A move or a probe that cannot be is accepted and aborted, because a
 //! rejection carries no reason.
 
-use super::goals::{Goal, close, of_client};
+use super::goals::{Goal, by, close};
 use super::{Shared, lock};
 use crate::convert::{core_from_si, mm_from_m, si_from_counts};
 use crate::machine_sim::input_named;
@@ -34,7 +34,7 @@ impl ActionHandler<Home> for HomeHandler {
             let needs = |axis: &Axis| self.0.machine().is_some_and(|machine| machine.axis(*axis).needs_homing);
             axes = Axis::ALL.into_iter().filter(needs).collect();
         }
-        let name = of_client("homing", &handle);
+        let name = by("homing", handle.client());
         lock(&self.0.served).begin(Goal::Home(handle), name, String::new());
         self.0.begin_or_refuse(Ok(Motion::Home(axes)));
     }
@@ -55,7 +55,7 @@ impl ActionHandler<MoveTo> for MoveHandler {
 
     fn accepted(&mut self, handle: GoalHandle<MoveTo>) {
         let motion = self.0.machine().ok_or_else(unknown).and_then(|machine| self.0.targets(handle.goal(), &machine));
-        let name = of_client(&format!("a move of {}", handle.goal().joints.join(", ")), &handle);
+        let name = by(&format!("a move of {}", handle.goal().joints.join(", ")), handle.client());
         lock(&self.0.served).begin(Goal::Move(handle), name, String::new());
         self.0.begin_or_refuse(motion);
     }
@@ -76,7 +76,7 @@ impl ActionHandler<Probe> for ProbeHandler {
 
     fn accepted(&mut self, handle: GoalHandle<Probe>) {
         let motion = self.0.machine().ok_or_else(unknown).and_then(|machine| self.0.probe(handle.goal(), &machine));
-        let name = of_client(&format!("a probe of {} for {}", handle.goal().joint, handle.goal().input), &handle);
+        let name = by(&format!("a probe of {} for {}", handle.goal().joint, handle.goal().input), handle.client());
         lock(&self.0.served).begin(Goal::Probe(handle), name, String::new());
         self.0.begin_or_refuse(motion);
     }

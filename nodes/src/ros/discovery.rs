@@ -447,14 +447,18 @@ impl Matches<'_> {
 
     /// Whether an endpoint of the participant of `theirs` matches one of ours.
     pub(super) fn with_participant(&self, ours: &GUID, theirs: &GUID) -> bool {
-        self.0.matched.get(ours).is_some_and(|all| all.keys().any(|other| other.prefix == theirs.prefix))
+        self.of_participant(ours, theirs).next().is_some()
     }
 
     /// Whether an endpoint of the participant of `theirs` matches one of ours and will not miss what it is sent now.
     pub(super) fn is_heard_by_participant(&self, ours: &GUID, theirs: &GUID) -> bool {
-        let heard =
-            |(other, since): (&GUID, &Instant)| other.prefix == theirs.prefix && cyclone::knows_us(other, *since);
-        self.0.matched.get(ours).is_some_and(|all| all.iter().any(heard))
+        self.of_participant(ours, theirs).any(|(other, since)| cyclone::knows_us(other, *since))
+    }
+
+    /// What matches one of ours and is of the participant of `theirs`, with the time since when.
+    fn of_participant(&self, ours: &GUID, theirs: &GUID) -> impl Iterator<Item = (&GUID, &Instant)> {
+        let prefix = theirs.prefix;
+        self.0.matched.get(ours).into_iter().flatten().filter(move |(other, _)| other.prefix == prefix)
     }
 
     /// An endpoint of a participant that matches both of ours: a service is there when one reads requests and writes replies.

@@ -8,7 +8,7 @@ pub(super) mod tracking;
 mod wanted;
 
 use super::engine_messages::ToEngine;
-use super::goals::{Goal, of_client};
+use super::goals::{Goal, by};
 use super::{Shared, lock};
 use crate::ros::{ActionHandler, GoalDecision, GoalHandle, GoalId, Guid, Qos, RosError, Subscription};
 use arrival::Arrival;
@@ -58,7 +58,7 @@ impl ActionHandler<FollowJointTrajectory> for Handler {
             super::goals::refuse_trajectory(&handle, &motion.err().unwrap_or_default());
             return;
         }
-        let name = of_client(OF_A_GOAL, &handle);
+        let name = by(OF_A_GOAL, handle.client());
         lock(&self.0.served).begin(Goal::Trajectory(handle), name, String::new());
         self.0.begin_prepared(motion);
     }
@@ -106,7 +106,7 @@ impl Shared {
         let machine = self.machine().ok_or("the machine has not been heard of yet")?;
         let settings = Settings::of(self.node.parameters());
         let wanted = Wanted::of_trajectory(message, &settings, &machine, self.machine_time_ns())?;
-        let name = format!("{OF_THE_TOPIC} by {}", self.node.who(writer));
+        let name = by(OF_THE_TOPIC, &self.node.who(writer));
         if self.is_following() {
             self.arrive(Arrival { wanted, decider: None, name });
             return Ok(());

@@ -20,13 +20,15 @@ const PERIOD: Duration = Duration::from_millis(50);
 /// How old the last news of the interpolator may be for it to count as there.
 const HEARD_OF: Duration = Duration::from_secs(5);
 
-/// Why it is suspended.
+/// Why it is suspended, or held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Cause {
     /// A robot is to load.
     Loading,
-    /// Somebody said so, or holds the feed.
+    /// Somebody said so.
     Command,
+    /// Somebody else holds the feed, and the cell follows.
+    Feed,
 }
 
 /// Why it is not producing.
@@ -45,8 +47,6 @@ impl Reason {
 
 /// Everything the cell thread has.
 pub(super) struct Brain {
-    /// It is held because somebody else holds the feed.
-    pub(super) follows_feed: bool,
     /// Weak: the planner's other threads end before this one is told to.
     planner: Weak<Shared>,
     inbox: mpsc::Receiver<Told>,
@@ -96,7 +96,6 @@ impl Brain {
             reason: Reason::default(),
             substate: String::new(),
             needs_clear: false,
-            follows_feed: false,
             by_alarm: false,
             clearing: None,
             chuck: None,
@@ -237,7 +236,7 @@ impl Brain {
         match (self.unit.state(), self.motion_state()) {
             (State::Execute, InterpolatorState::HOLDING | InterpolatorState::HELD) => {
                 self.reason = Reason::new("the feed is held");
-                self.follows_feed = true;
+                self.cause = Some(Cause::Feed);
                 self.command(shared, Command::Hold);
             }
             (State::Held, InterpolatorState::UNHOLDING | InterpolatorState::EXECUTING) => {
@@ -282,7 +281,7 @@ impl Brain {
             (true, InterpolatorState::HELD) => self.complete(shared),
             (true, InterpolatorState::HOLDING) => {}
             // Whoever held it has let go of it already.
-            (true, _) if self.follows_feed => self.complete(shared),
+            (true, _) if self.cause == Some(Cause::Feed) => self.complete(shared),
             // A job that is being planned, or whose part is put in, is held once it moves.
             (true, _) => self.devices.ask(Asked::Hold(true)),
             (false, _) if !inside => self.complete(shared),

@@ -81,7 +81,8 @@ impl Brain {
             }
             Command::Unhold | Command::Unsuspend | Command::Reset | Command::Clear => {}
         }
-        self.follows_feed = false;
+        // What was said counts from now on.
+        self.cause = self.cause.filter(|cause| *cause != Cause::Feed);
         if self.command(shared, command) {
             if command == Command::Hold || command == Command::Suspend {
                 self.hold_feed(shared);
