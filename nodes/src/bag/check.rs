@@ -8,7 +8,9 @@ use mcap::records::{MessageHeader, Record, Statistics};
 
 use super::json::quoted;
 use super::metadata::{self, BagMetadata};
+use super::numbers::{Numbers, Told};
 use super::records::{Records, strict};
+use super::writer::{OURS, REPEATED};
 use super::{Bag, BagError, qos};
 
 /// How bad a finding is.
@@ -125,6 +127,11 @@ struct Checker {
     record: Option<BagMetadata>,
     /// A file could not be read to its end.
     is_damaged: bool,
+    /// The numbers of each topic's messages so far, by name.
+    numbers: BTreeMap<String, Numbers>,
+    /// Files before the one under way, and messages in them that had been in an earlier one.
+    files: usize,
+    repeated: u64,
     at_zero: u64,
     not_increasing: u64,
     without_cdr: u64,
@@ -134,9 +141,9 @@ struct Checker {
 struct Channel {
     topic: String,
     messages: u64,
-    /// Number of the last message, and how many numbers were left out.
-    sequence: u32,
+    /// How many numbers were left out, and how many came again where none should.
     missing: u64,
+    doubled: u64,
 }
 
 impl Checker {
@@ -221,6 +228,7 @@ impl Checker {
             }
         }
         self.close(&place, file);
+        self.files += 1;
     }
 
     fn record(&mut self, place: &str, file: &mut FileWalk, record: Record<'_>) {
@@ -309,7 +317,7 @@ impl Checker {
             }
         }
         self.counts.entry(topic.clone()).or_insert(0);
-        file.channels.insert(channel.id, Channel { topic, messages: 0, sequence: 0, missing: 0 });
+        file.channels.insert(channel.id, Channel { topic, messages: 0, missing: 0, doubled: 0 });
     }
 
     fn message(&mut self, place: &str, file: &mut FileWalk, header: &MessageHeader, data: &[u8]) {
@@ -318,10 +326,13 @@ impl Checker {
             return self.error(place, format!("a message belongs to the unknown channel {}", header.channel_id));
         };
         channel.messages += 1;
-        if header.sequence > 0 && channel.messages > 1 {
-            channel.missing += u64::from(header.sequence.wrapping_sub(channel.sequence).saturating_sub(1));
+        match self.numbers.entry(channel.topic.clone()).or_default().take(header.sequence) {
+            Told::New(missing) => channel.missing += u64::from(missing),
+            Told::Missed => channel.missing = channel.missing.saturating_sub(1),
+            // The head of a later file repeats what is latched.
+            Told::Again if self.files > 0 => self.repeated += 1,
+            Told::Again => channel.doubled += 1,
         }
-        channel.sequence = header.sequence;
         if let Some(count) = self.counts.get_mut(&channel.topic) {
             *count += 1;
         }
@@ -341,6 +352,10 @@ impl Checker {
                 place,
                 format!("topic {}: {} messages are missing by their numbers", channel.topic, channel.missing),
             );
+        }
+        for channel in file.channels.values().filter(|c| c.doubled > 0) {
+            let Channel { topic, doubled, .. } = channel;
+            self.warning(place, format!("topic {topic}: {doubled} messages have a number that was there before"));
         }
         if let Some(statistics) = &file.statistics {
             for (id, channel) in &file.channels {
@@ -433,6 +448,12 @@ impl Checker {
         if let Some(lost) = told.get("camwright.lost_total").filter(|l| *l != "0") {
             self.warning("custom_data", format!("{lost} messages were received and are not in the bag"));
         }
+        let repeated = told.get(REPEATED).map_or("0", String::as_str);
+        if !self.is_damaged && told.contains_key(OURS) && repeated != self.repeated.to_string() {
+            let seen = self.repeated;
+            let text = format!("{repeated} messages are to stand at the head of a later file once more, {seen} do");
+            self.error("custom_data", text);
+        }
         match told.get("camwright.outcome").map(String::as_str) {
             Some("fault") => {
                 let reason = told.get("camwright.fault").map_or("", String::as_str);
@@ -446,7 +467,7 @@ impl Checker {
     /// Reads by the index and counts again.
     fn index(&mut self, path: &Path) {
         let by_index = Bag::open(path).and_then(|bag| {
-            let mut messages = bag.messages();
+            let mut messages = bag.records();
             let mut count = 0_u64;
             while messages.next_message()?.is_some() {
                 count += 1;

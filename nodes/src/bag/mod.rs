@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   topics, messages ──► Recording ──queue──► BagWriter ──► <bag>/metadata.yaml
-//!   (the node's thread)   (counts)  (thread)               <bag>/<bag>_0.mcap
+//!   (the node's thread)   (counts)  (thread)               <bag>/<bag>_0.mcap, _1 …
 //!                                                                │
 //!                        info, check, replay ◄── Bag ◄───────────┤
 //!                        recover: a new bag ◄── Salvage ◄────────┘  (not closed, or damaged)
@@ -14,15 +14,20 @@ pub mod check;
 pub mod cli;
 pub mod info;
 mod json;
+mod latched;
 pub mod metadata;
+mod numbers;
 pub mod qos;
 pub mod reader;
 pub mod recording;
 mod records;
 pub mod recover;
 mod salvage;
+mod snapshot;
 pub mod spare;
+mod storage_file;
 pub mod writer;
+mod writer_task;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -34,7 +39,8 @@ pub use metadata::{BagMetadata, FileEntry, TopicEntry};
 pub use qos::QosProfile;
 pub use reader::{Bag, Message, Messages};
 pub use recording::{Counts, Recording, TopicCounts};
-pub use writer::{BagWriter, Outcome, Preset, TopicId, WriterOptions};
+pub use snapshot::SnapshotOptions;
+pub use writer::{BagWriter, Outcome, Preset, Split, TopicId, WriterOptions};
 
 /// One topic as a bag knows it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -49,6 +55,14 @@ pub struct Topic {
     pub definition: String,
     /// What each publisher offered, one entry per publisher.
     pub offered_qos: Vec<QosProfile>,
+}
+
+impl Topic {
+    /// Whether late subscribers of this topic get what was published before.
+    #[must_use]
+    pub fn is_latched(&self) -> bool {
+        self.offered_qos.iter().any(|offer| offer.durability == qos::Durability::TransientLocal)
+    }
 }
 
 /// Why a bag could not be written or read.
@@ -77,13 +91,13 @@ pub enum BagError {
         /// What the system said.
         source: io::Error,
     },
-    /// No room for the bytes a recording keeps back to close its bag with.
+    /// No room for the bytes a recording keeps back to close its bag with, or less than it has to leave free.
     #[error("cannot record into {}: fewer than {needed} bytes are free there", path.display())]
     NoRoom {
         /// The bag.
         path: PathBuf,
         /// How much a recording needs before it begins (B).
-        needed: usize,
+        needed: u64,
     },
     /// The MCAP file is damaged or of a form not supported.
     #[error("{}: {}", path.display(), mcap_reason(source))]

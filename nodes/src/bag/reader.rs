@@ -10,7 +10,9 @@ use mcap::sans_io::indexed_reader::{IndexedReadEvent, IndexedReader, IndexedRead
 use mcap::{McapError, Summary};
 
 use super::metadata::{self, BagMetadata};
+use super::numbers::{Numbers, Told};
 use super::records::{RECORD_LIMIT, Records, last_metadata_record, read_summary, tolerant};
+use super::writer::OURS;
 use super::{BagError, Topic, qos};
 
 /// One message of a bag.
@@ -115,10 +117,23 @@ impl Bag {
         self.files.iter().filter_map(|f| f.log_times_ns).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
     }
 
-    /// All messages, in order of log time within each file.
+    /// All messages, in order of log time within each file. Latched messages that stand at the head of a later file once more come
+    /// once only.
     #[must_use]
     pub fn messages(&self) -> Messages<'_> {
-        Messages { bag: self, waiting: self.files.iter().collect(), source: None, from_ns: 0 }
+        Messages { numbers: self.latched_numbers(), ..self.records() }
+    }
+
+    /// All messages of all files, repetitions too.
+    pub(super) fn records(&self) -> Messages<'_> {
+        let numbers = vec![None; self.topics.len()];
+        Messages { bag: self, waiting: self.files.iter().collect(), source: None, from_ns: 0, numbers }
+    }
+
+    /// For each topic whose messages may come again: that none has come. Other recorders number in other ways, or not at all.
+    fn latched_numbers(&self) -> Vec<Option<Numbers>> {
+        let is_ours = self.custom_data.contains_key(OURS);
+        self.topics.iter().map(|topic| (is_ours && topic.is_latched()).then(Numbers::default)).collect()
     }
 
     /// The messages from a log time on (ns since 1970).
@@ -297,6 +312,8 @@ pub struct Messages<'a> {
     waiting: VecDeque<&'a FileContent>,
     source: Option<Source>,
     from_ns: u64,
+    /// What has come of each topic whose messages may come again.
+    numbers: Vec<Option<Numbers>>,
 }
 
 impl std::fmt::Debug for Messages<'_> {
@@ -326,11 +343,19 @@ impl Messages<'_> {
                 None => None,
             };
             match message {
-                Some(message) if message.log_time_ns >= self.from_ns => return Ok(Some(message)),
+                Some(message) if message.log_time_ns >= self.from_ns && !self.is_repeated(&message) => {
+                    return Ok(Some(message));
+                }
                 Some(_) => {}
                 None => self.source = None,
             }
         }
+    }
+
+    /// Whether the message has come before.
+    fn is_repeated(&mut self, message: &Message) -> bool {
+        let Some(Some(numbers)) = self.numbers.get_mut(message.topic) else { return false };
+        numbers.take(message.sequence) == Told::Again
     }
 
     fn open(&self, content: &FileContent) -> Result<Source, BagError> {

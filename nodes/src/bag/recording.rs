@@ -4,10 +4,12 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, mpsc};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::metadata::BagMetadata;
+use super::snapshot::SnapshotOptions;
 use super::writer::{BagWriter, Outcome, WriterOptions};
+use super::writer_task::WriterTask;
 use super::{BagError, Topic};
 
 /// What a recording is to be.
@@ -20,6 +22,10 @@ pub struct RecordingOptions {
     pub flush_interval: Duration,
     /// How long until it is on the disk: what a power failure can cost. A sync takes milliseconds.
     pub sync_interval: Duration,
+    /// What is left free on the disk (B): with less, the recording does not begin, or ends.
+    pub min_free_bytes: u64,
+    /// Hold the last messages in memory, and write them on [`Recording::snapshot`] only.
+    pub snapshot: Option<SnapshotOptions>,
     /// Most bytes waiting in the queue. One topic may take half of them, so that a fast one cannot push out a rare one.
     pub queue_bytes: u64,
 }
@@ -30,12 +36,15 @@ impl Default for RecordingOptions {
             writer: WriterOptions::default(),
             flush_interval: Duration::from_millis(100),
             sync_interval: Duration::from_secs(1),
+            min_free_bytes: 0,
+            snapshot: None,
             queue_bytes: 256 << 20,
         }
     }
 }
 
-/// Messages of one topic. Once nothing is in the queue, received = written + dropped.
+/// Messages of one topic. Once nothing is in the queue, received = written + dropped, and + passed + what is held where only
+/// snapshots are written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TopicCounts {
     /// Fully qualified name.
@@ -48,6 +57,8 @@ pub struct TopicCounts {
     pub written: u64,
     /// Messages lost between the two.
     pub dropped: u64,
+    /// Messages that no snapshot asked for while they were held.
+    pub passed: u64,
 }
 
 /// Messages over all topics.
@@ -59,8 +70,16 @@ pub struct Counts {
     pub written: u64,
     /// Messages lost between the two.
     pub dropped: u64,
-    /// Size of the storage file on the disk (B).
+    /// Messages that no snapshot asked for while they were held.
+    pub passed: u64,
+    /// Latched messages that stand at the head of a later file once more.
+    pub repeated: u64,
+    /// Storage files.
+    pub files: u64,
+    /// Size of the storage files on the disk (B).
     pub bytes: u64,
+    /// What is free on the disk (B), as of the last sync.
+    pub free_bytes: u64,
     /// Bytes waiting in the queue.
     pub queued_bytes: u64,
     /// Each topic, in the order they were added.
@@ -68,22 +87,28 @@ pub struct Counts {
 }
 
 /// What the two threads both see of one topic.
-#[derive(Debug)]
-struct TopicState {
+#[derive(Debug, Default)]
+pub(super) struct TopicState {
     topic: String,
     type_name: String,
-    received: AtomicU64,
-    written: AtomicU64,
-    dropped: AtomicU64,
-    queued_bytes: AtomicU64,
+    pub(super) received: AtomicU64,
+    pub(super) written: AtomicU64,
+    pub(super) dropped: AtomicU64,
+    pub(super) passed: AtomicU64,
+    pub(super) queued_bytes: AtomicU64,
 }
 
 /// What the two threads both see.
 #[derive(Debug, Default)]
-struct Shared {
-    queued_bytes: AtomicU64,
-    bytes: AtomicU64,
-    fault: OnceLock<String>,
+pub(super) struct Shared {
+    pub(super) queued_bytes: AtomicU64,
+    pub(super) bytes: AtomicU64,
+    pub(super) free_bytes: AtomicU64,
+    pub(super) files: AtomicU64,
+    pub(super) repeated: AtomicU64,
+    pub(super) fault: OnceLock<String>,
+    /// Names of files that were closed and opened since that was asked last.
+    pub(super) splits: Mutex<Vec<(String, String)>>,
     /// Messages known to have been lost before they were handed over.
     missed: AtomicU64,
     /// Guards the list only; it is locked to add a topic or to read the counts, never while writing.
@@ -91,19 +116,29 @@ struct Shared {
 }
 
 impl Shared {
-    fn topics(&self) -> Vec<Arc<TopicState>> {
+    pub(super) fn topics(&self) -> Vec<Arc<TopicState>> {
         self.topics.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    fn lost(&self) -> u64 {
+    pub(super) fn lost(&self) -> u64 {
         let dropped: u64 = self.topics().iter().map(|t| t.dropped.load(Ordering::Acquire)).sum();
         dropped + self.missed.load(Ordering::Acquire)
     }
 }
 
-enum Command {
+/// What the writer's thread is told.
+pub(super) enum Command {
     Topic(Topic),
-    Message { topic: usize, log_time_ns: u64, publish_time_ns: u64, data: Vec<u8> },
+    Message {
+        topic: usize,
+        log_time_ns: u64,
+        publish_time_ns: u64,
+        data: Vec<u8>,
+    },
+    /// Whoever asked is told whether there is a next file.
+    Split(mpsc::Sender<bool>),
+    /// Whoever asked is told how many messages were written.
+    Snapshot(mpsc::Sender<u64>),
     Stop(Outcome),
 }
 
@@ -143,20 +178,12 @@ impl Recording {
     /// Makes the bag in `directory` and begins to write what comes.
     ///
     /// # Errors
-    /// As [`BagWriter::create`], or when the system gives no thread.
+    /// As [`BagWriter::create`], when less is free on the disk than is to be left, or when the system gives no thread.
     pub fn start(directory: &Path, options: &RecordingOptions) -> Result<Self, BagError> {
         let writer = BagWriter::create(directory, &options.writer)?;
         let shared = Arc::new(Shared::default());
-        shared.bytes.store(writer.bytes(), Ordering::Relaxed);
         let (commands, queue) = mpsc::channel();
-        let task = WriterTask {
-            writer: Some(writer),
-            closed: None,
-            shared: shared.clone(),
-            topics: Vec::new(),
-            flush_interval: options.flush_interval,
-            sync_interval: options.sync_interval,
-        };
+        let task = WriterTask::new(writer, shared.clone(), options)?;
         let thread = std::thread::Builder::new()
             .name("bag writer".into())
             .spawn(move || task.run(&queue))
@@ -185,10 +212,7 @@ impl Recording {
         let state = Arc::new(TopicState {
             topic: topic.name.clone(),
             type_name: topic.type_name.clone(),
-            received: AtomicU64::new(0),
-            written: AtomicU64::new(0),
-            dropped: AtomicU64::new(0),
-            queued_bytes: AtomicU64::new(0),
+            ..TopicState::default()
         });
         topics.push(state.clone());
         let index = topics.len() - 1;
@@ -224,6 +248,26 @@ impl Recording {
         before == 0 || (before + count).ilog2() > before.ilog2()
     }
 
+    /// Goes on in the next file once what is queued has been written. Waits for it; returns whether there is one.
+    #[must_use]
+    pub fn split(&self) -> bool {
+        let (answer, answered) = mpsc::channel();
+        self.commands.send(Command::Split(answer)).is_ok() && answered.recv().unwrap_or(false)
+    }
+
+    /// Writes what is held in memory, as a file of its own. Waits for it; returns how many messages that were.
+    #[must_use]
+    pub fn snapshot(&self) -> u64 {
+        let (answer, answered) = mpsc::channel();
+        if self.commands.send(Command::Snapshot(answer)).is_ok() { answered.recv().unwrap_or(0) } else { 0 }
+    }
+
+    /// Names of the files that were closed and opened since this was asked last.
+    #[must_use]
+    pub fn take_splits(&self) -> Vec<(String, String)> {
+        std::mem::take(&mut self.shared.splits.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
     /// Why the recording cannot go on, when it cannot: its bag is closed then, and everything since is counted as dropped.
     #[must_use]
     pub fn fault(&self) -> Option<&str> {
@@ -236,18 +280,23 @@ impl Recording {
         let mut counts = Counts {
             bytes: self.shared.bytes.load(Ordering::Relaxed),
             queued_bytes: self.shared.queued_bytes.load(Ordering::Relaxed),
+            free_bytes: self.shared.free_bytes.load(Ordering::Relaxed),
+            files: self.shared.files.load(Ordering::Relaxed),
+            repeated: self.shared.repeated.load(Ordering::Relaxed),
             ..Counts::default()
         };
         for state in self.shared.topics() {
             // The two ends first, so that the sum never exceeds what was received.
             let written = state.written.load(Ordering::Acquire);
             let dropped = state.dropped.load(Ordering::Acquire);
+            let passed = state.passed.load(Ordering::Acquire);
             let received = state.received.load(Ordering::Acquire);
             counts.received += received;
             counts.written += written;
             counts.dropped += dropped;
+            counts.passed += passed;
             let (topic, type_name) = (state.topic.clone(), state.type_name.clone());
-            counts.topics.push(TopicCounts { topic, type_name, received, written, dropped });
+            counts.topics.push(TopicCounts { topic, type_name, received, written, dropped, passed });
         }
         counts
     }
@@ -276,89 +325,5 @@ impl Drop for Recording {
     fn drop(&mut self) {
         // Nobody is left to hear of a failure; the bag's own metadata says how it ended. After `stop` there is nothing to join.
         drop(self.join(Outcome::Complete));
-    }
-}
-
-/// The thread that owns the bag.
-struct WriterTask {
-    writer: Option<BagWriter>,
-    /// How closing went, once a fault made it necessary.
-    closed: Option<Result<BagMetadata, BagError>>,
-    shared: Arc<Shared>,
-    topics: Vec<(Option<super::TopicId>, Arc<TopicState>)>,
-    flush_interval: Duration,
-    sync_interval: Duration,
-}
-
-impl WriterTask {
-    fn run(mut self, queue: &mpsc::Receiver<Command>) -> Result<BagMetadata, BagError> {
-        let mut next_flush = Instant::now() + self.flush_interval;
-        let mut next_sync = Instant::now() + self.sync_interval;
-        let outcome = loop {
-            match queue.recv_timeout(next_flush.saturating_duration_since(Instant::now())) {
-                Ok(Command::Topic(topic)) => self.add(&topic),
-                Ok(Command::Message { topic, log_time_ns, publish_time_ns, data }) => {
-                    self.write(topic, log_time_ns, publish_time_ns, &data);
-                }
-                Ok(Command::Stop(outcome)) => break outcome,
-                Err(mpsc::RecvTimeoutError::Timeout) => {}
-                Err(mpsc::RecvTimeoutError::Disconnected) => break Outcome::Complete,
-            }
-            let now = Instant::now();
-            if now >= next_flush {
-                let is_sync_due = now >= next_sync;
-                self.step(|writer| if is_sync_due { writer.sync() } else { writer.flush() });
-                next_flush = now + self.flush_interval;
-                if is_sync_due {
-                    next_sync = now + self.sync_interval;
-                }
-            }
-        };
-        self.close(outcome);
-        self.closed.unwrap_or_else(|| Err(BagError::Closed { reason: "it was never open".into() }))
-    }
-
-    fn add(&mut self, topic: &Topic) {
-        let state = self.shared.topics().get(self.topics.len()).cloned();
-        let id = self.step(|writer| writer.add_topic(topic));
-        // The list is longer than ours: the topic was put there before it was sent.
-        if let Some(state) = state {
-            self.topics.push((id, state));
-        }
-    }
-
-    fn write(&mut self, topic: usize, log_time_ns: u64, publish_time_ns: u64, data: &[u8]) {
-        let Some((id, state)) = self.topics.get(topic).cloned() else { return };
-        let is_written =
-            id.and_then(|id| self.step(|writer| writer.write(id, log_time_ns, publish_time_ns, data))).is_some();
-        let counter = if is_written { &state.written } else { &state.dropped };
-        counter.fetch_add(1, Ordering::AcqRel);
-        state.queued_bytes.fetch_sub(data.len() as u64, Ordering::AcqRel);
-        self.shared.queued_bytes.fetch_sub(data.len() as u64, Ordering::AcqRel);
-    }
-
-    /// Does one thing with the bag; closes it when that shows that it takes no more.
-    fn step<T>(&mut self, action: impl FnOnce(&mut BagWriter) -> Result<T, BagError>) -> Option<T> {
-        let writer = self.writer.as_mut()?;
-        let result = action(writer);
-        self.shared.bytes.store(writer.bytes(), Ordering::Relaxed);
-        let fault = writer.fault().map(str::to_owned);
-        let fault = match (&result, fault) {
-            (_, Some(reason)) => Some(reason),
-            // A topic that changed its type spoils that topic, not the bag.
-            (Err(BagError::TypeChanged { .. }) | Ok(_), None) => None,
-            (Err(error), None) => Some(error.to_string()),
-        };
-        if let Some(reason) = fault {
-            let _ = self.shared.fault.set(reason);
-            self.close(Outcome::Fault);
-        }
-        result.ok()
-    }
-
-    fn close(&mut self, outcome: Outcome) {
-        if let Some(writer) = self.writer.take() {
-            self.closed = Some(writer.close(outcome, self.shared.lost()));
-        }
     }
 }

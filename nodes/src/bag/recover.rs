@@ -10,9 +10,11 @@ use mcap::records::Record;
 
 use super::json::quoted;
 use super::metadata::{self, BagMetadata};
+use super::numbers::{Numbers, Told};
 use super::reader::{Channels, files_in, storage_files, topic_of};
 use super::records::read_summary;
 use super::salvage::{Loss, Piece, Proof, Salvage};
+use super::writer::REPEATED;
 use super::{BagError, BagWriter, Message, Topic, TopicId, WriterOptions};
 
 /// What became of a bag.
@@ -170,8 +172,8 @@ impl Names {
 struct Rescue {
     writer: BagWriter,
     recovery: Recovery,
-    /// Last number of each topic, for gaps.
-    last: BTreeMap<usize, u32>,
+    /// By topic.
+    numbers: BTreeMap<usize, Numbers>,
     custom_data: BTreeMap<String, String>,
 }
 
@@ -179,7 +181,7 @@ impl Rescue {
     fn new(into: &Path) -> Result<Self, BagError> {
         let writer = BagWriter::create(into, &WriterOptions::default())?;
         let recovery = Recovery { into: into.to_owned(), ..Recovery::default() };
-        Ok(Self { writer, recovery, last: BTreeMap::new(), custom_data: BTreeMap::new() })
+        Ok(Self { writer, recovery, numbers: BTreeMap::new(), custom_data: BTreeMap::new() })
     }
 
     fn file(&mut self, path: &Path) -> Result<(), BagError> {
@@ -233,10 +235,8 @@ impl Rescue {
                     *self.recovery.missing.entry(topics.name(header.channel_id)).or_insert(0) += 1;
                     return Ok(());
                 };
-                let last = self.last.insert(id.index(), header.sequence);
-                let gap = last.map_or(0, |last| header.sequence.saturating_sub(last).saturating_sub(1));
-                if gap > 0 && header.sequence > 0 {
-                    *self.recovery.missing.entry(name).or_insert(0) += u64::from(gap);
+                if !self.is_first(id, name, header.sequence) {
+                    return Ok(());
                 }
                 let message = Message {
                     topic: id.index(),
@@ -271,7 +271,27 @@ impl Rescue {
         Ok(())
     }
 
+    /// Counts what is missing by its number. Not first is what an earlier file had already: the new bag is one file.
+    fn is_first(&mut self, id: TopicId, topic: String, number: u32) -> bool {
+        let missing = self.recovery.missing.entry(topic);
+        match self.numbers.entry(id.index()).or_default().take(number) {
+            Told::New(0) => true,
+            Told::New(count) => {
+                *missing.or_insert(0) += u64::from(count);
+                true
+            }
+            // Lost where it stood first, and found where it is repeated.
+            Told::Missed => {
+                *missing.or_insert(1) -= 1;
+                true
+            }
+            Told::Again => false,
+        }
+    }
+
     fn close(mut self) -> Result<Recovery, BagError> {
+        self.custom_data.remove(REPEATED);
+        self.recovery.missing.retain(|_, count| *count > 0);
         self.custom_data.insert("camwright.recovered".into(), self.recovery.to_json());
         let metadata = self.writer.close_as_copy(self.custom_data)?;
         self.recovery.topic_count = metadata.topics.len();

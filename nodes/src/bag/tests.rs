@@ -11,6 +11,8 @@ use super::recording::{Recording, RecordingOptions};
 use super::test_dir::TestDir;
 use super::*;
 
+mod splits;
+
 fn topic(name: &str, type_name: &str) -> Topic {
     let info = camwright_msgs::by_type_name(type_name).expect("the type is one of ours");
     Topic {
@@ -34,7 +36,11 @@ fn string_cdr(text: &str) -> Vec<u8> {
 
 /// Writes `count` strings, 1 ms apart, on two topics in turn.
 fn write_bag(path: &Path, preset: Preset, count: u64) -> BagMetadata {
-    let options = WriterOptions { preset, custom_data: BTreeMap::from([("camwright.run_id".into(), "r1".into())]) };
+    let options = WriterOptions {
+        preset,
+        custom_data: BTreeMap::from([("camwright.run_id".into(), "r1".into())]),
+        ..WriterOptions::default()
+    };
     let mut writer = BagWriter::create(path, &options).expect("the directory is free");
     let ids = [
         writer.add_topic(&topic("/a", "std_msgs/msg/String")).expect("it is open"),

@@ -1,22 +1,21 @@
-//! Writing a bag: one directory, one MCAP file, the metadata in both.
+//! Writing a bag: one directory, one MCAP file after the other, the metadata in all of them and beside them.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions};
-use std::io::BufWriter;
+use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::time::Duration;
 
-use mcap::records::{MessageHeader, Metadata};
-use mcap::write::NoSeek;
-
-use super::metadata::{BagMetadata, FileEntry, NO_START_NS, RECORD_KEY, RECORD_NAME, TopicEntry, VERSION};
-use super::spare::{Level, SPARE_BYTES, Spare, SpareWriter};
-use super::{BagError, Message, Topic, qos};
+use super::latched::{Kept, Latched};
+use super::metadata::{BagMetadata, FileEntry, NO_START_NS, TopicEntry, VERSION};
+use super::storage_file::StorageFile;
+use super::{BagError, Message, Topic};
 
 /// rosbag2's `DefaultChunkSize` (B).
 const CHUNK_BYTES: u64 = 786_432;
-/// What is gathered before a write to the file (B); a flush empties it, so it adds nothing to what a kill can cost.
-const BUFFER_BYTES: usize = 256 << 10;
+/// The key of the custom data that tells a bag of ours.
+pub(super) const OURS: &str = "camwright.version";
+/// The key under which a bag tells how many latched messages it has more than once.
+pub(super) const REPEATED: &str = "camwright.repeated_total";
 /// The smallest log time: a message at 0 makes viewers refuse the whole bag.
 const FIRST_LOG_TIME_NS: u64 = 1;
 
@@ -44,7 +43,7 @@ impl Preset {
         }
     }
 
-    fn write_options(self) -> mcap::WriteOptions {
+    pub(super) fn write_options(self) -> mcap::WriteOptions {
         // Everything is said here: the library's own defaults compress on as many threads as the machine has.
         let options = mcap::WriteOptions::new()
             .profile("ros2")
@@ -69,11 +68,22 @@ impl Preset {
     }
 }
 
+/// When a bag goes on in its next file. Nothing set: never by itself, which viewers that read one file only are thankful for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Split {
+    /// Size of a file that is exceeded by a chunk at most (B), its repeated latched messages apart.
+    pub bytes: Option<u64>,
+    /// Longest time between the first and the last message of a file, by log time.
+    pub duration: Option<Duration>,
+}
+
 /// What a new bag is to be.
 #[derive(Debug, Clone, Default)]
 pub struct WriterOptions {
-    /// Layout of the file.
+    /// Layout of the files.
     pub preset: Preset,
+    /// When the next file begins.
+    pub split: Split,
     /// What is to be known about the run; keys `camwright.version`, `.target`, `.outcome` and `.lost_total` are added.
     pub custom_data: BTreeMap<String, String>,
 }
@@ -113,30 +123,32 @@ impl TopicId {
 
 struct TopicState {
     topic: Topic,
-    channel: u16,
     written: u64,
+    /// How often its messages stand at the head of a file once more.
+    repeated: u64,
 }
 
-type Storage = mcap::Writer<NoSeek<BufWriter<SpareWriter<File, Spare>>>>;
-
 /// A bag being written. Log times are strictly increasing over all topics and each topic's messages are numbered from 1, so
-/// that a reader can prove that none is missing.
+/// that a reader can prove that none is missing. Every file after the first begins with the latched messages so far, under the
+/// numbers that they had: a number that comes again tells a repetition.
 pub struct BagWriter {
     directory: PathBuf,
-    file_name: String,
-    path: PathBuf,
-    storage: Option<Storage>,
-    level: Arc<Level>,
-    /// A second handle of the storage file, for `sync_data`.
-    file: File,
-    /// Length of the file at the last flush (B): everything before it is whole records.
-    whole_bytes: u64,
+    preset: Preset,
+    split: Split,
+    current: StorageFile,
+    /// Bytes of the current file when its own messages began, and how many messages it repeats.
+    head: (u64, u64),
+    /// The files before it.
+    finished: Vec<FileEntry>,
+    finished_bytes: u64,
+    /// Names of the files that were closed and opened since that was asked last.
+    splits: Vec<(String, String)>,
     topics: Vec<TopicState>,
     ids: BTreeMap<String, TopicId>,
-    first_ns: Option<u64>,
+    latched: Latched,
     last_ns: u64,
     custom_data: BTreeMap<String, String>,
-    is_dirty: bool,
+    /// Why it takes no more, beyond what the current file says.
     fault: Option<String>,
 }
 
@@ -144,7 +156,7 @@ impl std::fmt::Debug for BagWriter {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("BagWriter")
             .field("directory", &self.directory)
-            .field("fault", &self.fault)
+            .field("fault", &self.fault())
             .finish_non_exhaustive()
     }
 }
@@ -153,13 +165,9 @@ impl BagWriter {
     /// Makes the directory, the storage file, and a first `metadata.yaml`, so that a killed recording can be opened.
     ///
     /// # Errors
-    /// When the directory exists, cannot be made, or its disk lacks the room a recording keeps back ([`SPARE_BYTES`]).
+    /// When the directory exists, cannot be made, or its disk lacks the room a recording keeps back (`SPARE_BYTES`).
     pub fn create(directory: &Path, options: &WriterOptions) -> Result<Self, BagError> {
-        let name = directory
-            .file_name()
-            .and_then(|n| n.to_str())
-            .ok_or_else(|| BagError::Name { path: directory.to_owned() })?;
-        let file_name = format!("{name}_0.mcap");
+        file_name(directory, 0)?;
         if let Some(parent) = directory.parent() {
             fs::create_dir_all(parent).map_err(|e| BagError::io("create", parent, e))?;
         }
@@ -170,7 +178,7 @@ impl BagWriter {
             }
             Err(e) => return Err(BagError::io("create", directory, e)),
         }
-        match Self::fill(directory, file_name, options) {
+        match Self::fill(directory, options) {
             Ok(writer) => Ok(writer),
             Err(error) => {
                 // The directory is ours and holds nothing of worth; leaving it would refuse the next try.
@@ -180,52 +188,40 @@ impl BagWriter {
         }
     }
 
-    fn fill(directory: &Path, file_name: String, options: &WriterOptions) -> Result<Self, BagError> {
-        let spare = Spare::keep(directory).map_err(|e| match e.kind() {
-            std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => {
-                BagError::NoRoom { path: directory.to_owned(), needed: SPARE_BYTES }
-            }
-            _ => BagError::io("write into", directory, e),
-        })?;
-        let path = directory.join(&file_name);
-        let file = OpenOptions::new()
-            .write(true)
-            .create_new(true)
-            .open(&path)
-            .map_err(|e| BagError::io("create", &path, e))?;
-        let second_handle = file.try_clone().map_err(|e| BagError::io("open", &path, e))?;
-        let sink = SpareWriter::new(file, spare);
-        let level = sink.level();
-        let sink = NoSeek::new(BufWriter::with_capacity(BUFFER_BYTES, sink));
-        let storage = options.preset.write_options().create(sink).map_err(|e| BagError::mcap(&path, e))?;
-
+    fn fill(directory: &Path, options: &WriterOptions) -> Result<Self, BagError> {
+        let current = StorageFile::create(directory, file_name(directory, 0)?, options.preset)?;
         let mut custom_data = options.custom_data.clone();
-        custom_data.insert("camwright.version".into(), env!("CARGO_PKG_VERSION").into());
+        custom_data.insert(OURS.into(), env!("CARGO_PKG_VERSION").into());
         custom_data.insert("camwright.target".into(), format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS));
         custom_data.insert("camwright.outcome".into(), "open".into());
         custom_data.insert("camwright.lost_total".into(), "0".into());
         let mut writer = Self {
             directory: directory.to_owned(),
-            file_name,
-            path,
-            storage: Some(storage),
-            level,
-            file: second_handle,
-            whole_bytes: 0,
+            preset: options.preset,
+            split: options.split,
+            current,
+            head: (0, 0),
+            finished: Vec::new(),
+            finished_bytes: 0,
+            splits: Vec::new(),
             topics: Vec::new(),
             ids: BTreeMap::new(),
-            first_ns: None,
+            latched: Latched::default(),
             last_ns: 0,
             custom_data,
-            is_dirty: true,
             fault: None,
         };
-        // As rosbag2 opens a file: none is listed before it has anything.
-        let opening = BagMetadata { files: Vec::new(), ..writer.metadata() };
-        writer.write_metadata_record(&opening)?;
-        writer.sync()?;
-        writer.metadata().write_to(directory)?;
+        writer.open_account()?;
         Ok(writer)
+    }
+
+    /// What the bag says of itself while the current file is open, within it and beside it.
+    fn open_account(&mut self) -> Result<(), BagError> {
+        // As rosbag2 opens a file: it is not listed before it has anything.
+        let opening = BagMetadata { files: self.finished.clone(), ..self.metadata() };
+        self.current.write_metadata(&opening)?;
+        self.current.sync()?;
+        self.metadata().write_to(&self.directory)
     }
 
     /// The bag's directory.
@@ -234,16 +230,33 @@ impl BagWriter {
         &self.directory
     }
 
-    /// Size of the storage file on the disk so far (B).
+    /// Size of the storage files on the disk so far (B).
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        self.whole_bytes
+        self.finished_bytes + self.current.whole_bytes()
+    }
+
+    /// Storage files so far.
+    #[must_use]
+    pub fn files(&self) -> usize {
+        self.finished.len() + 1
+    }
+
+    /// Messages that stand at the head of a file once more, over all files.
+    #[must_use]
+    pub fn repeated(&self) -> u64 {
+        self.topics.iter().map(|t| t.repeated).sum()
     }
 
     /// Why the bag takes no more messages, when it does not: the disk is full or failed.
     #[must_use]
     pub fn fault(&self) -> Option<&str> {
-        self.fault.as_deref()
+        self.fault.as_deref().or(self.current.fault())
+    }
+
+    /// Takes no more messages from now on, for this reason.
+    pub fn give_up(&mut self, reason: String) {
+        self.fault.get_or_insert(reason);
     }
 
     /// Adds a topic, or finds it when it is there with the same type.
@@ -259,16 +272,9 @@ impl BagWriter {
             let (was, now) = (was.type_name.clone(), topic.type_name.clone());
             return Err(BagError::TypeChanged { topic: topic.name.clone(), was, now });
         }
-        let channel = self.with_storage(|storage| {
-            let schema = storage.add_schema(&topic.type_name, "ros2msg", topic.definition.as_bytes())?;
-            let channel_metadata = BTreeMap::from([
-                ("offered_qos_profiles".to_owned(), qos::to_yaml(&topic.offered_qos, 0)),
-                ("topic_type_hash".to_owned(), topic.type_hash.clone()),
-            ]);
-            storage.add_channel(schema, &topic.name, "cdr", &channel_metadata)
-        })?;
         let id = TopicId(self.topics.len());
-        self.topics.push(TopicState { topic: topic.clone(), channel, written: 0 });
+        self.current.add_topic(id.0, topic)?;
+        self.topics.push(TopicState { topic: topic.clone(), written: 0, repeated: 0 });
         self.ids.insert(topic.name.clone(), id);
         Ok(id)
     }
@@ -280,20 +286,18 @@ impl BagWriter {
     /// # Errors
     /// When the bag takes no more messages; [`BagWriter::fault`] then says why, and the bag should be closed.
     pub fn write(&mut self, id: TopicId, log_time_ns: u64, publish_time_ns: u64, data: &[u8]) -> Result<u64, BagError> {
-        let Some(state) = self.topics.get(id.0) else {
-            return Err(BagError::Closed { reason: format!("it has no topic number {}", id.0) });
-        };
-        if let Some(reason) = &self.fault {
-            return Err(BagError::Closed { reason: reason.clone() });
+        if self.is_full(log_time_ns) {
+            self.split()?;
         }
-        let log_time = log_time_ns.max(self.last_ns.saturating_add(1)).max(FIRST_LOG_TIME_NS);
+        let Some(state) = self.topics.get(id.0) else { return Err(no_topic(id)) };
         let sequence = u32::try_from((state.written + 1) & u64::from(u32::MAX)).unwrap_or(0);
-        let header = MessageHeader { channel_id: state.channel, sequence, log_time, publish_time: publish_time_ns };
-        self.with_storage(|storage| storage.write_to_known_channel(&header, data))?;
-        self.topics[id.0].written += 1;
-        self.first_ns.get_or_insert(log_time);
-        self.last_ns = log_time;
-        Ok(log_time)
+        let is_latched = state.topic.is_latched();
+        let log_time_ns = self.next_log_time(log_time_ns);
+        self.put(id, sequence, (log_time_ns, publish_time_ns), data)?;
+        if is_latched {
+            self.latched.keep(Kept { topic: id.0, sequence, publish_time_ns, data: data.to_vec() });
+        }
+        Ok(log_time_ns)
     }
 
     /// Writes a message of another bag as it is, with its times and its number.
@@ -301,22 +305,91 @@ impl BagWriter {
     /// # Errors
     /// As [`BagWriter::write`].
     pub(super) fn copy(&mut self, id: TopicId, message: &Message) -> Result<(), BagError> {
-        let Some(channel) = self.topics.get(id.0).map(|state| state.channel) else {
-            return Err(BagError::Closed { reason: format!("it has no topic number {}", id.0) });
-        };
-        let (log_time, publish_time) = (message.log_time_ns, message.publish_time_ns);
-        let header = MessageHeader { channel_id: channel, sequence: message.sequence, log_time, publish_time };
-        self.with_storage(|storage| storage.write_to_known_channel(&header, &message.data))?;
-        if let Some(reason) = &self.fault {
-            return Err(BagError::Closed { reason: reason.clone() });
+        self.put(id, message.sequence, (message.log_time_ns, message.publish_time_ns), &message.data)
+    }
+
+    /// `times_ns`: log and publication time.
+    fn put(&mut self, id: TopicId, sequence: u32, times_ns: (u64, u64), data: &[u8]) -> Result<(), BagError> {
+        let Some(state) = self.topics.get_mut(id.0) else { return Err(no_topic(id)) };
+        if let Some(reason) = self.fault.as_deref().or(self.current.fault()) {
+            return Err(BagError::Closed { reason: reason.to_owned() });
         }
-        self.topics[id.0].written += 1;
-        self.first_ns = Some(self.first_ns.map_or(log_time, |first| first.min(log_time)));
-        self.last_ns = self.last_ns.max(log_time);
+        self.current.write(id.0, sequence, times_ns.0, times_ns.1, data)?;
+        state.written += 1;
+        self.last_ns = self.last_ns.max(times_ns.0);
         Ok(())
     }
 
-    /// Messages of a topic in the bag so far.
+    fn next_log_time(&self, log_time_ns: u64) -> u64 {
+        log_time_ns.max(self.last_ns.saturating_add(1)).max(FIRST_LOG_TIME_NS)
+    }
+
+    /// The current file has as much as the options allow, and something of its own.
+    fn is_full(&self, log_time_ns: u64) -> bool {
+        let (head_bytes, repeated) = self.head;
+        if self.current.messages() <= repeated {
+            return false;
+        }
+        let is_large = self.split.bytes.is_some_and(|most| self.current.bytes().saturating_sub(head_bytes) >= most);
+        let is_long = self.split.duration.zip(self.current.log_times_ns()).is_some_and(|(most, (first, _))| {
+            log_time_ns.saturating_sub(first) > u64::try_from(most.as_nanos()).unwrap_or(u64::MAX)
+        });
+        is_large || is_long
+    }
+
+    /// Goes on in the next file, which begins with the latched messages so far.
+    ///
+    /// # Errors
+    /// When the next file cannot be made or the last one not be closed; the bag then takes no more messages.
+    pub fn split(&mut self) -> Result<(), BagError> {
+        let outcome = self.try_split();
+        if let Err(error) = &outcome {
+            self.give_up(error.to_string());
+        }
+        outcome
+    }
+
+    fn try_split(&mut self) -> Result<(), BagError> {
+        if let Some(reason) = self.fault() {
+            return Err(BagError::Closed { reason: reason.to_owned() });
+        }
+        // The next one is open before the last one is closed: if it cannot be made, that one is closed as the last of a whole bag.
+        let name = file_name(&self.directory, self.files())?;
+        let mut next = StorageFile::create(&self.directory, name, self.preset)?;
+        for (index, state) in self.topics.iter().enumerate() {
+            next.add_topic(index, &state.topic)?;
+        }
+        let closing = self.metadata();
+        let mut last = std::mem::replace(&mut self.current, next);
+        last.finish(&closing)?;
+        self.finished_bytes += last.whole_bytes();
+        self.finished.push(last.entry());
+        self.open_account()?;
+        self.repeat_latched()?;
+        self.splits.push((last.name().to_owned(), self.current.name().to_owned()));
+        Ok(())
+    }
+
+    fn repeat_latched(&mut self) -> Result<(), BagError> {
+        for kept in self.latched.iter() {
+            let log_time_ns = self.last_ns.saturating_add(1);
+            self.current.write(kept.topic, kept.sequence, log_time_ns, kept.publish_time_ns, &kept.data)?;
+            self.last_ns = log_time_ns;
+            if let Some(state) = self.topics.get_mut(kept.topic) {
+                state.repeated += 1;
+            }
+        }
+        self.current.flush()?;
+        self.head = (self.current.bytes(), self.current.messages());
+        Ok(())
+    }
+
+    /// Names of the files that were closed and opened since this was asked last.
+    pub fn take_splits(&mut self) -> Vec<(String, String)> {
+        std::mem::take(&mut self.splits)
+    }
+
+    /// Messages of a topic in the bag so far, repetitions apart.
     #[must_use]
     pub fn written(&self, id: TopicId) -> u64 {
         self.topics.get(id.0).map_or(0, |t| t.written)
@@ -327,13 +400,7 @@ impl BagWriter {
     /// # Errors
     /// When the file cannot be written.
     pub fn flush(&mut self) -> Result<(), BagError> {
-        if !self.is_dirty {
-            return Ok(());
-        }
-        self.with_storage(mcap::Writer::flush)?;
-        self.whole_bytes = self.level.written();
-        self.is_dirty = false;
-        Ok(())
+        self.current.flush()
     }
 
     /// [`BagWriter::flush`], then waits until the bytes are on the disk: what a power failure cannot take back.
@@ -341,8 +408,7 @@ impl BagWriter {
     /// # Errors
     /// When the file cannot be written.
     pub fn sync(&mut self) -> Result<(), BagError> {
-        self.flush()?;
-        self.file.sync_data().map_err(|e| BagError::io("sync", &self.path, e))
+        self.current.sync()
     }
 
     /// Closes the bag: the index and both metadata. `lost` is the number of messages that were received and are not in it.
@@ -352,10 +418,10 @@ impl BagWriter {
     /// When the summary cannot be written; the bag then reads like that of a killed recording.
     pub fn close(mut self, outcome: Outcome, lost: u64) -> Result<BagMetadata, BagError> {
         self.custom_data.insert("camwright.lost_total".into(), lost.to_string());
-        let outcome = if self.fault.is_some() { Outcome::Fault } else { outcome };
+        let outcome = if self.fault().is_some() { Outcome::Fault } else { outcome };
         self.custom_data.insert("camwright.outcome".into(), outcome.word().into());
-        if let Some(reason) = &self.fault {
-            self.custom_data.insert("camwright.fault".into(), reason.clone());
+        if let Some(reason) = self.fault().map(str::to_owned) {
+            self.custom_data.insert("camwright.fault".into(), reason);
         }
         self.finish()
     }
@@ -371,7 +437,11 @@ impl BagWriter {
     }
 
     fn finish(mut self) -> Result<BagMetadata, BagError> {
-        let finished = self.finish_storage();
+        if self.repeated() > 0 {
+            self.custom_data.insert(REPEATED.into(), self.repeated().to_string());
+        }
+        let closing = self.metadata();
+        let finished = self.current.finish(&closing);
         if let Err(error) = &finished {
             self.custom_data.insert("camwright.outcome".into(), Outcome::Fault.word().into());
             self.custom_data.entry("camwright.fault".into()).or_insert_with(|| error.to_string());
@@ -381,85 +451,34 @@ impl BagWriter {
         finished.map(|()| metadata)
     }
 
-    fn finish_storage(&mut self) -> Result<(), BagError> {
-        let closing = self.metadata();
-        self.write_metadata_record(&closing)?;
-        let Some(mut storage) = self.storage.take() else {
-            return Err(BagError::Closed { reason: "its file was given up".into() });
-        };
-        let finished = storage.finish();
-        let buffer = storage.into_inner().into_inner();
-        match finished {
-            Ok(_) => {
-                buffer.into_inner().map_err(|e| BagError::io("write", &self.path, e.into_error()))?;
-                self.file.sync_all().map_err(|e| BagError::io("sync", &self.path, e))
-            }
-            Err(error) => {
-                self.cut_torn_tail(buffer);
-                Err(BagError::mcap(&self.path, error))
-            }
-        }
-    }
-
-    /// Drops what is half written after the last flush.
-    fn cut_torn_tail(&mut self, buffer: BufWriter<SpareWriter<File, Spare>>) {
-        // Without this, dropping the buffer would write its bytes after all.
-        let (_, _) = buffer.into_parts();
-        // A torn tail is only untidy: readers stop at it.
-        drop(self.file.set_len(self.whole_bytes));
-    }
-
-    fn write_metadata_record(&mut self, metadata: &BagMetadata) -> Result<(), BagError> {
-        let record = Metadata {
-            name: RECORD_NAME.into(),
-            metadata: BTreeMap::from([(RECORD_KEY.to_owned(), metadata.to_yaml())]),
-        };
-        self.with_storage(|storage| storage.write_metadata(&record))
-    }
-
     fn metadata(&self) -> BagMetadata {
-        let message_count = self.topics.iter().map(|t| t.written).sum();
-        let starting_time_ns = self.first_ns.unwrap_or(NO_START_NS);
-        let duration_ns = self.first_ns.map_or(0, |first| self.last_ns - first);
+        let files: Vec<FileEntry> = self.finished.iter().cloned().chain([self.current.entry()]).collect();
+        let first_ns = files.iter().filter(|f| f.message_count > 0).map(|f| f.starting_time_ns).min();
+        let last_ns = files.iter().filter(|f| f.message_count > 0).map(|f| f.starting_time_ns + f.duration_ns).max();
         BagMetadata {
             version: VERSION,
             storage_identifier: "mcap".into(),
-            duration_ns,
-            starting_time_ns,
-            message_count,
-            topics: self.topics.iter().map(|t| TopicEntry::new(&t.topic, t.written)).collect(),
+            duration_ns: last_ns.zip(first_ns).map_or(0, |(last, first)| last - first),
+            starting_time_ns: first_ns.unwrap_or(NO_START_NS),
+            message_count: files.iter().map(|file| file.message_count).sum(),
+            topics: self.topics.iter().map(|t| TopicEntry::new(&t.topic, t.written + t.repeated)).collect(),
             compression_format: String::new(),
             compression_mode: String::new(),
-            relative_file_paths: vec![self.file_name.clone()],
-            files: vec![FileEntry { path: self.file_name.clone(), starting_time_ns, duration_ns, message_count }],
+            relative_file_paths: files.iter().map(|file| file.path.clone()).collect(),
+            files,
             custom_data: self.custom_data.clone(),
             ros_distro: "jazzy".into(),
         }
     }
+}
 
-    fn with_storage<T>(&mut self, step: impl FnOnce(&mut Storage) -> mcap::McapResult<T>) -> Result<T, BagError> {
-        let Some(storage) = &mut self.storage else {
-            return Err(BagError::Closed { reason: self.fault.clone().unwrap_or_else(|| "it was closed".into()) });
-        };
-        self.is_dirty = true;
-        match step(storage) {
-            Ok(value) => {
-                if self.fault.is_none()
-                    && let Some(reason) = self.level.full()
-                {
-                    self.fault = Some(format!("no room for more in {}: {reason}", self.directory.display()));
-                }
-                Ok(value)
-            }
-            Err(error) => {
-                let error = BagError::mcap(&self.path, error);
-                self.fault.get_or_insert_with(|| error.to_string());
-                if let Some(storage) = self.storage.take() {
-                    let buffer = storage.into_inner().into_inner();
-                    self.cut_torn_tail(buffer);
-                }
-                Err(error)
-            }
-        }
-    }
+/// The name of a storage file, as rosbag2 makes it.
+fn file_name(directory: &Path, number: usize) -> Result<String, BagError> {
+    let name = directory.file_name().and_then(|n| n.to_str());
+    let name = name.ok_or_else(|| BagError::Name { path: directory.to_owned() })?;
+    Ok(format!("{name}_{number}.mcap"))
+}
+
+fn no_topic(id: TopicId) -> BagError {
+    BagError::Closed { reason: format!("it has no topic number {}", id.0) }
 }

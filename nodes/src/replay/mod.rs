@@ -125,7 +125,7 @@ pub fn play(args: &ReplayArgs, ros: &RosArgs, shutdown: &Shutdown) -> Result<Pla
         } else {
             None
         };
-        tracks.push(Track { publisher, is_latched: plan::is_latched(topic) });
+        tracks.push(Track { publisher, is_latched: topic.is_latched() });
     }
     let mut played = Played { topics: tracks.iter().filter(|t| t.publisher.is_some()).count(), ..Played::default() };
     if played.topics == 0 {

@@ -19,18 +19,13 @@ pub(super) fn offered_qos(topic: &Topic, message_count: u64) -> Qos {
     if !offers.is_empty() && !any(|o| o.reliability != recorded::Reliability::BestEffort) {
         qos = qos.best_effort();
     }
-    if any(|o| o.durability == recorded::Durability::TransientLocal) {
+    if topic.is_latched() {
         let known = offers.iter().map(|o| o.depth).max().filter(|&depth| depth > 0);
         let depth = known.unwrap_or(message_count).clamp(1, u64::from(DEPTH));
         qos = qos.transient_local().keep_last(u32::try_from(depth).unwrap_or(DEPTH));
     }
     // A deadline or a lifespan of the recording would be broken by another rate, so neither is offered again.
     qos
-}
-
-/// Whether late subscribers of this topic are to get what was played before.
-pub(super) fn is_latched(topic: &Topic) -> bool {
-    topic.offered_qos.iter().any(|o| o.durability == recorded::Durability::TransientLocal)
 }
 
 /// Nanoseconds of real time from the beginning of the playback to a message, computed from the two log times and never summed

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use crate::bag::info::utc;
 use crate::bag::recording::RecordingOptions;
-use crate::bag::{Preset, WriterOptions};
+use crate::bag::{Preset, Split, WriterOptions};
 use crate::ros::{Parameter, ParameterChanges, ParameterValue, Parameters};
 
 /// What one recording is to be.
@@ -127,9 +127,15 @@ impl Settings {
             depth: u32::try_from(count("depth")?).map_err(|_| "depth is too large".to_owned())?,
             use_sim_time: parameters.bool("use_sim_time"),
             recording: RecordingOptions {
-                writer: WriterOptions { preset: parse_preset(&parameters.string("preset"))?, custom_data },
+                writer: WriterOptions {
+                    preset: parse_preset(&parameters.string("preset"))?,
+                    split: Split { bytes: None, duration: None },
+                    custom_data,
+                },
                 flush_interval: Duration::from_secs_f64(parameters.double("flush_interval_s")),
                 sync_interval: Duration::from_secs_f64(parameters.double("sync_interval_s")),
+                min_free_bytes: 0,
+                snapshot: None,
                 queue_bytes: count("queue_mb")?.saturating_mul(1_000_000),
             },
         })

@@ -1,0 +1,60 @@
+//! The numbers of one topic's messages: which is new, which fills a gap, which has come before.
+
+use std::collections::BTreeSet;
+
+/// What a number tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Told {
+    /// The message is new; so many before it are missing.
+    New(u32),
+    /// The message was missing.
+    Missed,
+    /// The message has come before.
+    Again,
+}
+
+/// The numbers so far, from 1 on. Messages with the number 0 are not numbered and always new.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Numbers {
+    largest: u32,
+    /// From and to of those that were left out.
+    left_out: BTreeSet<(u32, u32)>,
+}
+
+impl Numbers {
+    /// Takes the number of the next message. What may be missing before the first one is not told: a file may begin anywhere.
+    pub(super) fn take(&mut self, number: u32) -> Told {
+        if number > self.largest {
+            let before = std::mem::replace(&mut self.largest, number);
+            let missing = if before == 0 { 0 } else { number - before - 1 };
+            if missing > 0 {
+                self.left_out.insert((before + 1, number - 1));
+            }
+            return Told::New(missing);
+        }
+        if number == 0 {
+            return Told::New(0);
+        }
+        let Some((from, to)) = self.left_out.iter().copied().find(|(from, to)| (*from..=*to).contains(&number)) else {
+            return Told::Again;
+        };
+        self.left_out.remove(&(from, to));
+        self.left_out.extend([(from, number - 1), (number + 1, to)].iter().filter(|(from, to)| from <= to));
+        Told::Missed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaps_are_told_once_and_what_fills_them_too() {
+        let mut numbers = Numbers::default();
+        let told = [5, 6, 10, 8, 8, 7, 9, 6, 11, 0, 0, u32::MAX].map(|number| numbers.take(number));
+        use Told::{Again, Missed, New};
+        let expected =
+            [New(0), New(0), New(3), Missed, Again, Missed, Missed, Again, New(0), New(0), New(0), New(u32::MAX - 12)];
+        assert_eq!(told, expected);
+    }
+}
