@@ -1,15 +1,16 @@
 //! The recorder and the player in the graph: what nodes publish is in the bag, and comes back when the bag is played.
 
+#[path = "support/recorder.rs"]
+mod recorder;
 mod support;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use camwright_msgs::builtin_interfaces::msg::Time;
-use camwright_msgs::camwright_msgs::msg::{MachineStream, RecorderStatus};
-use camwright_msgs::lifecycle_msgs::srv::{ChangeState, ChangeStateRequest};
+use camwright_msgs::camwright_msgs::msg::MachineStream;
 use camwright_msgs::rosbag2_interfaces::srv::{IsPaused, IsPausedRequest, Pause, PauseRequest, Resume, ResumeRequest};
 use camwright_msgs::rosgraph_msgs::msg::Clock;
 use camwright_msgs::sensor_msgs::msg::JointState;
@@ -17,114 +18,19 @@ use camwright_msgs::std_msgs::msg::String as Text;
 use camwright_nodes::bag::check::check;
 use camwright_nodes::bag::{Bag, Message};
 use camwright_nodes::replay::{ReplayArgs, play};
-use camwright_nodes::ros::{Node, NodeOptions, Publisher, Qos, RosArgs, Shutdown, SpinThread};
-use camwright_nodes::run_logger::RunLogger;
+use camwright_nodes::ros::{Node, NodeOptions, Publisher, Qos, Shutdown};
+use recorder::{ACTIVATE, CONFIGURE, Cell, DEACTIVATE, args, directory, messages, until};
 use serde_json::json;
 use support::{Domain, Guarded, PATIENCE, Peer};
 
-/// `lifecycle_msgs/msg/Transition`.
-const CONFIGURE: u8 = 1;
-const ACTIVATE: u8 = 3;
-const DEACTIVATE: u8 = 4;
-
-fn directory(name: &str) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("recording-{}-{name}", std::process::id()));
-    std::fs::create_dir_all(&path).expect("the target directory is writable");
-    path
-}
-
-fn args(domain: &Domain, words: &[&str]) -> RosArgs {
-    let words: Vec<String> = words.iter().map(|&w| w.to_owned()).collect();
-    RosArgs::parse_with(&words, |_| None).expect("they are valid").0.with_domain_id(domain.id())
-}
-
-fn until(what: &str, mut condition: impl FnMut() -> bool) {
-    let deadline = Instant::now() + PATIENCE;
-    while !condition() {
-        assert!(Instant::now() < deadline, "waited in vain: {what}");
-        std::thread::sleep(Duration::from_millis(5));
+/// As the command line has it without options.
+fn played_as_it_is(bag: &Path) -> ReplayArgs {
+    #[derive(clap::Parser)]
+    struct Command {
+        #[command(flatten)]
+        replay: ReplayArgs,
     }
-}
-
-/// A recorder in a thread, and a node that manages it and listens to it.
-struct Cell {
-    node: Node,
-    _spinning: SpinThread,
-    status: Arc<Mutex<RecorderStatus>>,
-    shutdown: Shutdown,
-    recorder: Option<std::thread::JoinHandle<()>>,
-}
-
-impl Cell {
-    fn new(domain: &Domain, recorder: &[&str]) -> Self {
-        let shutdown = Shutdown::new();
-        let words = [recorder, &["-p", "autostart:=false"]].concat();
-        let (ros, stop) = (args(domain, &words), shutdown.clone());
-        let recorder = std::thread::spawn(move || {
-            let recorder = RunLogger::start(&ros).expect("it joins the graph");
-            stop.wait();
-            recorder.stop();
-        });
-        let node = Node::new(NodeOptions::new("manager", &args(domain, &[]))).expect("it joins the graph");
-        let spinning = node.spin_in_thread().expect("there are threads");
-        let status = Arc::<Mutex<RecorderStatus>>::default();
-        let seen = status.clone();
-        let subscription = node
-            .subscribe::<RecorderStatus>("/run_logger/status", &Qos::default_topic(), move |message, _| {
-                *seen.lock().expect("nobody panics with it") = message;
-            })
-            .expect("the name is good");
-        std::mem::forget(subscription);
-        Self { node, _spinning: spinning, status, shutdown, recorder: Some(recorder) }
-    }
-
-    fn change_state(&self, transition: u8) -> bool {
-        let client = self.node.client::<ChangeState>("/run_logger/change_state").expect("the name is good");
-        client.wait_for_service(PATIENCE).expect("the recorder offers its life cycle");
-        let mut request = ChangeStateRequest::default();
-        request.transition.id = transition;
-        client.call(&request, PATIENCE).expect("it answers").success
-    }
-
-    fn status(&self) -> RecorderStatus {
-        self.status.lock().expect("nobody panics with it").clone()
-    }
-
-    fn wait_for_topics(&self, topics: &[&str]) {
-        until("the recorder subscribes", || {
-            let status = self.status();
-            topics.iter().all(|t| status.topics.iter().any(|r| r.topic == *t))
-        });
-    }
-
-    fn written(&self, topic: &str) -> u64 {
-        self.status().topics.iter().find(|t| t.topic == topic).map_or(0, |t| t.written)
-    }
-
-    fn end(&mut self) {
-        self.shutdown.request();
-        if let Some(recorder) = self.recorder.take() {
-            recorder.join().expect("the recorder ends well");
-        }
-    }
-}
-
-impl Drop for Cell {
-    fn drop(&mut self) {
-        self.shutdown.request();
-    }
-}
-
-fn messages(bag: &Bag, topic: &str) -> Vec<Message> {
-    let index =
-        bag.topics().iter().position(|t| t.name == topic).unwrap_or_else(|| panic!("{topic} is not in the bag"));
-    let (mut reader, mut all) = (bag.messages(), Vec::new());
-    while let Some(message) = reader.next_message().expect("the bag is readable") {
-        if message.topic == index {
-            all.push(message);
-        }
-    }
-    all
+    <Command as clap::Parser>::try_parse_from([Path::new("replay"), bag]).expect("a bag is all it needs").replay
 }
 
 fn joint_state(tick: u32) -> JointState {
@@ -195,15 +101,7 @@ fn what_is_published_is_in_the_bag_and_comes_back_when_it_is_played() {
         })
         .expect("good name")
     });
-    let replay = ReplayArgs {
-        bag: bag.clone(),
-        rate: 0.1,
-        topics: Vec::new(),
-        exclude: vec!["/rosout".into()],
-        start_offset: 0.0,
-        repeat: false,
-        wait: 10.0,
-    };
+    let replay = ReplayArgs { rate: 0.1, exclude: vec!["/rosout".into()], wait: 10.0, ..played_as_it_is(&bag) };
     let interrupt = Shutdown::new();
     let (stop, all) = (interrupt.clone(), late.clone());
     let playing = std::thread::spawn({

@@ -352,6 +352,12 @@ impl Messages<'_> {
         }
     }
 
+    /// Which of the bag's files the last message came from.
+    pub(crate) fn file(&self) -> usize {
+        let left = self.waiting.len() + usize::from(self.source.is_some());
+        (self.bag.files.len() - left).min(self.bag.files.len().saturating_sub(1))
+    }
+
     /// Whether the message has come before.
     fn is_repeated(&mut self, message: &Message) -> bool {
         let Some(Some(numbers)) = self.numbers.get_mut(message.topic) else { return false };

@@ -255,11 +255,13 @@ impl Recording {
         self.commands.send(Command::Split(answer)).is_ok() && answered.recv().unwrap_or(false)
     }
 
-    /// Writes what is held in memory, as a file of its own. Waits for it; returns how many messages that were.
-    #[must_use]
-    pub fn snapshot(&self) -> u64 {
+    /// Writes what is held in memory, as a file of its own. What is returned receives how many messages that were once they are written,
+    /// or is cut off when the recording has ended.
+    pub fn snapshot(&self) -> mpsc::Receiver<u64> {
         let (answer, answered) = mpsc::channel();
-        if self.commands.send(Command::Snapshot(answer)).is_ok() { answered.recv().unwrap_or(0) } else { 0 }
+        // A recording that has ended drops the other end.
+        let _ = self.commands.send(Command::Snapshot(answer));
+        answered
     }
 
     /// Names of the files that were closed and opened since this was asked last.

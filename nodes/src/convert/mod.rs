@@ -24,6 +24,12 @@ pub fn mm_from_m(m: f64) -> f64 {
     m * 1000.0
 }
 
+/// Bytes from megabytes (1 MB are 10^6 B); what is too large is as large as can be.
+#[must_use]
+pub fn bytes_from_mb(mb: u64) -> u64 {
+    mb.saturating_mul(1_000_000)
+}
+
 /// A value of an axis in the core (mm or rad, and per s, s², s³) as ROS has it (m or rad).
 #[must_use]
 pub fn si_from_core(axis: Axis, value: f64) -> f64 {

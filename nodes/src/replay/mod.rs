@@ -1,17 +1,31 @@
-//! `camwright replay`: plays a bag to the graph.
+//! `camwright replay`: plays a bag to the graph, with the services of rosbag2's player.
+//!
+//! ```text
+//!   ~/pause, ~/seek … ──orders──► Player ──► every topic as it was offered, /clock, events/read_split
+//!   Bag ──────────────messages──►   │
+//!                                  Pace: which moment of the bag it is
+//! ```
 
+mod pace;
 mod plan;
+mod player;
+mod services;
 
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::mpsc;
 use std::time::{Duration, Instant};
+
+use camwright_msgs::rosgraph_msgs::msg::Clock;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::bag::{Bag, BagError};
-use crate::ros::{Node, NodeOptions, RawPublisher, RosArgs, RosError, Shutdown};
-use crate::run_logger::Selection;
+use crate::ros::{Node, NodeOptions, Qos, RosArgs, RosError, Shutdown};
+use crate::run_logger::{Filter, Selection, regex};
+use player::{Outlets, Player, Track, Wish};
+use services::Order;
 
 /// How long no further subscriber may turn up before the first message goes out. A peer that is already running finds a new
 /// publisher within 0.2 s (measured with Fast DDS on one machine).
@@ -30,15 +44,39 @@ pub struct ReplayArgs {
     /// Only these topics; `*` stands for anything
     #[arg(long, num_args = 1.., value_name = "TOPIC")]
     pub topics: Vec<String>,
+    /// Only topics in whose name this regular expression is found (with --topics: these too)
+    #[arg(long, short = 'e', default_value = "", value_name = "REGEX")]
+    pub regex: String,
     /// Not these topics; `*` stands for anything
     #[arg(long, num_args = 1.., value_name = "TOPIC")]
     pub exclude: Vec<String>,
+    /// Not topics in whose name this regular expression is found
+    #[arg(long, short = 'x', default_value = "", value_name = "REGEX")]
+    pub exclude_regex: String,
     /// Begin so many seconds after the first message; latched messages before that are played at once
     #[arg(long, default_value_t = 0.0, value_parser = not_negative, value_name = "SECONDS")]
     pub start_offset: f64,
+    /// End so many seconds of the bag after the beginning
+    #[arg(long, value_parser = not_negative, value_name = "SECONDS")]
+    pub playback_duration: Option<f64>,
+    /// End at this moment of the bag (s since 1970)
+    #[arg(long, value_parser = not_negative, value_name = "SECONDS")]
+    pub playback_until_sec: Option<f64>,
+    /// Wait so many seconds before the first message
+    #[arg(long, short = 'd', default_value_t = 0.0, value_parser = not_negative, value_name = "SECONDS")]
+    pub delay: f64,
+    /// Begin paused, until the service `~/resume`, `~/play_next` or `~/burst` is called
+    #[arg(long, short = 'p')]
+    pub start_paused: bool,
     /// Begin again at the end, until interrupted
     #[arg(long = "loop", short = 'l')]
     pub repeat: bool,
+    /// Stay after the end and after `~/stop`, until `~/play` or Ctrl-C
+    #[arg(long)]
+    pub stay: bool,
+    /// Publish the bag's time on /clock, so many times a second, instead of what was recorded there
+    #[arg(long, value_parser = positive, value_name = "HZ", num_args = 0..=1, default_missing_value = "40")]
+    pub clock: Option<f64>,
     /// Wait at most so many seconds for subscribers before the first message
     #[arg(long, default_value_t = 2.0, value_parser = not_negative, value_name = "SECONDS")]
     pub wait: f64,
@@ -64,6 +102,12 @@ pub enum ReplayError {
     /// The graph refused.
     #[error(transparent)]
     Ros(#[from] RosError),
+    /// What is to be played cannot be understood.
+    #[error("{reason}")]
+    Regex {
+        /// What is wrong.
+        reason: String,
+    },
     /// There is nothing to play.
     #[error("{bag} has no message on the topics asked for")]
     Nothing {
@@ -106,66 +150,86 @@ pub fn run(args: &ReplayArgs, ros: &RosArgs) -> ExitCode {
     ExitCode::from(code)
 }
 
-/// Plays a bag to the graph from a node of its own, until its end or until shutdown is requested.
+/// Plays a bag to the graph from the node `bag_player`, which offers the services of rosbag2's player, until the bag's end or until
+/// shutdown is requested.
 ///
 /// # Errors
 /// When the bag cannot be read or the graph refuses the node.
 pub fn play(args: &ReplayArgs, ros: &RosArgs, shutdown: &Shutdown) -> Result<Played, ReplayError> {
     let bag = Bag::open(&args.bag)?;
-    let selection = Selection::new("/", &args.topics, &args.exclude);
     let nothing = || ReplayError::Nothing { bag: args.bag.display().to_string() };
-    let (first_ns, last_ns) = bag.log_times_ns().ok_or_else(nothing)?;
-
+    let selection = args.selection()?;
+    let wish = args.wish(bag.log_times_ns().ok_or_else(nothing)?);
     let node = Node::new(NodeOptions::new("bag_player", ros))?;
     let spinning = node.spin_in_thread()?;
     let mut tracks = Vec::with_capacity(bag.topics().len());
     for (topic, &count) in bag.topics().iter().zip(bag.message_counts()) {
-        let publisher = if count > 0 && selection.takes(&topic.name) {
+        let publisher = if count > 0 && selection.takes(&topic.name, &topic.type_name) {
             Some(node.raw_publisher(&topic.name, &topic.type_name, &plan::offered_qos(topic, count))?)
         } else {
             None
         };
         tracks.push(Track { publisher, is_latched: topic.is_latched() });
     }
-    let mut played = Played { topics: tracks.iter().filter(|t| t.publisher.is_some()).count(), ..Played::default() };
-    if played.topics == 0 {
+    let topics = tracks.iter().filter(|t| t.publisher.is_some()).count();
+    if topics == 0 {
         return Err(nothing());
     }
+    let (sender, orders) = mpsc::channel();
+    let clock = |hertz: f64| {
+        let period = Duration::from_secs_f64(1.0 / hertz);
+        node.publisher::<Clock>("/clock", &Qos::default_topic()).map(|publisher| (publisher, period))
+    };
+    let outlets = Outlets {
+        clock: args.clock.map(clock).transpose()?,
+        splits: node.publisher("events/read_split", &Qos::default_topic())?,
+        node_name: node.fully_qualified_name().to_owned(),
+        progress: progress(&wish),
+    };
+    let services = services::offer(&node, &sender)?;
+    let _end = shutdown.on_request(move || drop(sender.send(Order::End)));
     wait_for_subscribers(&tracks, Duration::from_secs_f64(args.wait), shutdown);
-    played.matched_topics = tracks.iter().filter(|t| t.matched() > 0).count();
-
-    let offset_ns = u64::try_from(Duration::from_secs_f64(args.start_offset).as_nanos()).unwrap_or(u64::MAX);
-    let span = Span { start_ns: first_ns.saturating_add(offset_ns), last_ns, rate: args.rate };
-    while !played.interrupted {
-        play_once(&bag, &tracks, &span, shutdown, &mut played)?;
-        if !args.repeat {
-            break;
-        }
-    }
+    let matched_topics = tracks.iter().filter(|t| t.matched() > 0).count();
+    let mut player = Player::new(&bag, &tracks, outlets, orders, wish);
+    let outcome = player.run();
+    let played = player.finish();
+    drop(services);
+    outcome?;
     // Even after Ctrl-C: what was published is to arrive.
     std::thread::sleep(FAREWELL);
     spinning.stop();
     node.shutdown();
-    Ok(played)
+    Ok(Played { topics, matched_topics, ..played })
 }
 
-/// One topic of the bag.
-struct Track {
-    publisher: Option<RawPublisher>,
-    is_latched: bool,
-}
-
-impl Track {
-    fn matched(&self) -> usize {
-        self.publisher.as_ref().map_or(0, RawPublisher::matched)
+impl ReplayArgs {
+    fn selection(&self) -> Result<Selection, ReplayError> {
+        let filter = |names: &[String], text: &str| {
+            let regex = regex(text).map_err(|reason| ReplayError::Regex { reason })?;
+            Ok::<_, ReplayError>(Filter { names: names.to_vec(), regex, types: Vec::new() })
+        };
+        let mut exclude = filter(&self.exclude, &self.exclude_regex)?;
+        if self.clock.is_some() {
+            // Two clocks would contradict each other.
+            exclude.types.push("rosgraph_msgs/msg/Clock".into());
+        }
+        Ok(Selection::new("/", filter(&self.topics, &self.regex)?, exclude))
     }
-}
 
-/// From where to where, and how fast.
-struct Span {
-    start_ns: u64,
-    last_ns: u64,
-    rate: f64,
+    /// `times_ns`: of the first and the last message.
+    fn wish(&self, times_ns: (u64, u64)) -> Wish {
+        let ns = |seconds: f64| u64::try_from(Duration::from_secs_f64(seconds).as_nanos()).unwrap_or(u64::MAX);
+        let start_ns = times_ns.0.saturating_add(ns(self.start_offset));
+        let bounds = [self.playback_duration.map(|s| start_ns.saturating_add(ns(s))), self.playback_until_sec.map(ns)];
+        Wish {
+            span: (start_ns, bounds.into_iter().flatten().fold(times_ns.1, u64::min)),
+            rate: self.rate,
+            starts_paused: self.start_paused,
+            repeats: self.repeat,
+            stays: self.stay,
+            delay: Duration::from_secs_f64(self.delay),
+        }
+    }
 }
 
 /// Waits until there are subscribers and no more turn up, or for so long.
@@ -186,54 +250,17 @@ fn wait_for_subscribers(tracks: &[Track], longest: Duration, shutdown: &Shutdown
     }
 }
 
-fn play_once(
-    bag: &Bag,
-    tracks: &[Track],
-    span: &Span,
-    shutdown: &Shutdown,
-    played: &mut Played,
-) -> Result<(), ReplayError> {
-    let progress = progress(span);
-    let mut messages = bag.messages();
-    let begin = Instant::now();
-    while let Some(message) = messages.next_message()? {
-        let Some(track) = tracks.get(message.topic) else { continue };
-        let Some(publisher) = &track.publisher else { continue };
-        if message.log_time_ns < span.start_ns && !track.is_latched {
-            continue;
-        }
-        let due = begin + Duration::from_nanos(plan::due_ns(message.log_time_ns, span.start_ns, span.rate));
-        let wait = due.saturating_duration_since(Instant::now());
-        if shutdown.is_requested() || (!wait.is_zero() && shutdown.wait_timeout(wait)) {
-            played.interrupted = true;
-            break;
-        }
-        match publisher.publish(&message.data) {
-            Ok(()) => played.messages += 1,
-            Err(error) => {
-                played.failed += 1;
-                if played.failed == 1 {
-                    progress.suspend(|| tracing::warn!("{error}"));
-                }
-            }
-        }
-        progress.set_position(message.log_time_ns.saturating_sub(span.start_ns) / 1_000_000);
-    }
-    progress.finish_and_clear();
-    Ok(())
-}
-
 /// A bar in milliseconds of the bag; hidden unless a person looks on.
-fn progress(span: &Span) -> ProgressBar {
+fn progress(wish: &Wish) -> ProgressBar {
     if !io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
     let style = ProgressStyle::with_template("{bar:40} {msg} {elapsed_precise} (eta {eta})");
     let bar = ProgressBar::with_draw_target(
-        Some(span.last_ns.saturating_sub(span.start_ns) / 1_000_000),
+        Some(wish.span.1.saturating_sub(wish.span.0) / 1_000_000),
         ProgressDrawTarget::stderr_with_hz(10),
     );
-    bar.set_message(format!("playing at {} times", span.rate));
+    bar.set_message(format!("playing at {} times", wish.rate));
     match style {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,

@@ -1,4 +1,4 @@
-//! What is played, when, and with which quality of service.
+//! With which quality of service a topic is played.
 
 use crate::bag::qos as recorded;
 use crate::bag::{QosProfile, Topic};
@@ -26,20 +26,6 @@ pub(super) fn offered_qos(topic: &Topic, message_count: u64) -> Qos {
     }
     // A deadline or a lifespan of the recording would be broken by another rate, so neither is offered again.
     qos
-}
-
-/// Nanoseconds of real time from the beginning of the playback to a message, computed from the two log times and never summed
-/// up, so that a long playback does not drift.
-pub(super) fn due_ns(log_time_ns: u64, start_ns: u64, rate: f64) -> u64 {
-    let bag_ns = log_time_ns.saturating_sub(start_ns);
-    #[allow(
-        clippy::cast_precision_loss,
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "2^53 ns are 104 days to the nanosecond, and the conversion back saturates"
-    )]
-    let due = (bag_ns as f64 / rate) as u64;
-    due
 }
 
 #[cfg(test)]
@@ -71,13 +57,5 @@ mod tests {
         assert_eq!(mixed.depth(), 5, "every page of a plan");
         let known = QosProfile { depth: 3, history: recorded::History::KeepLast, ..latched };
         assert_eq!(offered_qos(&topic(vec![known]), 5).depth(), 3);
-    }
-
-    #[test]
-    fn twice_the_rate_is_half_the_time() {
-        assert_eq!(due_ns(5_000_000_000, 1_000_000_000, 2.0), 2_000_000_000);
-        assert_eq!(due_ns(1_760_000_000_123_456_789, 1_760_000_000_000_000_000, 1.0), 123_456_789);
-        assert_eq!(due_ns(0, 5, 1.0), 0);
-        assert_eq!(due_ns(u64::MAX, 0, 1e-300), u64::MAX);
     }
 }

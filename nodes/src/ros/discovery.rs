@@ -49,6 +49,8 @@ pub struct EndpointInfo {
     pub node: Option<String>,
     /// What it offers or asks.
     pub qos: Qos,
+    /// The hash of its type (`RIHS01_…`), if it tells that: ROS 2 peers do, our own endpoints cannot.
+    pub type_hash: Option<String>,
 }
 
 /// A topic with the endpoints that are known of it. Topics that two types are published on appear twice.
@@ -68,6 +70,14 @@ struct Endpoint {
     topic: String,
     type_name: String,
     qos: Qos,
+    type_hash: Option<String>,
+}
+
+/// The hash among the data that an endpoint carries for its users: `typehash=RIHS01_…;`, behind their length.
+fn type_hash(user_data: &[u8]) -> Option<String> {
+    let text = std::str::from_utf8(user_data.get(4..)?).ok()?;
+    let hash = text.split(';').find_map(|pair| pair.strip_prefix("typehash="))?;
+    hash.starts_with("RIHS01_").then(|| hash.to_owned())
 }
 
 impl From<&EndpointDescription> for Endpoint {
@@ -76,6 +86,7 @@ impl From<&EndpointDescription> for Endpoint {
             topic: description.topic_name.clone(),
             type_name: description.type_name.clone(),
             qos: Qos::from_policies(&description.qos),
+            type_hash: type_hash(&description.user_data),
         }
     }
 }
@@ -134,7 +145,8 @@ impl Graph {
         matches: &[(GUID, GUID)],
     ) {
         let mut state = self.state();
-        let endpoint = Endpoint { topic: topic.to_string(), type_name: type_name.to_string(), qos: *qos };
+        let endpoint =
+            Endpoint { topic: topic.to_string(), type_name: type_name.to_string(), qos: *qos, type_hash: None };
         let endpoints = if is_writer { &mut state.writers } else { &mut state.readers };
         endpoints.insert(guid, endpoint);
         for (writer, reader) in matches {
@@ -242,7 +254,7 @@ impl Graph {
         let dds = names::dds_topic(topic);
         let state = self.state();
         let others = state.writers.iter().filter(|(guid, e)| e.topic == dds && state.own != Some(prefix(guid)));
-        others.map(|(guid, e)| EndpointInfo { guid: guid.to_bytes(), node: state.node_of(guid), qos: e.qos }).collect()
+        others.map(|(guid, endpoint)| state.info(guid, endpoint)).collect()
     }
 
     /// The node of an endpoint, the nodes of its participant, or the GUID itself.
@@ -275,7 +287,7 @@ impl Graph {
                     publishers: Vec::new(),
                     subscriptions: Vec::new(),
                 });
-                let info = EndpointInfo { guid: guid.to_bytes(), node: state.node_of(guid), qos: endpoint.qos };
+                let info = state.info(guid, endpoint);
                 if publishing { topic.publishers.push(info) } else { topic.subscriptions.push(info) }
             }
         }
@@ -417,6 +429,11 @@ impl State {
         if self.told.insert(pair) {
             self.incompatible.push(sentence);
         }
+    }
+
+    fn info(&self, guid: &GUID, endpoint: &Endpoint) -> EndpointInfo {
+        let (node, type_hash) = (self.node_of(guid), endpoint.type_hash.clone());
+        EndpointInfo { guid: guid.to_bytes(), node, qos: endpoint.qos, type_hash }
     }
 
     fn node_of(&self, guid: &GUID) -> Option<String> {

@@ -9,7 +9,7 @@ fn guid(participant: u8, entity: u8) -> GUID {
 }
 
 fn endpoint(type_name: &str) -> Endpoint {
-    Endpoint { topic: "rt/topic".into(), type_name: type_name.into(), qos: Qos::default_topic() }
+    Endpoint { topic: "rt/topic".into(), type_name: type_name.into(), qos: Qos::default_topic(), type_hash: None }
 }
 
 const TEXT: &str = "std_msgs::msg::dds_::String_";
@@ -56,4 +56,18 @@ fn a_match_with_an_endpoint_not_yet_described_waits_for_its_description() {
     assert_eq!(graph.ask(|matches| matches.count(&writer)), 1);
     graph.state().forget(|guid| *guid == gone);
     assert!(graph.state().undecided.is_empty());
+}
+
+#[test]
+fn the_hash_of_a_type_is_found_among_the_data_for_users() {
+    let data = |text: &str| {
+        [&(u32::try_from(text.len()).expect("it is short")).to_le_bytes()[..], text.as_bytes(), &[0; 3]].concat()
+    };
+    let hash = format!("RIHS01_{}", "a1".repeat(32));
+    assert_eq!(type_hash(&data(&format!("enclave=/;typehash={hash};"))).as_deref(), Some(hash.as_str()));
+    for none in ["", "typehash=", "typehash=INVALID;", "xtypehash=RIHS01_0;"] {
+        assert_eq!(type_hash(&data(none)), None, "{none}");
+    }
+    assert_eq!(type_hash(&[1, 2]), None);
+    assert_eq!(type_hash(&[0, 0, 0, 0, 0xff]), None);
 }

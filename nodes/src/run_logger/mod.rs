@@ -6,9 +6,11 @@
 //!                                     └──► TickWatch ──► ~/status ──► machine_sim: at pace fast it waits for us
 //! ```
 //!
-//! Active means recording: activation opens the bag, deactivation closes it. `~/pause`, `~/resume` and `~/is_paused` are those of
-//! rosbag2's recorder.
+//! Active means recording: activation opens the bag, deactivation closes it. `~/pause`, `~/resume`, `~/is_paused`, `~/split_bagfile`,
+//! `~/snapshot` and `events/write_split` are those of rosbag2's recorder.
 
+mod definitions;
+mod retention;
 mod selection;
 mod session;
 mod settings;
@@ -20,18 +22,20 @@ use std::time::Duration;
 use camwright_msgs::camwright_msgs::msg::RecorderStatus;
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use camwright_msgs::rosbag2_interfaces::srv::{
-    IsPaused, IsPausedResponse, Pause, PauseResponse, Resume, ResumeResponse,
+    IsPaused, IsPausedResponse, Pause, PauseResponse, Resume, ResumeResponse, Snapshot, SnapshotResponse, SplitBagfile,
+    SplitBagfileResponse,
 };
 
 use crate::bag::Counts;
 use crate::ros::{
-    Diagnostics, GraphListener, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Publisher, Qos, RosArgs,
-    ServiceHandle, SpinThread, TimerHandle, Transition, diagnostic_status,
+    Diagnostics, GraphListener, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos, RosArgs, ServiceHandle,
+    SpinThread, TimerHandle, Transition, diagnostic_status,
 };
 use crate::running::{NodeError, autostart};
 
-pub use selection::Selection;
-use session::Session;
+pub(crate) use selection::regex;
+pub use selection::{Filter, Selection};
+use session::{Outlets, Session};
 use settings::Settings;
 
 /// How often `~/status` is published at least.
@@ -49,7 +53,7 @@ struct Active {
 /// What the node's callbacks share.
 struct Shared {
     node: Node,
-    status: Publisher<RecorderStatus>,
+    outlets: Outlets,
     /// Locked for the moments of activation and deactivation (the life cycle's thread) and by services (the executor's); never
     /// while waiting for the other.
     active: Mutex<Option<Active>>,
@@ -87,7 +91,12 @@ impl Shared {
         if active.is_some() {
             return Err("a bag is open already".into());
         }
-        let session = Session::start(&self.node, self.settings()?, self.status.clone()).map_err(|e| e.to_string())?;
+        let settings = self.settings()?;
+        let deleted = settings.retention.make_room(&settings.bag_dir);
+        for run in deleted.map_err(|error| format!("an old run could not be deleted: {error}"))? {
+            self.node.logger().info(&format!("deleted {}, as keep_runs and keep_mb say", run.display()));
+        }
+        let session = Session::start(&self.node, settings, self.outlets.clone()).map_err(|e| e.to_string())?;
         let graph = self.node.on_graph_change({
             let session = Arc::downgrade(&session);
             move || {
@@ -101,6 +110,7 @@ impl Shared {
             let mut has_told_fault = false;
             move || {
                 let Some(session) = session.upgrade() else { return };
+                session.attend();
                 session.tell();
                 if let Some(fault) = session.fault().filter(|_| !has_told_fault) {
                     has_told_fault = true;
@@ -150,6 +160,10 @@ impl Shared {
         }
     }
 
+    fn session(&self) -> Option<Arc<Session>> {
+        self.active().as_ref().map(|active| Arc::clone(&active.session))
+    }
+
     fn with_session<T>(&self, idle: T, action: impl FnOnce(&Session) -> T) -> T {
         match self.active().as_ref() {
             Some(active) => action(&active.session),
@@ -180,6 +194,9 @@ impl Shared {
                 ("received", counts.received.to_string()),
                 ("written", counts.written.to_string()),
                 ("dropped", counts.dropped.to_string()),
+                ("passed", counts.passed.to_string()),
+                ("files", counts.files.to_string()),
+                ("free_bytes", counts.free_bytes.to_string()),
                 ("queued_bytes", counts.queued_bytes.to_string()),
                 ("file_bytes", counts.bytes.to_string()),
             ];
@@ -211,6 +228,49 @@ impl LifecycleCallbacks for Callbacks {
     }
 }
 
+/// The services that begin a new file. They wait for the writer, so not on the executor's thread.
+fn file_services(node: &Node, shared: &Arc<Shared>) -> Result<[ServiceHandle; 2], NodeError> {
+    let weak = Arc::downgrade(shared);
+    let split = node.service_deferred::<SplitBagfile>("~/split_bagfile", move |_, responder| {
+        let session = weak.upgrade().and_then(|shared| shared.session());
+        aside(move || {
+            // Where nothing is recorded there is nothing to split; rosbag2's answer has no word for it.
+            let _is_split = session.is_some_and(|session| session.split());
+            responder.send(&SplitBagfileResponse::default());
+        });
+    })?;
+    let weak = Arc::downgrade(shared);
+    let snapshot = node.service_deferred::<Snapshot>("~/snapshot", move |_, responder| {
+        let shared = weak.upgrade();
+        aside(move || {
+            let session = shared.as_ref().and_then(|shared| shared.session());
+            let taken = session.ok_or_else(|| "not recording".to_owned()).and_then(|session| session.snapshot());
+            if let (Some(shared), Err(reason)) = (&shared, &taken) {
+                shared.node.logger().warn(&format!("no snapshot: {reason}"));
+            }
+            responder.send(&SnapshotResponse { success: taken.is_ok() });
+        });
+    })?;
+    Ok([split, snapshot])
+}
+
+/// Does something on a thread of its own; where there is none to be had, here.
+fn aside(work: impl FnOnce() + Send + 'static) {
+    let work = Arc::new(Mutex::new(Some(work)));
+    let there = Arc::clone(&work);
+    let started = std::thread::Builder::new().name("recorder file".into()).spawn(move || run_once(&there));
+    if started.is_err() {
+        run_once(&work);
+    }
+}
+
+fn run_once(work: &Mutex<Option<impl FnOnce()>>) {
+    let work = work.lock().unwrap_or_else(PoisonError::into_inner).take();
+    if let Some(work) = work {
+        work();
+    }
+}
+
 impl RunLogger {
     /// Joins the graph as `run_logger`, unless `args` say otherwise. Nothing is recorded before the node is active.
     ///
@@ -220,7 +280,9 @@ impl RunLogger {
         let node = Node::new(NodeOptions::new("run_logger", args).parameters(settings::parameters()))?;
         node.parameters().on_set(settings::check);
         let status = node.publisher::<RecorderStatus>("~/status", &Qos::default_topic())?;
-        let shared = Arc::new(Shared { node: node.clone(), status, active: Mutex::default() });
+        let splits = node.publisher("events/write_split", &Qos::default_topic())?;
+        let outlets = Outlets { status, splits };
+        let shared = Arc::new(Shared { node: node.clone(), outlets, active: Mutex::default() });
         let mut services = Vec::new();
         for (name, is_paused) in [("~/pause", true), ("~/resume", false)] {
             let weak = Arc::downgrade(&shared);
@@ -245,6 +307,7 @@ impl RunLogger {
         services.push(node.service::<IsPaused>("~/is_paused", move |_| IsPausedResponse {
             paused: weak.upgrade().is_some_and(|s| s.with_session(false, Session::is_paused)),
         })?);
+        services.extend(file_services(&node, &shared)?);
         let weak = Arc::downgrade(&shared);
         let diagnostics = node.diagnostics("", move || weak.upgrade().map(|s| s.diagnosis()).into_iter().collect())?;
         let lifecycle = node.lifecycle(Callbacks(shared.clone()))?;

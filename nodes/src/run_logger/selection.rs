@@ -1,41 +1,76 @@
 //! Which topics are recorded, and how they are subscribed to.
 
+use regex_lite::Regex;
+
 use crate::bag::QosProfile;
 use crate::bag::qos as recorded;
 use crate::ros::{Durability, History, Liveliness, Qos, Reliability};
 
-/// Which of the topics of the graph a recording takes.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// What may be said about topics: by name with `*` and `?`, by regular expression on the name, by type.
+#[derive(Debug, Clone, Default)]
+pub struct Filter {
+    /// Names, in which `*` stands for anything and `?` for one character.
+    pub names: Vec<String>,
+    /// Matches anywhere in a name.
+    pub regex: Option<Regex>,
+    /// Types, `package/msg/Type`, in which `*` and `?` mean the same.
+    pub types: Vec<String>,
+}
+
+impl Filter {
+    fn says_nothing(&self) -> bool {
+        self.names.is_empty() && self.regex.is_none() && self.types.is_empty()
+    }
+
+    fn takes(&self, topic: &str, type_name: &str) -> bool {
+        self.names.iter().any(|pattern| matches(pattern.as_bytes(), topic.as_bytes()))
+            || self.regex.as_ref().is_some_and(|regex| regex.is_match(topic))
+            || self.types.iter().any(|pattern| matches(pattern.as_bytes(), type_name.as_bytes()))
+    }
+}
+
+/// A regular expression, or a sentence about what is wrong with it. Empty: none.
+pub(crate) fn regex(text: &str) -> Result<Option<Regex>, String> {
+    if text.is_empty() {
+        return Ok(None);
+    }
+    Regex::new(text).map(Some).map_err(|error| format!("'{text}' is no regular expression: {error}"))
+}
+
+/// Which of the topics of the graph a recording takes, or a player plays.
+#[derive(Debug, Clone)]
 pub struct Selection {
     /// Namespace of the recorder with a `/` at its end: its cell.
     cell: String,
-    /// Patterns of topics to take; empty takes all of the cell and all that belong to no cell.
-    topics: Vec<String>,
-    /// Patterns of topics to leave out.
-    exclude: Vec<String>,
+    /// What to take; saying nothing takes all of the cell and all that belong to no cell.
+    include: Filter,
+    /// What to leave out of it.
+    exclude: Filter,
 }
 
 impl Selection {
-    /// `namespace` is that of the node; an empty `topics` takes all. Patterns that do not begin with `/` are relative to it.
+    /// `namespace` is that of the node; an `include` that says nothing takes all. Names that do not begin with `/` are relative to it.
     #[must_use]
-    pub fn new(namespace: &str, topics: &[String], exclude: &[String]) -> Self {
+    pub fn new(namespace: &str, include: Filter, exclude: Filter) -> Self {
         let cell = if namespace.ends_with('/') { namespace.to_owned() } else { format!("{namespace}/") };
-        let absolute = |patterns: &[String]| {
-            patterns.iter().map(|p| if p.starts_with('/') { p.clone() } else { format!("{cell}{p}") }).collect()
+        let absolute = |filter: Filter| {
+            let is_relative = |name: &String| !name.starts_with(['/', '*']);
+            let names = filter.names.into_iter();
+            Filter { names: names.map(|n| if is_relative(&n) { format!("{cell}{n}") } else { n }).collect(), ..filter }
         };
-        Self { topics: absolute(topics), exclude: absolute(exclude), cell }
+        Self { include: absolute(include), exclude: absolute(exclude), cell }
     }
 
-    /// Whether the topic with this absolute name is wanted.
+    /// Whether the topic with this absolute name and this type is wanted.
     #[must_use]
-    pub fn takes(&self, topic: &str) -> bool {
-        let is_wanted = if self.topics.is_empty() {
+    pub fn takes(&self, topic: &str, type_name: &str) -> bool {
+        let is_wanted = if self.include.says_nothing() {
             // `/rosout`, `/clock`, `/tf`: without a namespace they are everybody's.
             topic.starts_with(&self.cell) || !topic[1.min(topic.len())..].contains('/')
         } else {
-            self.topics.iter().any(|p| matches(p.as_bytes(), topic.as_bytes()))
+            self.include.takes(topic, type_name)
         };
-        is_wanted && !self.exclude.iter().any(|p| matches(p.as_bytes(), topic.as_bytes()))
+        is_wanted && !self.exclude.takes(topic, type_name)
     }
 }
 
@@ -112,24 +147,45 @@ mod tests {
         patterns.iter().map(|&p| p.to_owned()).collect()
     }
 
-    #[test]
-    fn a_recorder_takes_its_cell_and_what_belongs_to_none() {
-        let cell = Selection::new("/cell1", &[], &[]);
-        for topic in ["/cell1/joint_states", "/cell1/machine/stream", "/rosout", "/clock"] {
-            assert!(cell.takes(topic), "{topic}");
-        }
-        for topic in ["/cell10/joint_states", "/cell2/joint_states", "/other/a/b"] {
-            assert!(!cell.takes(topic), "{topic}");
-        }
-        let root = Selection::new("/", &[], &[]);
-        assert!(root.takes("/joint_states") && root.takes("/cell2/joint_states"));
+    fn names(patterns: &[&str]) -> Filter {
+        Filter { names: owned(patterns), ..Filter::default() }
     }
 
     #[test]
-    fn patterns_choose_and_exclude() {
-        let some = Selection::new("/cell1", &owned(&["machine/*", "/ros?ut"]), &owned(&["*stream"]));
-        assert!(some.takes("/cell1/machine/io") && some.takes("/rosout"));
-        assert!(!some.takes("/cell1/machine/stream") && !some.takes("/cell1/joint_states"));
+    fn a_recorder_takes_its_cell_and_what_belongs_to_none() {
+        let all = |namespace| Selection::new(namespace, Filter::default(), Filter::default());
+        let takes = |selection: &Selection, topic| selection.takes(topic, "std_msgs/msg/String");
+        for topic in ["/cell1/joint_states", "/cell1/machine/stream", "/rosout", "/clock"] {
+            assert!(takes(&all("/cell1"), topic), "{topic}");
+        }
+        for topic in ["/cell10/joint_states", "/cell2/joint_states", "/other/a/b"] {
+            assert!(!takes(&all("/cell1"), topic), "{topic}");
+        }
+        assert!(takes(&all("/"), "/joint_states") && takes(&all("/"), "/cell2/joint_states"));
+    }
+
+    #[test]
+    fn names_regular_expressions_and_types_choose_and_exclude() {
+        let some = Selection::new("/cell1", names(&["machine/*", "/ros?ut"]), names(&["*stream"]));
+        let takes = |topic| some.takes(topic, "std_msgs/msg/String");
+        assert!(takes("/cell1/machine/io") && takes("/rosout"));
+        assert!(!takes("/cell1/machine/stream") && !takes("/cell1/joint_states"));
+        let include =
+            Filter { regex: regex("^/(a|b)/").expect("it is one"), types: owned(&["sensor_msgs/*"]), ..names(&["/x"]) };
+        let exclude =
+            Filter { regex: regex("raw$").expect("it is one"), types: owned(&["*/Image"]), ..Filter::default() };
+        let both = Selection::new("/", include, exclude);
+        for (topic, type_name, is_taken) in [
+            ("/x", "std_msgs/msg/String", true),
+            ("/a/c", "std_msgs/msg/String", true),
+            ("/c/a/", "std_msgs/msg/String", false),
+            ("/joints", "sensor_msgs/msg/JointState", true),
+            ("/camera", "sensor_msgs/msg/Image", false),
+            ("/b/raw", "std_msgs/msg/String", false),
+        ] {
+            assert_eq!(both.takes(topic, type_name), is_taken, "{topic}");
+        }
+        assert!(regex("(").expect_err("it is none").starts_with("'(' is no regular expression"));
         assert!(matches(b"*", b"") && matches(b"a*b*c", b"aXbYbZc") && !matches(b"a*b", b"abc") && !matches(b"?", b""));
     }
 

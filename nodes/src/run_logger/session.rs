@@ -3,16 +3,19 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
+use std::time::Instant;
 
-use camwright_msgs::camwright_msgs::msg::{RecorderStatus, TopicRecord};
+use camwright_msgs::camwright_msgs::msg::{Alarm, MachineAlarms, RecorderStatus, TopicRecord};
+use camwright_msgs::rosbag2_interfaces::msg::WriteSplitEvent;
 
+use super::definitions::{Definition, Definitions, Known};
 use super::selection::{Selection, recorded_qos, subscription_qos};
 use super::settings::Settings;
 use super::ticks::TickWatch;
 use crate::bag::recording::RecordedTopic;
 use crate::bag::{BagError, BagMetadata, Counts, Outcome, Recording, Topic};
-use crate::ros::{Guid, MessageInfo, Node, Publisher, RosError, Subscription, TopicInfo};
+use crate::ros::{Guid, MessageInfo, Node, Publisher, Qos, RosError, Subscription, TopicInfo};
 
 /// Most that waits for the first `/clock` (B); what comes then is stamped with its time of receipt.
 const HELD_BYTES: usize = 64 << 20;
@@ -55,6 +58,24 @@ struct Progress {
     told_tick: u64,
 }
 
+/// What a recording tells about itself.
+#[derive(Clone)]
+pub(super) struct Outlets {
+    pub(super) status: Publisher<RecorderStatus>,
+    pub(super) splits: Publisher<WriteSplitEvent>,
+}
+
+/// Alarms that have been seen, where a new one asks for a snapshot.
+#[derive(Default)]
+struct Alarms {
+    subscription: Option<Subscription>,
+    numbers: Vec<u16>,
+    /// When the snapshot is due.
+    due: Option<Instant>,
+    /// The answer of one that is being written.
+    taken: Option<mpsc::Receiver<u64>>,
+}
+
 /// A recording of the graph, from activation to deactivation. Callbacks hold it weakly: dropping it ends them.
 pub(super) struct Session {
     node: Node,
@@ -67,7 +88,9 @@ pub(super) struct Session {
     topics: Mutex<Topics>,
     progress: Mutex<Progress>,
     held: Mutex<Vec<Held>>,
-    status: Publisher<RecorderStatus>,
+    definitions: Mutex<Definitions>,
+    alarms: Mutex<Alarms>,
+    outlets: Outlets,
     joint_states: String,
     stream: String,
 }
@@ -82,17 +105,13 @@ fn unsigned(ns: i64) -> u64 {
 
 impl Session {
     /// Opens the bag. Nothing is subscribed to before [`Session::refresh`].
-    pub(super) fn start(
-        node: &Node,
-        settings: Settings,
-        status: Publisher<RecorderStatus>,
-    ) -> Result<Arc<Self>, SessionError> {
+    pub(super) fn start(node: &Node, settings: Settings, outlets: Outlets) -> Result<Arc<Self>, SessionError> {
         let joint_states = node.resolve_topic("joint_states")?;
         let stream = node.resolve_topic("machine/stream")?;
         let recording = Recording::start(&settings.bag_dir, &settings.recording)?;
-        Ok(Arc::new(Self {
+        let session = Arc::new(Self {
             node: node.clone(),
-            selection: Selection::new(node.namespace(), &settings.topics, &settings.exclude),
+            selection: Selection::new(node.namespace(), settings.include.clone(), settings.exclude.clone()),
             is_paused: AtomicBool::new(settings.start_paused),
             is_stopped: AtomicBool::new(false),
             settings,
@@ -100,10 +119,22 @@ impl Session {
             topics: Mutex::default(),
             progress: Mutex::default(),
             held: Mutex::default(),
-            status,
+            definitions: Mutex::default(),
+            alarms: Mutex::default(),
+            outlets,
             joint_states,
             stream,
-        }))
+        });
+        if session.settings.recording.snapshot.is_some() {
+            let weak = Arc::downgrade(&session);
+            let subscription = node.subscribe("machine/alarms", &Qos::latched(1), move |message, _| {
+                if let Some(session) = weak.upgrade() {
+                    session.see_alarms(&message);
+                }
+            })?;
+            lock(&session.alarms).subscription = Some(subscription);
+        }
+        Ok(session)
     }
 
     /// The bag's directory.
@@ -126,6 +157,57 @@ impl Session {
         self.settings.recording.queue_bytes
     }
 
+    /// Writes what is held in memory; returns how many messages that were, or why there is nothing to hold.
+    pub(super) fn snapshot(&self) -> Result<u64, String> {
+        match self.settings.recording.snapshot {
+            Some(_) => Ok(self.recording.snapshot().recv().unwrap_or(0)),
+            None => Err("this recording writes all; parameter snapshot_s makes one of snapshots".into()),
+        }
+    }
+
+    /// Goes on in the next file; returns whether there is one.
+    pub(super) fn split(&self) -> bool {
+        self.recording.split()
+    }
+
+    /// A new alarm that stops the machine asks for a snapshot, once it has been seen how it came to rest.
+    fn see_alarms(&self, message: &MachineAlarms) {
+        let mut alarms = lock(&self.alarms);
+        let stopping = message.alarms.iter().filter(|alarm| alarm.severity > Alarm::WARNING).map(|alarm| alarm.number);
+        let numbers: Vec<u16> = stopping.collect();
+        if numbers.iter().any(|number| !alarms.numbers.contains(number)) && alarms.due.is_none() {
+            alarms.due = Some(Instant::now() + self.settings.snapshot_delay);
+        }
+        alarms.numbers = numbers;
+    }
+
+    /// Takes the snapshot that is due, and tells of files that were begun.
+    pub(super) fn attend(&self) {
+        let mut alarms = lock(&self.alarms);
+        if alarms.due.is_some_and(|due| due <= Instant::now()) {
+            alarms.due = None;
+            alarms.taken = Some(self.recording.snapshot());
+        }
+        let count = alarms.taken.as_ref().and_then(|taken| taken.try_recv().ok());
+        drop(alarms);
+        if let Some(count) = count {
+            self.node
+                .logger()
+                .info(&format!("an alarm: a snapshot of {count} messages is in {}", self.bag().display()));
+        }
+        for (closed, opened) in self.recording.take_splits() {
+            let path = |name: String| self.bag().join(name).display().to_string();
+            let event = WriteSplitEvent {
+                closed_file: path(closed),
+                opened_file: path(opened),
+                node_name: self.node.fully_qualified_name().to_owned(),
+            };
+            if let Err(error) = self.outlets.splits.publish(&event) {
+                self.node.logger().warn(&error.to_string());
+            }
+        }
+    }
+
     /// Stops or resumes writing; what arrives in between is not part of the recording.
     pub(super) fn pause(&self, is_paused: bool) {
         self.is_paused.store(is_paused, Ordering::Release);
@@ -143,7 +225,7 @@ impl Session {
         }
         let mut topics = lock(&self.topics);
         for found in self.node.discovered_topics() {
-            if found.publishers.is_empty() || !self.selection.takes(&found.name) {
+            if found.publishers.is_empty() || !self.selection.takes(&found.name, &found.type_name) {
                 continue;
             }
             // A type that an action implies (`pkg/action/X_FeedbackMessage`) has no name in the bag's definition language: with one
@@ -158,7 +240,19 @@ impl Session {
                 }
                 continue;
             }
-            match self.subscribe(&found) {
+            let weak = Arc::downgrade(self);
+            let answered = move |type_name: String, response| {
+                if let Some(session) = weak.upgrade() {
+                    lock(&session.definitions).learn(&type_name, &response);
+                    session.refresh();
+                }
+            };
+            let subscribed = match lock(&self.definitions).find(&self.node, &found, answered) {
+                Known::Yes(definition) => self.subscribe(&found, definition),
+                Known::NotYet => continue,
+                Known::No(reason) => Err(reason),
+            };
+            match subscribed {
                 Ok(entry) => {
                     topics.entries.insert(found.name, entry);
                 }
@@ -177,16 +271,13 @@ impl Session {
         }
     }
 
-    fn subscribe(self: &Arc<Self>, found: &TopicInfo) -> Result<Entry, String> {
-        let info = camwright_msgs::by_type_name(&found.type_name)
-            .filter(|info| !info.schema.is_empty())
-            .ok_or_else(|| format!("the definition of {} is not known here", found.type_name))?;
+    fn subscribe(self: &Arc<Self>, found: &TopicInfo, definition: Definition) -> Result<Entry, String> {
         let offers: Vec<_> = found.publishers.iter().map(|p| p.qos).collect();
         let recorded = self.recording.add_topic(Topic {
             name: found.name.clone(),
-            type_name: info.type_name.into(),
-            type_hash: info.type_hash.into(),
-            definition: info.schema.into(),
+            type_name: found.type_name.clone(),
+            type_hash: definition.hash,
+            definition: definition.text,
             offered_qos: offers.iter().map(recorded_qos).collect(),
         });
         let meaning = match &found.name {
@@ -200,7 +291,7 @@ impl Session {
         let qos = subscription_qos(&offers, self.settings.depth);
         let subscription = self
             .node
-            .subscribe_raw(&found.name, info.type_name, &qos, move |cdr, message| {
+            .subscribe_raw(&found.name, &found.type_name, &qos, move |cdr, message| {
                 let Some(session) = weak.upgrade() else { return };
                 if let Some(last) = last_numbers.insert(message.writer, message.sequence_number) {
                     session.note_missing(message.sequence_number.saturating_sub(last).saturating_sub(1), &recorded);
@@ -290,6 +381,8 @@ impl Session {
         let counts = self.counts();
         (status.bytes, status.received) = (counts.bytes, counts.received);
         (status.written, status.dropped) = (counts.written, counts.dropped);
+        (status.passed, status.repeated, status.free_bytes) = (counts.passed, counts.repeated, counts.free_bytes);
+        status.files = u32::try_from(counts.files).unwrap_or(u32::MAX);
         let topics = lock(&self.topics);
         status.topics = counts
             .topics
@@ -301,10 +394,11 @@ impl Session {
                 received: t.received,
                 written: t.written,
                 dropped: t.dropped,
+                passed: t.passed,
             })
             .collect();
         drop(topics);
-        if let Err(error) = self.status.publish(&status) {
+        if let Err(error) = self.outlets.status.publish(&status) {
             self.node.logger().warn(&error.to_string());
         }
     }

@@ -4,9 +4,12 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use super::retention::Retention;
+use super::selection::{Filter, regex};
 use crate::bag::info::utc;
 use crate::bag::recording::RecordingOptions;
-use crate::bag::{Preset, Split, WriterOptions};
+use crate::bag::{Preset, SnapshotOptions, Split, WriterOptions};
+use crate::convert::bytes_from_mb;
 use crate::ros::{Parameter, ParameterChanges, ParameterValue, Parameters};
 
 /// What one recording is to be.
@@ -14,10 +17,10 @@ use crate::ros::{Parameter, ParameterChanges, ParameterValue, Parameters};
 pub(super) struct Settings {
     /// Directory of the bag.
     pub(super) bag_dir: PathBuf,
-    /// Patterns of topics to take; empty takes all.
-    pub(super) topics: Vec<String>,
-    /// Patterns of topics to leave out.
-    pub(super) exclude: Vec<String>,
+    /// Which topics to take; saying nothing takes all.
+    pub(super) include: Filter,
+    /// Which topics to leave out.
+    pub(super) exclude: Filter,
     /// Take topics of actions' own types too.
     pub(super) include_feedback: bool,
     /// Begin paused.
@@ -26,6 +29,10 @@ pub(super) struct Settings {
     pub(super) credit_ticks: u64,
     /// Unread messages a subscription keeps.
     pub(super) depth: u32,
+    /// How long after an alarm a snapshot is taken, where only snapshots are written.
+    pub(super) snapshot_delay: Duration,
+    /// What is kept of older runs.
+    pub(super) retention: Retention,
     /// Stamp with `/clock`.
     pub(super) use_sim_time: bool,
     /// How the bag is written.
@@ -45,8 +52,12 @@ pub(super) fn parameters() -> Vec<Parameter> {
             .describe("layout of the bag as rosbag2 names them")
             .constraints("default, zstd or fastwrite"),
         Parameter::string_array("topics", &[])
-            .describe("topics to record, '*' stands for anything; empty records all of the cell"),
+            .describe("topics to record, '*' stands for anything; nothing of topics, regex and types: all of the cell"),
+        Parameter::string("regex", "").describe("record topics too in whose name this regular expression is found"),
+        Parameter::string_array("types", &[]).describe("record topics too of these types, '*' stands for anything"),
         Parameter::string_array("exclude", &[]).describe("topics to leave out, '*' stands for anything"),
+        Parameter::string("exclude_regex", "").describe("leave out topics in whose name this regular expression is found"),
+        Parameter::string_array("exclude_types", &[]).describe("types to leave out, '*' stands for anything"),
         Parameter::bool("include_feedback", false)
             .describe("record the feedback of actions too, whose types rosbags and mcap-ros2-support cannot decode"),
         Parameter::bool("start_on_activate", true)
@@ -59,6 +70,30 @@ pub(super) fn parameters() -> Vec<Parameter> {
         Parameter::integer("queue_mb", 256)
             .describe("most that waits for the disk (MB); what exceeds it is dropped and counted")
             .integer_range(1, 65_536),
+        Parameter::integer("split_mb", 0)
+            .describe("size after which the bag goes on in its next file (MB); 0: never")
+            .integer_range(0, 1_000_000),
+        Parameter::double("split_s", 0.0)
+            .describe("time after which the bag goes on in its next file (s, by log time); 0: never")
+            .range(0.0, 1e7),
+        Parameter::double("snapshot_s", 0.0)
+            .describe("hold the last messages so long in memory and write them on ~/snapshot or on an alarm only (s); 0: write all")
+            .range(0.0, 3600.0),
+        Parameter::integer("snapshot_mb", 256)
+            .describe("most that is held for a snapshot (MB); the oldest goes first")
+            .integer_range(1, 65_536),
+        Parameter::double("snapshot_delay_s", 1.0)
+            .describe("how long after an alarm its snapshot is taken, so that it shows how the axes came to rest (s)")
+            .range(0.0, 60.0),
+        Parameter::integer("min_free_mb", 100)
+            .describe("what is left free on the disk (MB): with less no recording begins, and one that runs is closed")
+            .integer_range(0, 1_000_000),
+        Parameter::integer("keep_runs", 0)
+            .describe("closed runs beside the next bag that are kept, the next one among them; the oldest are deleted; 0: all")
+            .integer_range(0, 1_000_000),
+        Parameter::integer("keep_mb", 0)
+            .describe("size of closed runs beside the next bag that is kept (MB); the oldest are deleted; 0: any")
+            .integer_range(0, 1_000_000_000),
         Parameter::double("flush_interval_s", 0.1)
             .describe("longest time until a message is handed to the system (s)")
             .range(0.01, 10.0),
@@ -74,6 +109,9 @@ pub(super) fn check(changes: &ParameterChanges) -> Result<(), String> {
         match (name.as_str(), value) {
             ("preset", ParameterValue::String(preset)) => {
                 parse_preset(preset)?;
+            }
+            ("regex" | "exclude_regex", ParameterValue::String(text)) => {
+                regex(text)?;
             }
             ("custom_data", ParameterValue::StringArray(entries)) => {
                 parse_custom_data(entries)?;
@@ -117,26 +155,41 @@ impl Settings {
             dir => PathBuf::from(dir),
         };
         let count = |name: &str| u64::try_from(parameters.integer(name)).map_err(|_| format!("{name} is negative"));
+        let megabytes = |name: &str| Ok::<_, String>(bytes_from_mb(count(name)?));
+        let seconds = |name: &str| Duration::from_secs_f64(parameters.double(name));
+        let wanted = |name: &str| Some(seconds(name)).filter(|time| !time.is_zero());
+        let split_bytes = megabytes("split_mb")?;
+        let snapshot_bytes = megabytes("snapshot_mb")?;
         Ok(Self {
             bag_dir,
-            topics: parameters.string_array("topics"),
-            exclude: parameters.string_array("exclude"),
+            include: Filter {
+                names: parameters.string_array("topics"),
+                regex: regex(&parameters.string("regex"))?,
+                types: parameters.string_array("types"),
+            },
+            exclude: Filter {
+                names: parameters.string_array("exclude"),
+                regex: regex(&parameters.string("exclude_regex"))?,
+                types: parameters.string_array("exclude_types"),
+            },
             include_feedback: parameters.bool("include_feedback"),
             start_paused: !parameters.bool("start_on_activate"),
             credit_ticks: count("credit_ticks")?,
             depth: u32::try_from(count("depth")?).map_err(|_| "depth is too large".to_owned())?,
+            snapshot_delay: seconds("snapshot_delay_s"),
+            retention: Retention { runs: count("keep_runs")?, bytes: megabytes("keep_mb")? },
             use_sim_time: parameters.bool("use_sim_time"),
             recording: RecordingOptions {
                 writer: WriterOptions {
                     preset: parse_preset(&parameters.string("preset"))?,
-                    split: Split { bytes: None, duration: None },
+                    split: Split { bytes: (split_bytes > 0).then_some(split_bytes), duration: wanted("split_s") },
                     custom_data,
                 },
-                flush_interval: Duration::from_secs_f64(parameters.double("flush_interval_s")),
-                sync_interval: Duration::from_secs_f64(parameters.double("sync_interval_s")),
-                min_free_bytes: 0,
-                snapshot: None,
-                queue_bytes: count("queue_mb")?.saturating_mul(1_000_000),
+                flush_interval: seconds("flush_interval_s"),
+                sync_interval: seconds("sync_interval_s"),
+                min_free_bytes: megabytes("min_free_mb")?,
+                snapshot: wanted("snapshot_s").map(|keep| SnapshotOptions { keep, bytes: snapshot_bytes }),
+                queue_bytes: megabytes("queue_mb")?,
             },
         })
     }
