@@ -2,6 +2,10 @@
 #![allow(clippy::print_stdout, reason = "a test shows its seed and what it measured")]
 #![allow(clippy::print_stderr, reason = "the child tells its parent how it ended")]
 
+#[path = "support/foxglove.rs"]
+mod foxglove;
+mod support;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -12,6 +16,19 @@ use camwright_nodes::bag::qos::{Durability, Reliability};
 use camwright_nodes::bag::recording::{Recording, RecordingOptions};
 use camwright_nodes::bag::recover;
 use camwright_nodes::bag::{Bag, Outcome, QosProfile, Topic, WriterOptions};
+use support::Domain;
+
+/// What other people's readers count in a bag; they decode every message of it.
+fn assert_judged(bag: &Path, messages: u64) {
+    if let Some(said) = foxglove::foxglove_counts(bag) {
+        assert_eq!(said["messages"], messages, "Foxglove's reader");
+    }
+    let Some(peers) = support::peer_env() else { return };
+    let output = peers.python("judge_bag.py", &Domain::take()).arg(bag).output().expect("the interpreter is there");
+    assert!(output.status.success(), "a judge refuses the bag: {}", String::from_utf8_lossy(&output.stderr));
+    let said: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    assert_eq!(said["messages"], messages, "rosbags and mcap");
+}
 
 /// Where the child of a test writes, and how many messages in a second.
 const CHILD: &str = "CAMWRIGHT_TEST_BAG_CHILD";
@@ -140,6 +157,7 @@ fn a_kill_at_any_time_costs_no_more_than_the_flush_interval() {
         assert!(recovery.was_open && recovery.losses.len() <= 1, "a torn tail at most: {}", recovery.to_text());
         let report = check(&into).expect("there is a bag");
         assert_eq!(report.worst(), None, "{}", report.to_text());
+        assert_judged(&into, u64::from(count));
         std::fs::remove_dir_all(bag.parent().expect("it was made within one")).expect("it is ours");
     }
     println!("lost: {losses:?}");

@@ -1,5 +1,7 @@
 //! The recorder and the player in the graph: what nodes publish is in the bag, and comes back when the bag is played.
 
+#[path = "support/foxglove.rs"]
+mod foxglove;
 #[path = "support/recorder.rs"]
 mod recorder;
 mod support;
@@ -124,6 +126,9 @@ fn what_is_published_is_in_the_bag_and_comes_back_when_it_is_played() {
 
 /// The readers that other people use see so many joint states in the bag, and decode every message of it.
 fn judge(bag: &Path, domain: &Domain, joint_states: usize) {
+    if let Some(said) = foxglove::foxglove_counts(bag) {
+        assert_eq!(said["topics"]["/joint_states"], json!(joint_states));
+    }
     let Some(peers) = support::peer_env() else { return };
     let output = peers.python("judge_bag.py", domain).arg(bag).output().expect("the interpreter is there");
     let (said, complaint) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));

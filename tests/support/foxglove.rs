@@ -1,0 +1,43 @@
+//! The JavaScript reader that Foxglove uses, as a judge of bags.
+#![allow(missing_docs, reason = "a helper of tests")]
+#![allow(dead_code, reason = "each test target uses its part")]
+#![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
+
+use super::support::{in_ci, repository, target_directory};
+use std::fs::{self, File};
+use std::path::Path;
+use std::process::Command;
+
+/// What the judge counted in a bag, by topic, or nothing where there is no node to run it (in CI there has to be one). What is refused
+/// fails the test.
+pub fn foxglove_counts(bag: &Path) -> Option<serde_json::Value> {
+    let home = target_directory().join("foxglove-judge");
+    let has =
+        |program: &str| Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success());
+    if !has("node") || !has("npm") {
+        assert!(!in_ci(), "node and npm are not installed, and this judge is not optional under CI=true");
+        eprintln!("SKIPPED, NOT PASSED: node and npm are not installed, Foxglove's reader was not asked");
+        return None;
+    }
+    fs::create_dir_all(&home).expect("the target directory can be written");
+    let lock = File::create(home.join("lock")).expect("a lock file can be made");
+    lock.lock().expect("it can be locked");
+    let source = repository().join("tests/support/foxglove");
+    let stamp = home.join("stamp");
+    let wanted = fs::read_to_string(source.join("package-lock.json")).expect("it is in the repository");
+    if fs::read_to_string(&stamp).ok().as_ref() != Some(&wanted) {
+        for name in ["package.json", "package-lock.json"] {
+            fs::copy(source.join(name), home.join(name)).expect("the target directory can be written");
+        }
+        let output = Command::new("npm").args(["ci", "--no-audit", "--no-fund"]).current_dir(&home).output();
+        let output = output.expect("npm can be started");
+        assert!(output.status.success(), "npm ci: {}", String::from_utf8_lossy(&output.stderr));
+        fs::write(&stamp, wanted).expect("the target directory can be written");
+    }
+    // Modules are looked for beside the script.
+    fs::copy(source.join("judge_bag.mjs"), home.join("judge_bag.mjs")).expect("the target directory can be written");
+    drop(lock);
+    let output = Command::new("node").arg(home.join("judge_bag.mjs")).arg(bag).output().expect("node can be started");
+    assert!(output.status.success(), "Foxglove's reader refuses the bag: {}", String::from_utf8_lossy(&output.stderr));
+    Some(serde_json::from_slice(&output.stdout).expect("one JSON object"))
+}
