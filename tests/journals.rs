@@ -12,6 +12,7 @@ use camwright_msgs::camwright_msgs::srv::{
 };
 use camwright_nodes::bag::Bag;
 use camwright_nodes::config::stiffness_file::KeptStiffness;
+use camwright_nodes::rerun::again;
 use camwright_nodes::ros::{GoalStatus, ParameterValue};
 use cell::{Cell, PATIENCE};
 use std::process::Command;
@@ -31,6 +32,8 @@ fn ground(folder: &Folder, name: &str) -> (serde_json::Value, Vec<PartLobe>, Vec
     let output = output.expect("camwright runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let (mut part, mut halves) = (Vec::new(), Vec::new());
+    let verdict = again(&bag).expect("the bag holds what it takes");
+    assert!(verdict.is_identical() && verdict.motions > 1, "{}", verdict.to_text());
     let bag = Bag::open(&bag).expect("a bag");
     let mut messages = bag.messages();
     while let Some(message) = messages.next_message().expect("a readable bag") {

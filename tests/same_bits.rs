@@ -5,6 +5,7 @@
 mod support;
 
 use camwright_nodes::bag::Bag;
+use camwright_nodes::rerun::again;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -129,6 +130,9 @@ fn samples(run: &Run) -> Samples {
         .filter(|(tick, _)| (run.first_tick..=run.last_tick).contains(tick))
         .map(|(tick, data)| (tick - run.first_tick, data))
         .collect();
+    // Every run can be computed again from what machine and interpolator were given, to the bit.
+    let verdict = again(&run.bag).expect("the bag holds what it takes");
+    assert!(verdict.is_identical(), "{}", verdict.to_text());
     let expected = run.last_tick - run.first_tick + 1;
     assert_eq!(samples.len() as u64, expected, "every tick of the job is in the bag");
     std::fs::remove_dir_all(&run.bag).expect("the bag is ours");

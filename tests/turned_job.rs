@@ -12,6 +12,7 @@ use camwright_msgs::camwright_msgs::srv::{
 };
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
 use camwright_nodes::bag::Bag;
+use camwright_nodes::rerun::again;
 use camwright_nodes::ros::{ClientGoal, GoalStatus, ParameterValue, Qos};
 use cell::{Cell, PATIENCE};
 use serde_json::Value;
@@ -41,6 +42,8 @@ fn turned(folder: &Folder, name: &str) -> (Value, Vec<FormMap>, Vec<u64>) {
     let output = run(folder, name, &["--json"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let (mut maps, mut pages) = (Vec::new(), Vec::new());
+    let verdict = again(&folder.join(name)).expect("the bag holds what it takes");
+    assert!(verdict.is_identical() && verdict.setpoints > 1000, "{}", verdict.to_text());
     let bag = Bag::open(&folder.join(name)).expect("a bag");
     let mut messages = bag.messages();
     while let Some(message) = messages.next_message().expect("a readable bag") {

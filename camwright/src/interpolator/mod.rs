@@ -5,6 +5,7 @@
 //! their ticks, and the feedback whose own tick lies at least D ticks back: so the same inputs give the same setpoints,
 //! bit for bit, whenever and wherever they are computed.
 
+mod again;
 mod cut;
 mod exchange;
 mod execution;
@@ -25,6 +26,7 @@ mod tail;
 pub mod tolerance;
 pub mod trajectory;
 
+pub use again::RestState;
 pub use exchange::{
     AppliedInput, Event, MAX_APPLIED, Order, OrderKind, Outcome, Probed, Request, StartError, StepOutput, TickInputs,
 };

@@ -6,11 +6,11 @@
 //! An order to the machine takes effect at a tick ahead; no setpoint from that tick on leaves before the machine has
 //! acknowledged it. So what is executed depends on ticks alone, never on when messages arrive.
 
-use super::engine_messages::{Command, Ended, FromEngine, JobEnds, News, ToEngine, Tracking};
+use super::engine_messages::{Command, Ended, FromEngine, JobEnds, Made, News, ToEngine, Tracking};
 use super::succession::Succession;
 use crate::convert::setpoints::ChunkBuffer;
 use crate::cyclic::{Receiver, Sender, Waker};
-use camwright::interpolator::{Event, Interpolator, Outcome, Prepared, Request, StartError, State, Status, TickInputs};
+use camwright::interpolator::{Event, Interpolator, Outcome, Request, StartError, State, Status, TickInputs};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::buffer::TailPoint;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
@@ -59,7 +59,7 @@ pub(super) struct Engine {
     requests: [Option<Request>; REQUESTS],
     pub(super) succession: Succession,
     /// A motion that begins when the axes stand still.
-    waiting: Option<(Box<Prepared>, JobEnds)>,
+    waiting: Option<(Made, JobEnds)>,
     known_alarms: [u16; 16],
     last_status: Option<(u64, Status)>,
 }
@@ -126,10 +126,10 @@ impl Engine {
                     self.take_news(&news);
                     self.send(FromEngine::Used(news));
                 }
-                ToEngine::Start { motion, job } => self.start(motion, job),
+                ToEngine::Start { made, job } => self.start(made, job),
                 ToEngine::Request(request) => self.ask(request),
                 ToEngine::Foresee { soonest } => self.foresee(soonest),
-                ToEngine::Splice(motion) => self.take_successor(motion),
+                ToEngine::Splice(made) => self.take_successor(made),
                 ToEngine::StayOn => self.succession = Succession::None,
                 ToEngine::Query { tick } => {
                     let told = self.interpolator.desired_at(tick).copied();
@@ -149,9 +149,9 @@ impl Engine {
     /// next, like the knob that it is.
     fn ask(&mut self, request: Request) {
         if request == Request::Cancel
-            && let Some((motion, _)) = self.waiting.take()
+            && let Some((made, _)) = self.waiting.take()
         {
-            self.send(FromEngine::NotStarted(StartError::Cancelled, motion));
+            self.send(FromEngine::NotStarted(StartError::Cancelled, made));
             return;
         }
         let before = self.requests;
@@ -245,7 +245,7 @@ impl Engine {
 
     /// Begins a motion, as soon as the axes stand still. A trajectory may follow another before that, whose setpoints rest already,
     /// where ticks follow the clock: at pace fast those in which the axes settle pass by themselves.
-    fn start(&mut self, motion: Box<Prepared>, job: JobEnds) {
+    fn start(&mut self, made: Made, job: JobEnds) {
         let refusal = match self.seen {
             _ if self.running.is_some() || self.waiting.is_some() => Some(StartError::Busy),
             Some(seen) if !seen.has_alarms => None,
@@ -254,30 +254,32 @@ impl Engine {
         match (refusal, self.seen) {
             (None, Some(seen))
                 if seen.is_standstill
-                    || (seen.is_realtime && motion.is_trajectory() && self.interpolator.is_idle()) =>
+                    || (seen.is_realtime && made.motion.is_trajectory() && self.interpolator.is_idle()) =>
             {
-                self.start_now(motion, job, seen);
+                self.start_now(made, job, seen);
             }
-            (None, _) => self.waiting = Some((motion, job)),
-            (Some(error), _) => self.send(FromEngine::NotStarted(error, motion)),
+            (None, _) => self.waiting = Some((made, job)),
+            (Some(error), _) => self.send(FromEngine::NotStarted(error, made)),
         }
     }
 
     /// What waits begins when the axes stand still; an alarm ends the wait.
     fn start_waiting(&mut self) {
         let Some(seen) = self.seen.filter(|seen| seen.is_standstill || seen.has_alarms) else { return };
-        let Some((motion, job)) = self.waiting.take() else { return };
+        let Some((made, job)) = self.waiting.take() else { return };
         if seen.has_alarms {
-            self.send(FromEngine::NotStarted(StartError::Fault, motion));
+            self.send(FromEngine::NotStarted(StartError::Fault, made));
         } else {
-            self.start_now(motion, job, seen);
+            self.start_now(made, job, seen);
         }
     }
 
-    fn start_now(&mut self, motion: Box<Prepared>, job: JobEnds, seen: Seen) {
+    fn start_now(&mut self, made: Made, job: JobEnds, seen: Seen) {
+        let Made { motion, record } = made;
         let is_trajectory = motion.is_trajectory();
+        let rest = self.interpolator.rest_state();
         if let Err((error, motion)) = self.interpolator.start(motion) {
-            self.send(FromEngine::NotStarted(error, motion));
+            self.send(FromEngine::NotStarted(error, Made { motion, record }));
             return;
         }
         // Far enough ahead for the first chunk to arrive in time, near enough for it to lie within the credit.
@@ -288,7 +290,7 @@ impl Engine {
         self.running = Some(Running { job, is_trajectory, first_tick, outcome: None });
         let before = self.requests;
         self.wait(before.iter().flatten().copied().filter(is_override));
-        self.send(FromEngine::Started { tick: first_tick });
+        self.send(FromEngine::Started { tick: first_tick, rest, record });
         if job.begins {
             self.command(Command::JobBegin { tick: first_tick }, first_tick);
         }
@@ -393,22 +395,7 @@ impl Engine {
 
     /// The stop that the machine follows if nothing newer comes.
     fn add_stop(&self, chunk: &mut ChunkBuffer) {
-        let last_tick = self.next_tick - 1;
-        let mut points = [StopPoint::default(); STOP_POINTS];
-        let count = self.interpolator.stop_tail(&mut points);
-        for point in &points[..count] {
-            let mut counts = [0; AXIS_COUNT];
-            for axis in Axis::ALL {
-                counts[axis.index()] = self.machine.axis(axis).scale.counts(point.position[axis.index()]);
-            }
-            let setpoint = Setpoint { counts, velocity: point.velocity, acceleration: point.acceleration };
-            chunk.tail.push(TailPoint { tick: last_tick + u64::from(point.ticks), setpoint });
-        }
-        if count == 0 {
-            // At rest already: a point of rest says that more will come.
-            let counts = self.interpolator.setpoint().counts;
-            chunk.tail.push(TailPoint { tick: last_tick + 2, setpoint: Setpoint { counts, ..Setpoint::default() } });
-        }
+        add_stop(&self.interpolator, &self.machine, self.next_tick - 1, chunk);
     }
 
     /// Status on change of what people watch, and every 50 ticks.
@@ -474,6 +461,30 @@ impl Engine {
             }
             std::thread::yield_now();
         }
+    }
+}
+
+/// The stop after a chunk's last tick, into room that there is for it.
+pub(crate) fn add_stop(
+    interpolator: &Interpolator,
+    machine: &MachineDescription,
+    last_tick: u64,
+    chunk: &mut ChunkBuffer,
+) {
+    let mut points = [StopPoint::default(); STOP_POINTS];
+    let count = interpolator.stop_tail(&mut points);
+    for point in &points[..count] {
+        let mut counts = [0; AXIS_COUNT];
+        for axis in Axis::ALL {
+            counts[axis.index()] = machine.axis(axis).scale.counts(point.position[axis.index()]);
+        }
+        let setpoint = Setpoint { counts, velocity: point.velocity, acceleration: point.acceleration };
+        chunk.tail.push(TailPoint { tick: last_tick + u64::from(point.ticks), setpoint });
+    }
+    if count == 0 {
+        // At rest already: a point of rest says that more will come.
+        let counts = interpolator.setpoint().counts;
+        chunk.tail.push(TailPoint { tick: last_tick + 2, setpoint: Setpoint { counts, ..Setpoint::default() } });
     }
 }
 

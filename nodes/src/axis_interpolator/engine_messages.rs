@@ -1,10 +1,13 @@
 //! What passes between the engine and the node around it, through rings.
 
+use super::motion_record::MotionRecord;
 use crate::convert::setpoints::ChunkBuffer;
 use camwright::interpolator::trajectory::Start;
-use camwright::interpolator::{AppliedInput, Event, Motion, Order, Outcome, Prepared, Request, StartError, Status};
-use camwright::machine::description::AXIS_COUNT;
+use camwright::interpolator::{AppliedInput, Event, Order, Outcome, Prepared, Request, RestState, StartError, Status};
+use camwright::machine::description::{AXIS_COUNT, MachineDescription};
+use camwright::plan::Plan;
 use camwright::setpoint::{Latch, Measured, Setpoint};
+use std::sync::Arc;
 
 /// What the machine told.
 #[derive(Debug, Default)]
@@ -49,16 +52,28 @@ pub(super) struct JobEnds {
 
 impl JobEnds {
     /// Only a plan belongs to a job.
-    pub(super) fn of(motion: &Motion) -> Self {
-        match motion {
-            Motion::Plan(plan) => Self { begins: plan.half.begins(), ends: plan.half.ends() },
-            Motion::Trajectory(_)
-            | Motion::Home(_)
-            | Motion::Move(_)
-            | Motion::Probe(_)
-            | Motion::Jog(_)
-            | Motion::Wheel(_) => Self::default(),
-        }
+    pub(super) fn of(plan: &Plan) -> Self {
+        Self { begins: plan.half.begins(), ends: plan.half.ends() }
+    }
+}
+
+/// A motion ready to be executed, and what it was made from, which is recorded when it begins.
+#[derive(Debug)]
+pub(super) struct Made {
+    pub(super) motion: Box<Prepared>,
+    pub(super) record: Box<MotionRecord>,
+}
+
+impl Made {
+    /// Makes what is recorded, so that the record is what is executed. A plan is at hand where it is one.
+    pub(super) fn new(
+        record: MotionRecord,
+        plan: Option<Arc<Plan>>,
+        machine: &MachineDescription,
+    ) -> Result<Self, String> {
+        let plan = |hash: &str| plan.ok_or_else(|| format!("plan {hash} is not at hand"));
+        let motion = Box::new(record.prepared(machine, plan)?);
+        Ok(Self { motion, record: Box::new(record) })
     }
 }
 
@@ -67,7 +82,7 @@ impl JobEnds {
 pub(super) enum ToEngine {
     News(Box<News>),
     Start {
-        motion: Box<Prepared>,
+        made: Made,
         job: JobEnds,
     },
     Request(Request),
@@ -76,7 +91,7 @@ pub(super) enum ToEngine {
         soonest: u64,
     },
     /// What takes the place, where it was foreseen.
-    Splice(Box<Prepared>),
+    Splice(Made),
     /// Nothing does.
     StayOn,
     /// What the axes are told at a tick.
@@ -118,8 +133,10 @@ pub(super) struct Ended {
 pub(super) enum FromEngine {
     Started {
         tick: u64,
+        rest: RestState,
+        record: Box<MotionRecord>,
     },
-    NotStarted(StartError, Box<Prepared>),
+    NotStarted(StartError, Made),
     Chunk(Box<ChunkBuffer>),
     Command {
         sequence: u32,
@@ -142,8 +159,9 @@ pub(super) enum FromEngine {
     /// Another trajectory has begun at this tick in the place of the one before.
     Spliced {
         tick: u64,
+        record: Box<MotionRecord>,
     },
-    NotSpliced(StartError, Box<Prepared>),
+    NotSpliced(StartError, Made),
     Tracking(Tracking),
     Queried(Option<Setpoint>),
     /// To drop where dropping is allowed.

@@ -4,14 +4,14 @@
 //! machine, so that a jog ends whoever else has stopped: who held it, the network, this node's other threads.
 
 use super::goals::{Goal, GoalEnd, by};
+use super::motion_record::MotionRecord;
 use super::{Shared, lock};
 use crate::convert::{core_from_si, si_from_counts};
 use crate::ros::{
     ActionHandler, GoalDecision, GoalHandle, GoalId, Qos, Responder, RosError, ServiceHandle, Subscription,
 };
-use camwright::interpolator::manual::{Jog as CoreJog, JogRequest};
-use camwright::interpolator::{Motion, Outcome, Request};
-use camwright::machine::description::{Axis, MachineDescription};
+use camwright::interpolator::{Outcome, Request};
+use camwright::machine::description::Axis;
 use camwright_msgs::camwright_msgs::action::{Jog, JogFeedback, JogGoal, JogResult};
 use camwright_msgs::camwright_msgs::msg::MachineStream;
 use camwright_msgs::std_msgs::msg::Empty;
@@ -46,13 +46,13 @@ impl ActionHandler<Jog> for JogHandler {
         let goal = handle.goal().clone();
         let jog = self.0.machine().ok_or_else(super::setup_goals::unknown).and_then(|machine| {
             let held = hold_ticks(&goal, machine.cycle_time_s())?;
-            Ok((self.0.jog(&goal, &machine)?, held))
+            Ok((self.0.jog(&goal)?, held))
         });
         let name = by(&format!("a jog of {}", goal.joint), handle.client());
         lock(&self.0.served).begin(Goal::Jog(handle), name, String::new());
         let until = |ticks| Held { ticks, until: self.0.machine_tick() + ticks };
         *lock(&self.0.held) = jog.as_ref().ok().and_then(|(_, held)| *held).map(until);
-        self.0.begin_or_refuse(jog.map(|(jog, _)| Motion::Jog(jog)));
+        self.0.begin_or_refuse(jog.map(|(jog, _)| jog));
     }
 
     fn cancel(&mut self, _id: GoalId) -> bool {
@@ -77,16 +77,15 @@ fn hold_ticks(goal: &JogGoal, cycle_s: f64) -> Result<Option<u64>, String> {
 }
 
 impl Shared {
-    fn jog(&self, goal: &JogGoal, machine: &MachineDescription) -> Result<CoreJog, String> {
+    fn jog(&self, goal: &JogGoal) -> Result<MotionRecord, String> {
         let axis = super::setup_goals::axis(&goal.joint)?;
-        let request = JogRequest {
-            axis,
+        Ok(MotionRecord::Jog {
+            joint: goal.joint.clone(),
             velocity: core_from_si(axis, goal.velocity),
             distance: (goal.distance != 0.0).then(|| core_from_si(axis, goal.distance)),
-        };
-        let knows_zero = lock(&self.homed)[axis.index()];
-        let jog = CoreJog::new(&request, *lock(&self.rest_counts), knows_zero, machine);
-        jog.map_err(|error| error.to_string())
+            from: *lock(&self.rest_counts),
+            knows_zero: lock(&self.homed)[axis.index()],
+        })
     }
 
     /// Lets go of a jog that nobody has held for too long, and tells where it is.
@@ -123,7 +122,7 @@ impl Shared {
         let what = if turns { "starting the wheel" } else { "stopping the wheel" };
         let name = by(what, &self.node.who(&responder.client()));
         lock(&self.served).begin(Goal::Wheel(responder, turns), name, String::new());
-        self.begin_or_refuse(Ok(Motion::Wheel(turns)));
+        self.begin_or_refuse(Ok(MotionRecord::Wheel(turns)));
     }
 }
 

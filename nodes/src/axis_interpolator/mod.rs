@@ -1,16 +1,22 @@
 //! The node `axis_interpolator`: the motion in execution, homing, feed hold, override, and who has command.
 
+mod applied;
 mod engine;
 mod engine_messages;
 mod goals;
 mod health;
 mod joint_trajectory;
 mod manual;
+mod motion_record;
 mod plan_goal;
 mod plans;
 mod pump;
 mod setup_goals;
 mod succession;
+
+pub(crate) use applied::{check as check_of_input, input as applied_input, kind_name};
+pub(crate) use engine::add_stop;
+pub(crate) use motion_record::{MotionRecord, StartRecord};
 
 use crate::config::machine_file;
 use crate::convert::core_from_si;
@@ -23,8 +29,9 @@ use crate::ros::{
     ServiceHandle, SpinThread, Subscription,
 };
 use crate::running::{NodeError, Threads, autostart};
-use camwright::interpolator::{Motion, Prepared, Request};
+use camwright::interpolator::Request;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
+use camwright::plan::Plan;
 use camwright::setpoint::{Latch, Measured};
 use camwright_msgs::camwright_msgs::action::{ExecutePlan, Home, Jog, MoveTo, Probe};
 use camwright_msgs::camwright_msgs::msg::{
@@ -34,7 +41,7 @@ use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldResponse, SetOverrid
 use camwright_msgs::control_msgs::action::FollowJointTrajectory;
 use camwright_msgs::control_msgs::srv::{QueryTrajectoryState, QueryTrajectoryStateResponse};
 use engine::Engine;
-use engine_messages::{JobEnds, News, ToEngine};
+use engine_messages::{JobEnds, Made, News, ToEngine};
 use goals::Served;
 use health::Heard;
 use joint_trajectory::arrival::Arrival;
@@ -361,24 +368,24 @@ impl Shared {
         }
     }
 
-    /// Starts a motion for the goal that has command.
-    fn begin(&self, motion: Motion) {
-        let job = JobEnds::of(&motion);
-        let prepared = match lock(&self.cell).as_ref() {
+    /// Starts a motion for the goal that has command; a plan is at hand where it is one.
+    fn begin(&self, record: MotionRecord, plan: Option<Arc<Plan>>) {
+        let job = plan.as_deref().map(JobEnds::of).unwrap_or_default();
+        let made = match lock(&self.cell).as_ref() {
             None => Err("the machine has not been heard of yet".to_owned()),
-            Some(cell) => Prepared::new(motion, &cell.machine).map_err(|error| error.to_string()),
+            Some(cell) => Made::new(record, plan, &cell.machine),
         };
-        self.start(prepared, job);
+        self.start(made, job);
     }
 
     /// The same with a motion that belongs to no job and is ready, or cannot be.
-    fn begin_prepared(&self, motion: Result<Prepared, String>) {
-        self.start(motion, JobEnds::default());
+    fn begin_made(&self, made: Result<Made, String>) {
+        self.start(made, JobEnds::default());
     }
 
-    fn start(&self, motion: Result<Prepared, String>, job: JobEnds) {
-        let sent = motion.and_then(|prepared| {
-            let is_sent = self.send(ToEngine::Start { motion: Box::new(prepared), job });
+    fn start(&self, made: Result<Made, String>, job: JobEnds) {
+        let sent = made.and_then(|made| {
+            let is_sent = self.send(ToEngine::Start { made, job });
             is_sent.then_some(()).ok_or_else(|| "the engine does not take anything any more".to_owned())
         });
         if let Err(reason) = sent {
@@ -413,7 +420,7 @@ impl Shared {
         let Some(machine) = self.machine() else { return };
         let outcome = lock(&self.plans).take(&hash, &machine);
         match outcome {
-            Ok(Some(plan)) => self.begin(Motion::Plan(plan)),
+            Ok(Some(plan)) => self.begin(MotionRecord::Plan(hash), Some(plan)),
             Ok(None) => {}
             Err(reason) => lock(&self.served).refuse(&reason),
         }

@@ -4,22 +4,24 @@ use super::engine_messages::{Command, Ended, Foresight, FromEngine, ToEngine, Tr
 use super::goals::Served;
 use super::joint_trajectory::arrival::Step;
 use super::joint_trajectory::{settings, tracking};
-use super::{Shared, lock};
+use super::motion_record::StartRecord;
+use super::{Shared, applied, lock};
 use crate::convert::m_from_mm;
 use crate::convert::setpoints::trajectory_from_chunk;
 use crate::convert::time::TickClock;
 use crate::cyclic::{Receiver, Waker};
 use crate::machine_sim::input_name;
 use crate::ros::{Node, Publisher, Qos, RosError};
-use camwright::interpolator::{
-    AppliedInput as Applied, Event, InterpolatorAlarm, OrderKind, Outcome, Request, StartError, State, Status,
-};
+use camwright::interpolator::{Event, InterpolatorAlarm, OrderKind, Outcome, StartError, State, Status};
 use camwright::machine::description::MachineDescription;
 use camwright_msgs::camwright_msgs::msg::{Alarm, AppliedInput, InterpolatorState, MachineAlarms, MachineCommand};
 use camwright_msgs::control_msgs::msg::JointTrajectoryControllerState;
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;
+
+/// Inputs that a late reader still gets.
+const INPUTS_DEPTH: u32 = 2000;
 
 /// The publishers of the interpolator.
 #[derive(Debug)]
@@ -38,7 +40,8 @@ impl Outlets {
             setpoints: node.publisher("machine/setpoints", &Qos::default_topic().keep_last(1000))?,
             commands: node.publisher("machine/commands", &Qos::default_topic().keep_last(1000))?,
             state: node.publisher("~/state", &Qos::latched(1))?,
-            inputs: node.publisher("~/inputs", &Qos::default_topic().keep_last(1000))?,
+            // Also for a recorder that comes when something has been applied already.
+            inputs: node.publisher("~/inputs", &Qos::latched(INPUTS_DEPTH))?,
             alarms: node.publisher("~/alarms", &Qos::latched(1))?,
             controller_state: node.publisher("~/controller_state", &Qos::default_topic())?,
         })
@@ -55,6 +58,7 @@ pub(super) struct Pump {
     served: Arc<Mutex<Served>>,
     order: u32,
     order_tick: u64,
+    inputs_told: u64,
     /// The alarm that ended the last motion, once the list of alarms has been told.
     alarms: Option<Vec<Alarm>>,
     feed_override: f64,
@@ -71,6 +75,7 @@ impl Pump {
             served: Arc::clone(&shared.served),
             order: 0,
             order_tick: 0,
+            inputs_told: 0,
             alarms: None,
             feed_override: 1.0,
         })
@@ -106,24 +111,22 @@ impl Pump {
             FromEngine::Command { sequence, command } => {
                 self.outlets.commands.publish(&message(sequence, command, clock, &self.machine))
             }
-            FromEngine::Started { tick } => {
-                let (text, hash) = self.served().names();
-                self.node.logger().info(&format!("{text} begins at tick {tick}"));
+            FromEngine::Started { tick, rest, record } => {
+                let (name, _) = self.served().names();
+                self.node.logger().info(&format!("{name} begins at tick {tick}"));
                 self.alarms(clock, tick, Vec::new())?;
-                self.input(
-                    clock,
-                    tick,
-                    AppliedInput { kind: AppliedInput::START, text: hash, ..AppliedInput::default() },
-                )
+                let text = record.plan_hash().to_owned();
+                let content = StartRecord::new(&rest, *record).to_text();
+                self.input(clock, tick, AppliedInput { kind: AppliedInput::START, text, content, ..Default::default() })
             }
-            FromEngine::NotStarted(error, _motion) => {
+            FromEngine::NotStarted(error, _made) => {
                 match error {
                     StartError::Cancelled => self.served().withdraw(&error.to_string()),
                     _ => self.served().refuse(&error.to_string()),
                 }
                 Ok(())
             }
-            FromEngine::Applied { tick, input } => self.input(clock, tick, self.applied(&input)),
+            FromEngine::Applied { tick, input } => self.input(clock, tick, applied::message(&input, &self.machine)),
             FromEngine::Status { tick, status } => {
                 if self.alarms.is_none() {
                     self.alarms(clock, tick, Vec::new())?;
@@ -152,11 +155,12 @@ impl Pump {
                 self.foreseen(&foresight, clock, back);
                 Ok(())
             }
-            FromEngine::Spliced { tick } => {
+            FromEngine::Spliced { tick, record } => {
                 self.with_shared(|shared| shared.arrived(tick));
-                Ok(())
+                let content = record.to_text();
+                self.input(clock, tick, AppliedInput { kind: AppliedInput::SPLICE, content, ..Default::default() })
             }
-            FromEngine::NotSpliced(error, _motion) => {
+            FromEngine::NotSpliced(error, _made) => {
                 self.with_shared(|shared| shared.refuse_arrival(&error.to_string()));
                 Ok(())
             }
@@ -234,31 +238,11 @@ impl Pump {
     fn input(&mut self, clock: TickClock, tick: u64, input: AppliedInput) -> Result<(), RosError> {
         self.order = if tick == self.order_tick { self.order + 1 } else { 0 };
         self.order_tick = tick;
-        self.outlets.inputs.publish(&AppliedInput { stamp: clock.stamp(tick), tick, order: self.order, ..input })
-    }
-
-    fn applied(&self, input: &Applied) -> AppliedInput {
-        let plain = |kind: u8| AppliedInput { kind, ..AppliedInput::default() };
-        match input {
-            Applied::Request(Request::Hold) => plain(AppliedInput::HOLD),
-            Applied::Request(Request::Unhold) => plain(AppliedInput::UNHOLD),
-            Applied::Request(Request::Cancel) => plain(AppliedInput::CANCEL),
-            Applied::Request(Request::SetOverride(value)) => {
-                AppliedInput { value: *value, ..plain(AppliedInput::OVERRIDE) }
-            }
-            Applied::Request(Request::Decision) => plain(AppliedInput::DECISION),
-            Applied::Feedback(latch) => AppliedInput {
-                text: input_name(latch.input, &self.machine).to_owned(),
-                counts: latch.counts,
-                value: f64::from(u8::from(latch.rising)),
-                ..plain(AppliedInput::FEEDBACK)
-            },
-            Applied::OutOfTolerance(broken) => {
-                AppliedInput { text: broken.to_string(), ..plain(AppliedInput::TOLERANCE) }
-            }
-            Applied::Settled => plain(AppliedInput::SETTLED),
-            Applied::Alarm(number) => AppliedInput { counts: i64::from(*number), ..plain(AppliedInput::ALARM) },
-        }
+        let (stamp, sequence) = (clock.stamp(tick), self.inputs_told);
+        self.inputs_told += 1;
+        let mut message = AppliedInput { stamp, tick, order: self.order, sequence, ..input };
+        message.check = applied::check(&message).unwrap_or_default();
+        self.outlets.inputs.publish(&message)
     }
 
     fn status(&mut self, clock: TickClock, tick: u64, status: &Status) -> Result<(), RosError> {

@@ -2,12 +2,12 @@
 //! rejection carries no reason.
 
 use super::goals::{Goal, by, close};
+use super::motion_record::{MotionRecord, MoveRecord, ProbeRecord};
 use super::{Shared, lock};
 use crate::convert::{core_from_si, mm_from_m, si_from_counts};
 use crate::machine_sim::input_named;
 use crate::ros::{ActionHandler, GoalDecision, GoalHandle, GoalId};
-use camwright::interpolator::setup::{self, ProbeRequest};
-use camwright::interpolator::{Motion, Outcome, Probed, Request};
+use camwright::interpolator::{Outcome, Probed, Request};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::setpoint::Input;
 use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, MoveTo, MoveToGoal, Probe, ProbeGoal, ProbeResult};
@@ -36,7 +36,8 @@ impl ActionHandler<Home> for HomeHandler {
         }
         let name = by("homing", handle.client());
         lock(&self.0.served).begin(Goal::Home(handle), name, String::new());
-        self.0.begin_or_refuse(Ok(Motion::Home(axes)));
+        let joints = axes.iter().map(|axis| axis.joint().to_owned()).collect();
+        self.0.begin_or_refuse(Ok(MotionRecord::Home(joints)));
     }
 
     fn cancel(&mut self, _id: GoalId) -> bool {
@@ -54,7 +55,7 @@ impl ActionHandler<MoveTo> for MoveHandler {
     }
 
     fn accepted(&mut self, handle: GoalHandle<MoveTo>) {
-        let motion = self.0.machine().ok_or_else(unknown).and_then(|machine| self.0.targets(handle.goal(), &machine));
+        let motion = self.0.targets(handle.goal());
         let name = by(&format!("a move of {}", handle.goal().joints.join(", ")), handle.client());
         lock(&self.0.served).begin(Goal::Move(handle), name, String::new());
         self.0.begin_or_refuse(motion);
@@ -95,53 +96,46 @@ pub(super) fn axis(joint: &str) -> Result<Axis, String> {
 }
 
 impl Shared {
-    pub(super) fn begin_or_refuse(&self, motion: Result<Motion, String>) {
-        match self.hindrance().and(motion) {
-            Ok(motion) => self.begin(motion),
+    pub(super) fn begin_or_refuse(&self, record: Result<MotionRecord, String>) {
+        match self.hindrance().and(record) {
+            Ok(record) => self.begin(record, None),
             Err(reason) => lock(&self.served).refuse(&reason),
         }
     }
 
-    fn targets(&self, goal: &MoveToGoal, machine: &MachineDescription) -> Result<Motion, String> {
+    fn targets(&self, goal: &MoveToGoal) -> Result<MotionRecord, String> {
         let (joints, positions) = (goal.joints.len(), goal.positions.len());
         if joints != positions {
             return Err(format!("{joints} joints and {positions} positions; each joint needs one"));
         }
         let moves = goal.joints.iter().zip(&goal.positions).map(|(joint, position)| {
             let axis = axis(joint)?;
-            Ok(setup::MoveTo { axis, position: core_from_si(axis, *position), is_relative: goal.relative })
+            let position = core_from_si(axis, *position);
+            Ok(MoveRecord { joint: joint.clone(), position, relative: goal.relative })
         });
-        let moves: Vec<setup::MoveTo> = moves.collect::<Result<_, String>>()?;
-        let factor = if goal.speed_factor == 0.0 { 1.0 } else { goal.speed_factor };
-        let targets = setup::targets(&moves, *lock(&self.rest_counts), factor, machine);
-        targets.map(Motion::Move).map_err(|error| error.to_string())
+        let moves: Vec<MoveRecord> = moves.collect::<Result<_, String>>()?;
+        let speed_factor = if goal.speed_factor == 0.0 { 1.0 } else { goal.speed_factor };
+        Ok(MotionRecord::Move { moves, from: *lock(&self.rest_counts), speed_factor })
     }
 
-    fn probe(&self, goal: &ProbeGoal, machine: &MachineDescription) -> Result<Motion, String> {
+    fn probe(&self, goal: &ProbeGoal, machine: &MachineDescription) -> Result<MotionRecord, String> {
         let axis = axis(&goal.joint)?;
-        let input = input_named(&goal.input, machine).ok_or_else(|| {
-            let switches: Vec<&str> = machine.stations.iter().map(|station| station.switch.as_str()).collect();
-            let switches = switches.join(", ");
-            format!("there is no input {:?}; there are wheel_contact, key_way, origin and {switches}", goal.input)
-        })?;
-        let speed = match (goal.speed == 0.0, input) {
-            (true, Input::WheelContact) => TOUCH_MM_S,
+        let speed = match (goal.speed == 0.0, input_named(&goal.input, machine)) {
+            (true, Some(Input::WheelContact)) => TOUCH_MM_S,
             (true, _) => machine.axis(axis).search_velocity,
             (false, _) => core_from_si(axis, goal.speed),
         };
-        let request = ProbeRequest {
-            axis,
+        Ok(MotionRecord::Probe(Box::new(ProbeRecord {
+            joint: goal.joint.clone(),
             target: core_from_si(axis, goal.target),
             speed,
-            input,
-            input_name: goal.input.clone(),
+            input: goal.input.clone(),
             until_open: goal.until_open,
             stand_off: core_from_si(axis, goal.stand_off),
             most_force_n: goal.most_force,
             reads: goal.correct_zero.then(|| (mm_from_m(goal.true_position), mm_from_m(goal.most_correction))),
-        };
-        let probe = setup::Probe::new(&request, *lock(&self.rest_counts), machine);
-        probe.map(Motion::Probe).map_err(|error| error.to_string())
+            from: *lock(&self.rest_counts),
+        })))
     }
 }
 

@@ -1,8 +1,8 @@
 //! One trajectory after another without a stop between: the engine says where the axes will be, and waits there for what comes next.
 
 use super::engine::Engine;
-use super::engine_messages::{Foresight, FromEngine};
-use camwright::interpolator::{Foreseen, Prepared, StartError};
+use super::engine_messages::{Foresight, FromEngine, Made};
+use camwright::interpolator::{Foreseen, StartError};
 
 /// What takes the place of the trajectory in execution.
 #[derive(Debug, Default)]
@@ -13,7 +13,7 @@ pub(super) enum Succession {
     /// Something does from this tick on, or it turns out that it cannot.
     Awaited(u64),
     /// This does.
-    Ready(u64, Box<Prepared>),
+    Ready(u64, Made),
 }
 
 impl Succession {
@@ -45,11 +45,11 @@ impl Engine {
     }
 
     /// Takes what was made for the tick that was foreseen.
-    pub(super) fn take_successor(&mut self, motion: Box<Prepared>) {
+    pub(super) fn take_successor(&mut self, made: Made) {
         match self.succession {
-            Succession::Awaited(tick) => self.succession = Succession::Ready(tick, motion),
+            Succession::Awaited(tick) => self.succession = Succession::Ready(tick, made),
             // The motion before it has ended otherwise meanwhile.
-            _ => self.send(FromEngine::NotSpliced(StartError::MovesOtherwise, motion)),
+            _ => self.send(FromEngine::NotSpliced(StartError::MovesOtherwise, made)),
         }
     }
 
@@ -59,7 +59,8 @@ impl Engine {
         if !due {
             return;
         }
-        let Succession::Ready(tick, motion) = std::mem::take(&mut self.succession) else { return };
+        let Succession::Ready(tick, made) = std::mem::take(&mut self.succession) else { return };
+        let Made { motion, record } = made;
         // A hold or a cancel that came meanwhile means the one in execution.
         let outcome = if self.is_disturbed() {
             Err((StartError::MovesOtherwise, motion))
@@ -67,8 +68,8 @@ impl Engine {
             self.interpolator.splice(tick, motion)
         };
         self.send(match outcome {
-            Ok(()) => FromEngine::Spliced { tick },
-            Err((error, motion)) => FromEngine::NotSpliced(error, motion),
+            Ok(()) => FromEngine::Spliced { tick, record },
+            Err((error, motion)) => FromEngine::NotSpliced(error, Made { motion, record }),
         });
         if let Some(finished) = self.interpolator.take_finished() {
             self.send(FromEngine::Done(finished));

@@ -8,6 +8,7 @@ mod page;
 mod plan;
 mod plan_turned;
 mod post;
+mod replay;
 mod run;
 mod run_cell;
 mod run_client;
@@ -56,8 +57,8 @@ enum CommandLine {
     Urdf(urdf::UrdfArgs),
     /// Look into a bag.
     Bag(crate::bag::cli::BagArgs),
-    /// Play a bag to the ROS graph.
-    Replay(crate::replay::ReplayArgs),
+    /// Play a bag to the ROS graph, or compute its run again and compare.
+    Replay(replay::ReplayCommand),
 }
 
 /// Entry point of the binary.
@@ -84,6 +85,6 @@ pub fn main() -> ExitCode {
         CommandLine::Status(args) => status::main(&args, &ros_args),
         CommandLine::Urdf(args) => urdf::main(&args),
         CommandLine::Bag(args) => crate::bag::cli::run(&args),
-        CommandLine::Replay(args) => crate::replay::run(&args, &ros_args),
+        CommandLine::Replay(args) => replay::main(&args, &ros_args),
     }
 }

@@ -94,6 +94,12 @@ pub fn counts_per_si(axis: &AxisDescription) -> f64 {
     if axis.linear { ratio * 1e6 } else { ratio / core::f64::consts::TAU }
 }
 
+/// Metres to micrometres, radians to microradians.
+#[must_use]
+pub fn um_from_si(si: f64) -> f64 {
+    si * 1e6
+}
+
 /// Energy per volume: J/mm³ to J/m³.
 #[must_use]
 pub fn j_m3_from_j_mm3(j_mm3: f64) -> f64 {

@@ -3,10 +3,8 @@
 use super::part::{LobeRefused, RawBar, RawLobe};
 use super::traffic::{Inbound, Outbound};
 use super::{Inlet, Waiting, pop, push};
-use crate::convert::mm_from_m;
 use crate::ros::{Node, RosError, ServiceHandle};
-use camwright::machine::turned_part::{PartGrid, TurnedPart};
-use camwright_msgs::camwright_msgs::srv::{LoadBar, LoadBarRequest, LoadBarResponse, LoadLobe, LoadLobeResponse};
+use camwright_msgs::camwright_msgs::srv::{LoadBar, LoadBarResponse, LoadLobe, LoadLobeResponse};
 use std::sync::Arc;
 
 /// Requests that the cyclic thread has yet to answer.
@@ -49,45 +47,27 @@ pub(super) fn offer(node: &Node, inlet: &Inlet, loads: &Loads) -> Result<[Servic
     let (way, waiting) = (inlet.clone(), Arc::clone(&loads.lobes));
     let lobe = node.service_deferred::<LoadLobe>("machine/load_lobe", move |request, responder| {
         push(&waiting, responder);
-        way.send(Inbound::Lobe(Box::new(RawLobe {
-            clear: request.clear,
-            name: request.lobe.name,
-            station: request.lobe.station,
-            width_mm: mm_from_m(request.lobe.width),
-            key_way_rad: request.lobe.key_way,
-            radii_mm: request.lobe.radius.iter().map(|radius| mm_from_m(*radius)).collect(),
-        })));
+        way.send(Inbound::Lobe(Box::new(RawLobe::new(request))));
     })?;
     let (way, waiting) = (inlet.clone(), Arc::clone(&loads.bars));
-    let bar = node.service_deferred::<LoadBar>("machine/load_bar", move |request, responder| match bar(&request) {
-        Ok(part) => {
-            push(&waiting, responder);
-            let part_zero_mm = mm_from_m(request.part_zero);
-            way.send(Inbound::Bar(Box::new(RawBar { name: request.name, part_zero_mm, part: Some(part) })));
-        }
-        Err(message) => responder.send(&LoadBarResponse { success: false, message }),
-    })?;
+    let bar =
+        node.service_deferred::<LoadBar>("machine/load_bar", move |request, responder| match RawBar::new(request) {
+            Ok(bar) => {
+                push(&waiting, responder);
+                way.send(Inbound::Bar(Box::new(bar)));
+            }
+            Err(message) => responder.send(&LoadBarResponse { success: false, message }),
+        })?;
     Ok([lobe, bar])
-}
-
-/// The bar that is asked for. It is made here, not in the cyclic thread.
-fn bar(request: &LoadBarRequest) -> Result<TurnedPart, String> {
-    let size = |count: u32| usize::try_from(count).unwrap_or(usize::MAX);
-    let grid = PartGrid {
-        azimuths: size(request.azimuths),
-        columns: size(request.columns),
-        from_mm: mm_from_m(request.from_z),
-        to_mm: mm_from_m(request.to_z),
-    };
-    TurnedPart::round(request.name.clone(), grid, mm_from_m(request.radius)).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use camwright_msgs::camwright_msgs::srv::LoadBarRequest;
 
     fn refusal(request: &LoadBarRequest) -> String {
-        bar(request).expect_err("it is refused")
+        RawBar::new(request.clone()).expect_err("it is refused")
     }
 
     #[test]
@@ -100,7 +80,7 @@ mod tests {
             to_z: 0.004,
             ..LoadBarRequest::default()
         };
-        let part = bar(&good).expect("a bar");
+        let part = RawBar::new(good.clone()).expect("a bar").part.expect("it is there");
         assert!((part.radius_mm(7, 100) - 23.2).abs() < 1e-12 && (part.grid().to_mm - 4.0).abs() < 1e-12);
         let huge = LoadBarRequest { azimuths: u32::MAX, columns: u32::MAX, ..good.clone() };
         assert!(refusal(&huge).contains("at most 2097152 are allowed"), "{}", refusal(&huge));

@@ -1,21 +1,30 @@
 //! The node `machine_sim`: the clock, axes, sensors, wheel, part, gauge, alarms and e-stop of a simulated machine.
 
+mod again;
 mod clock_outlet;
+mod commands;
 mod faults;
 mod health;
+mod inputs;
 pub mod lasting;
+mod lasting_record;
 mod loading;
 mod outline;
+mod output_digest;
 mod part;
 mod pump;
 mod scene_outlet;
+mod taking;
 mod ticker;
 mod traffic;
 mod work_area;
 
+pub(crate) use again::{MachineAgain, Ticked};
+pub(crate) use inputs::{check as check_of_input, kind_name};
+pub(crate) use output_digest::{Told, of_chunk};
 pub(crate) use part::MOST_PAGES;
 pub use pump::WHEEL_JOINT;
-pub(crate) use pump::{cut_of, input_name, input_named};
+pub(crate) use pump::{cut_of, input_name, input_named, io_message, joint_values, latch_message};
 pub use ticker::Pace;
 
 use crate::config::{locate::locate, machine_file};
@@ -29,15 +38,15 @@ use crate::ros::{
     RosArgs, ServiceHandle, SpinThread, Subscription,
 };
 use crate::running::{NodeError, Threads, autostart};
+use camwright::machine::Machine;
 use camwright::machine::description::{Axis, MachineDescription, Scale};
-use camwright::machine::fault::{FAULTS, Fault};
+use camwright::machine::fault::{FAULTS, Fault, FaultError};
 use camwright::machine::state::LastingState;
-use camwright::machine::{Machine, MachineCommand};
 use camwright_msgs::camwright_msgs::msg::{
     AxisDescription, MachineCommand as CommandMessage, MachineDescription as DescriptionMessage, MachineStream,
     RecorderStatus, StationDescription,
 };
-use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultResponse};
+use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultRequest, InjectFaultResponse};
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 use health::Health;
@@ -51,7 +60,7 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use ticker::{Bounds, Ticker};
-use traffic::{Inbound, Order, Outbound, TimedCommand, home_order};
+use traffic::{AskedFault, Inbound, Outbound};
 use work_area::{AreaRequests, CounterOutlet};
 
 /// Messages that may wait between the threads.
@@ -174,7 +183,9 @@ impl MachineSim {
             stream_period_ticks: file.description.stream_period_ticks(),
         };
         let scene = SceneOutlet::new(&node, &file.description, wheel_radius_mm, inlet.clone())?;
-        let pump = Pump::new(context, Outlets::new(&node, pace == Pace::Fast, &file.description)?, scene);
+        let mut outlets = Outlets::new(&node, pace == Pace::Fast, &file.description, clock)?;
+        outlets.begin(&told)?;
+        let pump = Pump::new(context, outlets, scene);
 
         let resets: Waiting<Trigger> = Waiting::default();
         let loads = Loads::default();
@@ -284,9 +295,8 @@ fn subscriptions(
         )?;
     let (logger, orders, machine) = (node.logger().clone(), inlet.clone(), description.clone());
     let commands = node.subscribe::<CommandMessage>("machine/commands", &qos, move |message, info| {
-        match order(&message, &machine) {
-            Some(order) => {
-                let command = TimedCommand { sequence: message.sequence, tick: message.tick, order };
+        match commands::timed(&message, &machine) {
+            Some(command) => {
                 orders.send(Inbound::Command(participant(info.writer), command));
             }
             None => logger.warn(&format!("command {} for {:?} is unknown", message.kind, message.target)),
@@ -312,30 +322,6 @@ fn participant(writer: crate::ros::Guid) -> [u8; 16] {
     participant
 }
 
-fn order(message: &CommandMessage, machine: &MachineDescription) -> Option<Order> {
-    match message.kind {
-        CommandMessage::SET_HOME => home_order(&message.target, message.counts),
-        CommandMessage::LOSE_HOME => {
-            Axis::from_joint(&message.target).map(|axis| Order::Machine(MachineCommand::LoseHome { axis }))
-        }
-        CommandMessage::ASK => {
-            input_named(&message.target, machine).map(|input| Order::Machine(MachineCommand::Ask { input }))
-        }
-        CommandMessage::WHEEL_START => Some(Order::Machine(MachineCommand::WheelStart)),
-        CommandMessage::WHEEL_STOP => Some(Order::Machine(MachineCommand::WheelStop)),
-        CommandMessage::EXPECT_WHEEL => Some(Order::Machine(MachineCommand::ExpectWheel { radius_nm: message.counts })),
-        CommandMessage::DRESS => Some(Order::Machine(MachineCommand::Dress { radius_nm: message.counts })),
-        CommandMessage::PUSH => Some(Order::Machine(MachineCommand::Push { most_n: message.counts })),
-        CommandMessage::WATCH_FORCE => Some(Order::Machine(MachineCommand::WatchForce { most_n: message.counts })),
-        CommandMessage::ALARM => {
-            u16::try_from(message.counts).ok().map(|number| Order::Machine(MachineCommand::Raise { number }))
-        }
-        CommandMessage::JOB_BEGIN => Some(Order::JobBegin),
-        CommandMessage::JOB_END => Some(Order::JobEnd),
-        _ => None,
-    }
-}
-
 fn services(
     node: &Node,
     description: &MachineDescription,
@@ -350,7 +336,9 @@ fn services(
     })?;
     let way = inlet.clone();
     let estop = node.service::<SetBool>("machine/estop", move |request| {
-        let success = way.send(Inbound::Fault(Fault::EStop(request.data), 0));
+        let (fault, request_of_it) = (Fault::EStop(request.data), inputs::estop_request(request.data));
+        let asked = AskedFault { fault, job_tick: 0, request: request_of_it };
+        let success = way.send(Inbound::Fault(Box::new(asked)));
         let state = if request.data { "pressed" } else { "released; a reset is needed" };
         SetBoolResponse { success, message: format!("emergency stop {state} (a simulation, not a safety function)") }
     })?;
@@ -361,17 +349,22 @@ fn services(
                 FAULTS.iter().map(|f| format!("{} (target: {}; value: {})", f.name, f.target, f.value)).collect();
             return InjectFaultResponse { success: false, message: list.join("; ") };
         }
-        let value = crate::convert::fault_value(&request.target, request.value);
-        match Fault::from_name(&request.fault, &request.target, value, request.active, &machine) {
-            Ok(fault) => InjectFaultResponse {
-                success: way.send(Inbound::Fault(fault, request.job_tick)),
-                message: String::new(),
-            },
+        match asked_fault(request, &machine) {
+            Ok(asked) => {
+                InjectFaultResponse { success: way.send(Inbound::Fault(Box::new(asked))), message: String::new() }
+            }
             Err(error) => InjectFaultResponse { success: false, message: error.to_string() },
         }
     })?;
     let [lobe, bar] = loading::offer(node, inlet, loads)?;
     Ok(vec![reset, estop, inject, lobe, bar])
+}
+
+/// The fault that is asked for.
+fn asked_fault(request: InjectFaultRequest, machine: &MachineDescription) -> Result<AskedFault, FaultError> {
+    let value = crate::convert::fault_value(&request.target, request.value);
+    let fault = Fault::from_name(&request.fault, &request.target, value, request.active, machine)?;
+    Ok(AskedFault { fault, job_tick: request.job_tick, request })
 }
 
 /// What is told when the wheel or the parts have changed.
@@ -438,7 +431,8 @@ fn answers(
             known.tell(&state, &node);
         }
         Outbound::AreaDone(order, outcome) => known.area.answer(order, outcome),
-        Outbound::Used(chunk) => drop(chunk),
+        Outbound::Used(_, chunk) => drop(chunk),
+        Outbound::Taken(taken) => drop(taken),
         Outbound::Tick(..) | Outbound::Snapshot(_) | Outbound::Outline(_) => {}
     }
 }

@@ -1,12 +1,13 @@
 //! The part on its way to the cyclic thread and back.
 
-use crate::convert::m_from_mm;
 use crate::convert::time::TickClock;
+use crate::convert::{m_from_mm, mm_from_m};
 use camwright::machine::Machine;
 use camwright::machine::turned_part::{MOST_CELLS, PartGrid, TurnedPart, TurnedPartError};
 use camwright::machine::work_area::LoadingRefused;
 use camwright::machine::workpiece::{CutAt, LobeError};
 use camwright_msgs::camwright_msgs::msg::TurnedPage;
+use camwright_msgs::camwright_msgs::srv::{LoadBarRequest, LoadLobeRequest};
 use thiserror::Error;
 
 /// A lobe of a raw part, on its way to the machine.
@@ -19,6 +20,8 @@ pub(super) struct RawLobe {
     /// Of the part, as every lobe of it says.
     pub(super) key_way_rad: f64,
     pub(super) radii_mm: Vec<f64>,
+    /// How it was asked for.
+    pub(super) request: LoadLobeRequest,
 }
 
 /// A bar on its way to a lathe.
@@ -28,6 +31,8 @@ pub(super) struct RawBar {
     pub(super) part_zero_mm: f64,
     /// Gone once the machine has it.
     pub(super) part: Option<TurnedPart>,
+    /// How it was asked for.
+    pub(super) request: LoadBarRequest,
 }
 
 /// The part as it stands, copied into room that the pump made.
@@ -84,6 +89,19 @@ pub(super) enum BarRefused {
 }
 
 impl RawLobe {
+    pub(super) fn new(request: LoadLobeRequest) -> Self {
+        let lobe = &request.lobe;
+        Self {
+            clear: request.clear,
+            name: lobe.name.clone(),
+            station: lobe.station.clone(),
+            width_mm: mm_from_m(lobe.width),
+            key_way_rad: lobe.key_way,
+            radii_mm: lobe.radius.iter().map(|radius| mm_from_m(*radius)).collect(),
+            request,
+        }
+    }
+
     /// Puts it on the part in a machine at rest, with or in the place of what is there.
     pub(super) fn put_in(&mut self, machine: &mut Machine) -> Result<(), LobeRefused> {
         if self.clear {
@@ -96,6 +114,20 @@ impl RawLobe {
 }
 
 impl RawBar {
+    /// The bar that is asked for. It is made here, not in the cyclic thread.
+    pub(super) fn new(request: LoadBarRequest) -> Result<Self, String> {
+        let size = |count: u32| usize::try_from(count).unwrap_or(usize::MAX);
+        let grid = PartGrid {
+            azimuths: size(request.azimuths),
+            columns: size(request.columns),
+            from_mm: mm_from_m(request.from_z),
+            to_mm: mm_from_m(request.to_z),
+        };
+        let part = TurnedPart::round(request.name.clone(), grid, mm_from_m(request.radius));
+        let part = Some(part.map_err(|error| error.to_string())?);
+        Ok(Self { name: request.name.clone(), part_zero_mm: mm_from_m(request.part_zero), part, request })
+    }
+
     /// Puts it into the chuck of a machine at rest, in the place of what is there.
     pub(super) fn clamp(&mut self, machine: &mut Machine) -> Result<(), BarRefused> {
         let part = self.part.take().ok_or(BarRefused::Gone)?;

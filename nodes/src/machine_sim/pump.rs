@@ -2,6 +2,7 @@
 
 use super::clock_outlet::ClockOutlet;
 use super::health::Health;
+use super::inputs::InputOutlet;
 use super::part::{LobeRefused, MOST_PAGES, RawLobe, Snapshot};
 use super::scene_outlet::SceneOutlet;
 use super::traffic::Outbound;
@@ -14,6 +15,7 @@ use crate::ros::{Node, Publisher, Qos, RosError};
 use camwright::machine::alarm::{Alarm as CoreAlarm, Severity};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::machine::report::{IoState, MotionState, TickReport};
+use camwright::machine::state::LastingState;
 use camwright::machine::workpiece::CutAt;
 use camwright::setpoint::{Input, Latch as CoreLatch};
 use camwright_msgs::camwright_msgs::msg::{
@@ -42,10 +44,16 @@ pub(super) struct Outlets {
     gauge: Option<Publisher<GaugeReading>>,
     work_area: Option<WorkAreaOutlet>,
     clock: Option<ClockOutlet>,
+    inputs: InputOutlet,
 }
 
 impl Outlets {
-    pub(super) fn new(node: &Node, publishes_clock: bool, machine: &MachineDescription) -> Result<Self, RosError> {
+    pub(super) fn new(
+        node: &Node,
+        publishes_clock: bool,
+        machine: &MachineDescription,
+        clock: TickClock,
+    ) -> Result<Self, RosError> {
         let turned = || node.publisher("machine/turned_part", &Qos::latched(MOST_PAGES));
         let gauge = || node.publisher("machine/gauge", &Qos::default_topic().keep_last(JOINT_STATE_DEPTH));
         Ok(Self {
@@ -58,7 +66,13 @@ impl Outlets {
             gauge: machine.gauge.is_some().then(gauge).transpose()?,
             work_area: machine.loading.map(|_| WorkAreaOutlet::new(node)).transpose()?,
             clock: publishes_clock.then(|| ClockOutlet::new(node)).transpose()?,
+            inputs: InputOutlet::new(node, machine, clock)?,
         })
+    }
+
+    /// The machine begins, with what it remembers.
+    pub(super) fn begin(&mut self, lasting: &LastingState) -> Result<(), RosError> {
+        self.inputs.begin(lasting)
     }
 }
 
@@ -111,6 +125,7 @@ impl Pump {
         loop {
             let is_last = reports.is_abandoned();
             while let Some(report) = reports.receive() {
+                let told = self.outlets.inputs.see(&report);
                 let outcome = match report {
                     Outbound::Tick(report, state) => self.tick(&report, &state),
                     Outbound::Outline(outline) => {
@@ -136,7 +151,7 @@ impl Pump {
                         Ok(())
                     }
                 };
-                if let Err(error) = outcome {
+                if let Err(error) = outcome.and(told) {
                     self.context.node.logger().warn(&format!("a report cannot be published: {error}"));
                 }
             }
@@ -170,6 +185,7 @@ impl Pump {
             return self.stream(report, state);
         }
         let stamp = self.context.clock.stamp(report.tick);
+        self.outlets.inputs.tick(report, state)?;
         self.context.health.see(report, &self.context.description);
         self.joint_states(report)?;
         self.scene.tick(report, &stamp)?;
@@ -178,7 +194,8 @@ impl Pump {
         let io_changed = self.last_io != Some(report.io);
         if io_changed || report.tick.is_multiple_of(IO_PERIOD_TICKS) {
             self.last_io = Some(report.io);
-            self.outlets.io.publish(&io_message(&report.io, report.tick, &self.context))?;
+            let io = io_message(&report.io, &self.context.description);
+            self.outlets.io.publish(&MachineIo { stamp: stamp.clone(), tick: report.tick, ..io })?;
         }
         if let (Some(outlet), Some(state)) = (&mut self.outlets.work_area, report.work_area) {
             outlet.tell(state, report.tick, self.context.clock)?;
@@ -219,20 +236,10 @@ impl Pump {
     }
 
     fn joint_states(&self, report: &TickReport) -> Result<(), RosError> {
-        let description = &self.context.description;
-        let axis = |axis: Axis| &report.axes[axis.index()];
-        let mut message = JointState { name: self.joint_names.clone(), ..JointState::default() };
+        let values = joint_values(&self.context.description, report);
+        let mut message = JointState { name: self.joint_names.clone(), ..values };
         message.header.stamp = self.context.clock.stamp(report.tick);
         self.scene.base_frame().clone_into(&mut message.header.frame_id);
-        for each in Axis::ALL {
-            message.position.push(si_from_counts(description.axis(each).scale, axis(each).counts));
-            message.velocity.push(si_from_core(each, axis(each).velocity));
-            message.effort.push(axis(each).effort);
-        }
-        // The wheel's angle means nothing; its speed does.
-        message.position.push(0.0);
-        message.velocity.push(report.wheel_rad_s);
-        message.effort.push(0.0);
         self.outlets.joint_states.publish(&message)
     }
 
@@ -293,6 +300,22 @@ impl Pump {
     }
 }
 
+/// Positions, velocities and efforts of a tick, of the axes and then of the wheel.
+pub(crate) fn joint_values(machine: &MachineDescription, report: &TickReport) -> JointState {
+    let axis = |axis: Axis| &report.axes[axis.index()];
+    let mut message = JointState::default();
+    for each in Axis::ALL {
+        message.position.push(si_from_counts(machine.axis(each).scale, axis(each).counts));
+        message.velocity.push(si_from_core(each, axis(each).velocity));
+        message.effort.push(axis(each).effort);
+    }
+    // The wheel's angle means nothing; its speed does.
+    message.position.push(0.0);
+    message.velocity.push(report.wheel_rad_s);
+    message.effort.push(0.0);
+    message
+}
+
 /// What was taken from every degree of a lobe over the width that it has in common with the wheel (mm), as a message has it.
 pub(crate) fn cut_of(cut: &[CutAt], common_mm: f64) -> PartLobe {
     PartLobe {
@@ -317,6 +340,8 @@ pub(super) struct StreamState {
     pub(super) holder: [u8; 16],
     /// Something happened that the stream must tell at once.
     pub(super) news: bool,
+    /// First tick of the job that runs; 0: none does.
+    pub(super) job_tick: u64,
     /// Alarms were reset since the last tick.
     pub(super) alarms_reset: bool,
     /// No tick was executed: only the stream has something to tell.
@@ -333,7 +358,7 @@ fn motion_number(motion: MotionState) -> u8 {
     }
 }
 
-fn latch_message(latch: &CoreLatch, description: &MachineDescription) -> Latch {
+pub(crate) fn latch_message(latch: &CoreLatch, description: &MachineDescription) -> Latch {
     Latch {
         tick: latch.tick,
         input: input_name(latch.input, description).to_owned(),
@@ -379,16 +404,15 @@ pub(crate) fn input_name(input: Input, description: &MachineDescription) -> &str
     }
 }
 
-fn io_message(io: &IoState, tick: u64, context: &Context) -> MachineIo {
-    let stations = &context.description.stations;
-    let others = || Input::OTHERS.iter().enumerate().filter(|(_, input)| input.is_on(&context.description));
+/// Inputs and outputs as a message, without its time.
+pub(crate) fn io_message(io: &IoState, machine: &MachineDescription) -> MachineIo {
+    let stations = &machine.stations;
+    let others = || Input::OTHERS.iter().enumerate().filter(|(_, input)| input.is_on(machine));
     MachineIo {
-        stamp: context.clock.stamp(tick),
-        tick,
         origin: io.origin,
         station_switches: stations.iter().map(|station| station.switch.clone()).collect(),
         station_states: (0..stations.len()).map(|index| io.station(index)).collect(),
-        other_inputs: others().map(|(_, input)| input_name(*input, &context.description).to_owned()).collect(),
+        other_inputs: others().map(|(_, input)| input_name(*input, machine).to_owned()).collect(),
         other_states: others().map(|(index, _)| io.other(index)).collect(),
         overtravel_x_min: io.overtravel_x_min,
         overtravel_x_max: io.overtravel_x_max,
@@ -398,6 +422,7 @@ fn io_message(io: &IoState, tick: u64, context: &Context) -> MachineIo {
         drives_on: io.drives_on,
         wheel_running: io.wheel_running,
         part_present: io.part_present,
+        ..MachineIo::default()
     }
 }
 

@@ -1,14 +1,12 @@
 //! The machine's cyclic thread: one tick after the other, at the pace of the clock or of the setpoints.
 
 use super::faults::Faults;
-use super::part::{BarRefused, LobeRefused};
 use super::pump::StreamState;
 use super::traffic::{Inbound, Order, Outbound, TimedCommand};
 use super::work_area::AreaOrder;
-use crate::convert::setpoints::ChunkBuffer;
 use crate::cyclic::{Receiver, Sender, Waker};
-use camwright::machine::alarm::{AlarmKind, NO_TICK, Severity};
-use camwright::machine::buffer::{ChunkError, SetpointBuffer};
+use camwright::machine::alarm::{AlarmKind, Severity};
+use camwright::machine::buffer::SetpointBuffer;
 use camwright::machine::fault::Fault;
 use camwright::machine::report::{MotionState, TickReport};
 use camwright::machine::state::LastingState;
@@ -19,7 +17,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// Commands that may wait for their tick.
-const PENDING_COMMANDS: usize = 32;
+pub(super) const PENDING_COMMANDS: usize = 32;
 /// Wall time of an idle tick at pace fast: ticks then only show that the machine lives.
 const FAST_IDLE_TICK: Duration = Duration::from_millis(10);
 
@@ -58,31 +56,31 @@ pub(super) struct Bounds {
 
 /// The cyclic thread's own state.
 pub(super) struct Ticker {
-    machine: Machine,
-    buffer: SetpointBuffer,
+    pub(super) machine: Machine,
+    pub(super) buffer: SetpointBuffer,
     pace: Pace,
     cycle: Duration,
-    inbound: Receiver<Inbound>,
+    pub(super) inbound: Receiver<Inbound>,
     outbound: Sender<Outbound>,
-    bounds: Arc<Bounds>,
+    pub(super) bounds: Arc<Bounds>,
     /// Ticks that may be executed beyond what is in the bag.
     recorder_window: u64,
-    commands: [Option<TimedCommand>; PENDING_COMMANDS],
+    pub(super) commands: [Option<TimedCommand>; PENDING_COMMANDS],
     now: [MachineCommand; 4],
-    faults: Faults,
+    pub(super) faults: Faults,
     /// Chunks that still get lost, and when the last one was.
-    losing: u32,
-    lost: Option<Instant>,
-    state: StreamState,
+    pub(super) losing: u32,
+    pub(super) lost: Option<Instant>,
+    pub(super) state: StreamState,
     /// What outlives the run, as it was told last.
     told: LastingState,
-    last_report: Option<TickReport>,
+    pub(super) last_report: Option<TickReport>,
     /// What was done to door, chuck or part, until a tick has shown it.
-    area_done: Option<(AreaOrder, Result<(), LoadingRefused>)>,
+    pub(super) area_done: Option<(AreaOrder, Result<(), LoadingRefused>)>,
     /// How the last reset went, until a tick has shown it.
-    reset_done: Option<Result<(), ResetRefused>>,
-    active: bool,
-    job_running: bool,
+    pub(super) reset_done: Option<Result<(), ResetRefused>>,
+    pub(super) active: bool,
+    pub(super) job_running: bool,
 }
 
 impl Ticker {
@@ -167,14 +165,14 @@ impl Ticker {
     }
 
     /// What outlives the run has changed.
-    fn tell_lasting(&mut self) {
+    pub(super) fn tell_lasting(&mut self) {
         self.told = *self.machine.lasting();
         self.send(Outbound::Lasting(self.told));
     }
 
     /// Brings the axes to rest before the thread ends: what was sent runs out on its stop, nothing more is taken.
     fn come_to_rest(&mut self, waker: &Waker) {
-        self.buffer.close();
+        self.close();
         let latest = self.machine.tick() + LONGEST_STOP_TICKS;
         while self.machine.tick() < latest && (self.buffer.has_setpoints() || !self.machine.is_at_rest()) {
             if self.pace == Pace::Realtime {
@@ -226,11 +224,11 @@ impl Ticker {
         !self.buffer.has_setpoints() && self.commands.iter().flatten().any(|c| begins(c) || is_ahead(c))
     }
 
-    fn is_stopped_by_alarm(&self) -> bool {
+    pub(super) fn is_stopped_by_alarm(&self) -> bool {
         self.machine.alarms().iter().any(|alarm| alarm.kind.entry().severity > Severity::Warning)
     }
 
-    fn tick(&mut self) {
+    pub(super) fn tick(&mut self) {
         let next = self.machine.tick() + 1;
         if self.buffer.is_underrun(next) && !self.is_stopped_by_alarm() {
             self.machine.raise(AlarmKind::Underrun, 0.0, 0.0);
@@ -292,11 +290,13 @@ impl Ticker {
                 Order::Machine(_) => continue,
                 Order::JobBegin => {
                     self.job_running = true;
+                    self.state.job_tick = tick;
                     self.machine.begin_job();
                     self.faults.begin_job(tick);
                 }
                 Order::JobEnd => {
                     self.faults.end_job();
+                    self.state.job_tick = 0;
                     if std::mem::take(&mut self.job_running) {
                         self.machine.count_part();
                         self.tell_lasting();
@@ -309,200 +309,7 @@ impl Ticker {
         count
     }
 
-    fn receive(&mut self) {
-        while let Some(message) = self.inbound.receive() {
-            match message {
-                Inbound::Chunk(writer, chunk) => self.take_chunk(writer, chunk),
-                Inbound::NoChunk(writer) => self.take_no_chunk(writer),
-                Inbound::Command(writer, command) => self.take_command(writer, command),
-                Inbound::Fault(fault, job_tick) => self.faults.add(fault, job_tick),
-                Inbound::Reset => self.reset(),
-                Inbound::Lobe(mut lobe) => {
-                    let outcome = match self.machine.holds_part() {
-                        Err(refused) => Err(LobeRefused::NotHeld(refused)),
-                        Ok(()) if self.takes_part() => lobe.put_in(&mut self.machine),
-                        Ok(()) => Err(LobeRefused::Moving),
-                    };
-                    self.send(Outbound::LobeDone(outcome, lobe));
-                }
-                Inbound::Bar(mut bar) => {
-                    let outcome = match self.machine.holds_part() {
-                        Err(refused) => Err(BarRefused::NotHeld(refused)),
-                        Ok(()) if self.takes_part() => bar.clamp(&mut self.machine),
-                        Ok(()) => Err(BarRefused::Moving),
-                    };
-                    self.send(Outbound::BarDone(outcome, bar));
-                }
-                Inbound::Snapshot(mut snapshot) => {
-                    snapshot.take(&self.machine);
-                    self.send(Outbound::Snapshot(snapshot));
-                }
-                Inbound::Outline(mut outline) => {
-                    outline.take(&self.machine);
-                    self.send(Outbound::Outline(outline));
-                }
-                Inbound::Area(order) => self.work_area(order),
-                Inbound::Loader { inside, lost } => self.machine.see_loader(inside, lost),
-                Inbound::Judge(is_good) => {
-                    self.machine.judge_part(is_good);
-                    self.tell_lasting();
-                }
-                Inbound::ResetShift => {
-                    self.machine.reset_shift();
-                    self.tell_lasting();
-                }
-                Inbound::Active(active) => self.active = active,
-            }
-        }
-    }
-
-    fn take_chunk(&mut self, writer: [u8; 16], chunk: Box<ChunkBuffer>) {
-        if self.state.has_holder && self.state.holder != writer {
-            self.machine.raise(AlarmKind::SecondWriter, 0.0, 0.0);
-            let holder = self.state.holder;
-            self.send(Outbound::SecondWriter { holder, refused: writer, chunk });
-            return;
-        }
-        if self.losing > 0 {
-            self.losing -= 1;
-            self.lost = Some(Instant::now());
-            self.send(Outbound::Used(chunk));
-            return;
-        }
-        match self.buffer.accept(&chunk.as_chunk(), self.machine.tick()) {
-            Ok(()) => {
-                let lead_ticks = chunk.first_tick.saturating_sub(self.machine.tick());
-                self.bounds.least_lead_ticks.fetch_min(lead_ticks, Ordering::Relaxed);
-                if !self.state.has_holder {
-                    self.state.has_holder = true;
-                    self.state.holder = writer;
-                    self.state.news = true;
-                }
-                self.send(Outbound::Used(chunk));
-            }
-            Err(error @ ChunkError::Lost { first_tick, expected }) => {
-                #[allow(clippy::cast_precision_loss, reason = "tick numbers for people")]
-                self.machine.raise(AlarmKind::SetpointsLost, first_tick as f64, expected as f64);
-                self.buffer.close();
-                self.send(Outbound::Refused(error, writer, chunk));
-            }
-            Err(error) => {
-                // A closed buffer says that an alarm is active already: not another one.
-                if error != ChunkError::Closed {
-                    #[allow(clippy::cast_precision_loss, reason = "a tick number for people")]
-                    self.machine.raise(AlarmKind::ChunkRefused, chunk.first_tick as f64, 0.0);
-                    self.buffer.close();
-                }
-                self.send(Outbound::Refused(error, writer, chunk));
-            }
-        }
-    }
-
-    /// What came in the place of a chunk and is none: refused like one that cannot be followed.
-    fn take_no_chunk(&mut self, writer: [u8; 16]) {
-        if self.state.has_holder && self.state.holder != writer {
-            self.machine.raise(AlarmKind::SecondWriter, 0.0, 0.0);
-        } else if !self.is_stopped_by_alarm() {
-            self.machine.raise(AlarmKind::ChunkRefused, NO_TICK, 0.0);
-            self.buffer.close();
-        }
-    }
-
-    fn take_command(&mut self, writer: [u8; 16], command: TimedCommand) {
-        if self.state.has_holder && self.state.holder != writer {
-            self.machine.raise(AlarmKind::SecondWriter, 0.0, 0.0);
-            return;
-        }
-        if command.sequence == 1 {
-            self.state.commands_received = 0;
-        }
-        let expected = self.state.commands_received + 1;
-        if command.sequence != expected {
-            self.machine.raise(AlarmKind::CommandGap, f64::from(command.sequence), f64::from(expected));
-            return;
-        }
-        let executed = self.machine.tick();
-        if command.tick <= executed {
-            #[allow(clippy::cast_precision_loss, reason = "a number of ticks for people")]
-            self.machine.raise(AlarmKind::LateCommand, (executed + 1 - command.tick) as f64, 0.0);
-            return;
-        }
-        if let Order::Machine(MachineCommand::SetHome { axis, counts }) = command.order {
-            self.buffer.schedule_home(command.tick, axis, counts);
-        }
-        let Some(place) = self.commands.iter_mut().find(|place| place.is_none()) else {
-            self.machine.raise(AlarmKind::CommandGap, f64::from(command.sequence), f64::from(expected));
-            return;
-        };
-        *place = Some(command);
-        self.state.commands_received = command.sequence;
-        self.state.news = true;
-        // The sender waits for this before it sends setpoints beyond the command's tick.
-        self.tell_receipt();
-    }
-
-    /// Tells the stream at once that a command arrived, without executing a tick.
-    fn tell_receipt(&mut self) {
-        if let Some(report) = self.last_report {
-            self.send(Outbound::Tick(report, StreamState { only_stream: true, ..self.state }));
-            self.state.news = false;
-        }
-    }
-
-    fn reset(&mut self) {
-        let outcome = self.machine.reset();
-        if outcome.is_ok() {
-            self.buffer.open(self.machine.setpoint());
-            self.commands = [None; PENDING_COMMANDS];
-            self.job_running = false;
-            self.lost = None;
-            self.faults.end_job();
-            self.state = StreamState { news: true, alarms_reset: true, ..StreamState::default() };
-        }
-        self.answer_reset();
-        // Of one that was refused there is nothing to show.
-        let shows = self.active && outcome.is_ok();
-        self.reset_done = Some(outcome);
-        if !shows {
-            self.answer_reset();
-        }
-    }
-
-    /// Who asked for a reset hears of it once a tick has shown it: what it starts next, others let it start.
-    fn answer_reset(&mut self) {
-        if let Some(outcome) = self.reset_done.take() {
-            self.send(Outbound::ResetDone(outcome));
-        }
-    }
-
-    /// Works door, chuck or part of a machine that takes no setpoints.
-    fn work_area(&mut self, order: AreaOrder) {
-        let outcome = match order {
-            _ if self.buffer.has_setpoints() => Err(LoadingRefused::Moving),
-            AreaOrder::Door(open) => self.machine.order_door(open),
-            AreaOrder::Chuck(open) => self.machine.order_chuck(open),
-            AreaOrder::Part(put_in) => self.machine.change_part(put_in),
-        };
-        self.answer_area();
-        self.area_done = Some((order, outcome));
-        if !self.active {
-            self.answer_area();
-        }
-    }
-
-    /// Who asked for door, chuck or part hears of it once a tick has shown it.
-    fn answer_area(&mut self) {
-        if let Some((order, outcome)) = self.area_done.take() {
-            self.send(Outbound::AreaDone(order, outcome));
-        }
-    }
-
-    /// Loading and copying the part are the only places where this thread allocates: a part is taken at rest only.
-    fn takes_part(&self) -> bool {
-        self.machine.is_at_rest() && !self.buffer.has_setpoints()
-    }
-
-    fn send(&mut self, message: Outbound) {
+    pub(super) fn send(&mut self, message: Outbound) {
         let mut message = message;
         // The loop keeps room free; a full ring here means that the pump has died.
         for _ in 0..1000 {

@@ -6,12 +6,12 @@ use super::pump::StreamState;
 use super::work_area::AreaOrder;
 use crate::convert::setpoints::ChunkBuffer;
 use camwright::machine::buffer::ChunkError;
-use camwright::machine::description::Axis;
 use camwright::machine::fault::Fault;
 use camwright::machine::report::TickReport;
 use camwright::machine::state::LastingState;
 use camwright::machine::work_area::LoadingRefused;
 use camwright::machine::{MachineCommand, ResetRefused};
+use camwright_msgs::camwright_msgs::srv::InjectFaultRequest;
 
 /// An order with its place in the sender's sequence and the tick at which it takes effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,8 +37,7 @@ pub(super) enum Inbound {
     /// What is no chunk, from this writer.
     NoChunk([u8; 16]),
     Command([u8; 16], TimedCommand),
-    /// A fault, now (0) or at this tick of the next job, its first being 1.
-    Fault(Fault, u64),
+    Fault(Box<AskedFault>),
     Reset,
     Lobe(Box<RawLobe>),
     Bar(Box<RawBar>),
@@ -54,6 +53,33 @@ pub(super) enum Inbound {
     Judge(bool),
     ResetShift,
     Active(bool),
+}
+
+/// A fault, and how it was asked for.
+#[derive(Debug)]
+pub(super) struct AskedFault {
+    pub(super) fault: Fault,
+    /// When: now (0), or at this tick of the next job, its first being 1.
+    pub(super) job_tick: u64,
+    pub(super) request: InjectFaultRequest,
+}
+
+/// What the cyclic thread has taken, besides what it answers with what it was given: chunks and raw parts.
+#[derive(Debug)]
+pub(super) enum Taken {
+    NoChunk([u8; 16]),
+    Command([u8; 16], TimedCommand),
+    Fault(Box<AskedFault>),
+    Reset,
+    Area(AreaOrder),
+    Loader {
+        inside: bool,
+        lost: bool,
+    },
+    Judge(bool),
+    ResetShift,
+    /// The node ends, and no chunk is taken any more.
+    Close,
 }
 
 /// From the cyclic thread.
@@ -75,14 +101,10 @@ pub(super) enum Outbound {
         refused: [u8; 16],
         chunk: Box<ChunkBuffer>,
     },
-    /// An empty chunk to drop where dropping is allowed.
-    Used(Box<ChunkBuffer>),
+    /// A chunk that was taken, or got lost, to drop where dropping is allowed; and who sent it.
+    Used([u8; 16], Box<ChunkBuffer>),
+    Taken(Taken),
     /// The job that was begun has ended; the part may be looked at.
     JobEnded,
     Lasting(LastingState),
-}
-
-/// Axis of a home command by its joint.
-pub(super) fn home_order(joint: &str, counts: i64) -> Option<Order> {
-    Axis::from_joint(joint).map(|axis| Order::Machine(MachineCommand::SetHome { axis, counts }))
 }

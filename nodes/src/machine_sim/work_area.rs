@@ -35,6 +35,16 @@ impl AreaOrder {
         ("machine/take_part", AreaOrder::Part(false)),
     ];
 
+    /// The service that asks for it.
+    pub(super) fn service(self) -> &'static str {
+        Self::ALL.iter().find(|(_, order)| *order == self).map_or("", |(name, _)| name)
+    }
+
+    /// What a service asks for.
+    pub(super) fn of_service(name: &str) -> Option<Self> {
+        Self::ALL.iter().find(|(known, _)| *known == name).map(|(_, order)| *order)
+    }
+
     const fn done(self) -> &'static str {
         match self {
             AreaOrder::Door(true) => "the door opens",

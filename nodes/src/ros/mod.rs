@@ -75,3 +75,4 @@ pub use qos::{Durability, History, Liveliness, Qos, Reliability};
 pub use services::{Client, Responder, ServiceHandle};
 pub use shutdown::{Shutdown, ShutdownHook};
 pub use topics::{MessageInfo, Publisher, RawPublisher, Subscription};
+pub use wire::{message_from_sample, sample_from_message};

@@ -66,6 +66,30 @@ pub(super) fn from_cdr<T: DeserializeOwned>(body: &[u8]) -> Result<T, String> {
         .map_err(|error| error.to_string())
 }
 
+/// Reads a message from a sample as it travels and as bags keep it: with its encapsulation header.
+///
+/// # Errors
+/// Too few octets, an encoding that no ROS 2 implementation writes here, or a body that is not such a message.
+pub fn message_from_sample<T: DeserializeOwned>(sample: &[u8]) -> Result<T, String> {
+    match sample.split_first_chunk::<4>() {
+        Some((header, body)) if header[..2] == CDR_LE_HEADER[..2] => from_cdr(body),
+        Some((header, _)) => {
+            Err(format!("the sample's encoding is {:02x}{:02x}, not little-endian CDR", header[0], header[1]))
+        }
+        None => Err(format!("the sample has {} octets, its header alone has 4", sample.len())),
+    }
+}
+
+/// A message as a sample, with its encapsulation header.
+///
+/// # Errors
+/// A message that CDR cannot carry, as one with a text of more than 4 GB.
+pub fn sample_from_message<T: Serialize>(message: &T) -> Result<Vec<u8>, String> {
+    let mut sample = CDR_LE_HEADER.to_vec();
+    to_writer_with_rep_id(&mut sample, message, RepresentationIdentifier::CDR_LE).map_err(|error| error.to_string())?;
+    Ok(sample)
+}
+
 /// Lets a DDS writer send bodies that are serialised already.
 #[derive(Debug)]
 pub(super) struct AsIs;

@@ -6,10 +6,9 @@
 //! Only then is the goal accepted and the one before it ended: a goal that cannot be followed disturbs nobody.
 
 use super::wanted::Wanted;
-use crate::axis_interpolator::engine_messages::{Foresight, ToEngine};
+use crate::axis_interpolator::engine_messages::{Foresight, Made, ToEngine};
 use crate::convert::time::TickClock;
 use crate::ros::GoalDecider;
-use camwright::interpolator::{Motion, Prepared};
 use camwright::machine::description::MachineDescription;
 
 /// Who waits.
@@ -47,11 +46,9 @@ impl Arrival {
                 Step::Refuse("the trajectory in execution is held; release the hold or cancel it first".into())
             }
             Foresight::At(tick, start) => {
-                let prepared = self.wanted.trajectory(*tick, clock, start, machine).and_then(|trajectory| {
-                    Prepared::new(Motion::from(trajectory), machine).map_err(|error| error.to_string())
-                });
-                match prepared {
-                    Ok(motion) => Step::Tell(ToEngine::Splice(Box::new(motion))),
+                let record = self.wanted.record(*tick, clock, start, None);
+                match record.and_then(|record| Made::new(record, None, machine)) {
+                    Ok(made) => Step::Tell(ToEngine::Splice(made)),
                     Err(reason) => Step::Refuse(reason),
                 }
             }

@@ -7,13 +7,13 @@ pub(super) mod settings;
 pub(super) mod tracking;
 mod wanted;
 
-use super::engine_messages::ToEngine;
+use super::engine_messages::{Made, ToEngine};
 use super::goals::{Goal, by};
 use super::{Shared, lock};
 use crate::ros::{ActionHandler, GoalDecision, GoalHandle, GoalId, Guid, Qos, RosError, Subscription};
 use arrival::Arrival;
-use camwright::interpolator::trajectory::{Start, Trajectory};
-use camwright::interpolator::{Motion, Prepared, Request};
+use camwright::interpolator::Request;
+use camwright::interpolator::trajectory::Start;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright_msgs::control_msgs::action::{FollowJointTrajectory, FollowJointTrajectoryGoal};
 use camwright_msgs::control_msgs::msg::SpeedScalingFactor;
@@ -60,7 +60,7 @@ impl ActionHandler<FollowJointTrajectory> for Handler {
         }
         let name = by(OF_A_GOAL, handle.client());
         lock(&self.0.served).begin(Goal::Trajectory(handle), name, String::new());
-        self.0.begin_prepared(motion);
+        self.0.begin_made(motion);
     }
 
     fn cancel(&mut self, _id: GoalId) -> bool {
@@ -121,7 +121,7 @@ impl Shared {
     fn begin_from_topic(&self, wanted: &Wanted, name: String) {
         let motion = self.motion_from_rest(wanted);
         lock(&self.served).begin(Goal::Topic, name, String::new());
-        self.begin_prepared(motion);
+        self.begin_made(motion);
     }
 
     /// A joint trajectory has command, and the node may move axes.
@@ -190,16 +190,15 @@ impl Shared {
     }
 
     /// The motion that begins where the axes rest.
-    fn motion_from_rest(&self, wanted: &Wanted) -> Result<Prepared, String> {
+    fn motion_from_rest(&self, wanted: &Wanted) -> Result<Made, String> {
         self.hindrance()?;
         let machine = self.machine().ok_or("the machine has not been heard of yet")?;
         let clock = self.clock().ok_or("the machine has not been heard of yet")?;
         // Later than any tick that the engine can begin with at once.
         let soonest = self.machine_tick() + u64::from(machine.feedback_delay_ticks);
         let tick = wanted.begins(soonest, clock);
-        let trajectory: Trajectory = wanted.trajectory(tick, clock, &self.rest(&machine), &machine)?;
-        let prepared = Prepared::new(Motion::from(trajectory), &machine).map_err(|error| error.to_string())?;
-        Ok(if wanted.has_stamp() { prepared.starting_at(tick) } else { prepared })
+        let starts_at = wanted.has_stamp().then_some(tick);
+        Made::new(wanted.record(tick, clock, &self.rest(&machine), starts_at)?, None, &machine)
     }
 
     /// Where the axes rest (mm or rad).

@@ -2,10 +2,11 @@
 //! `control_msgs/action/FollowJointTrajectory`.
 
 use super::settings::Settings;
+use crate::axis_interpolator::motion_record::MotionRecord;
 use crate::convert::core_from_si;
 use crate::convert::time::{TickClock, ns_from_duration, ns_from_time};
 use camwright::interpolator::tolerance::{FollowingTolerances, Tolerance};
-use camwright::interpolator::trajectory::{Start, Trajectory, TrajectoryPoint};
+use camwright::interpolator::trajectory::{Start, TrajectoryPoint};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright_msgs::control_msgs::action::FollowJointTrajectoryGoal;
 use camwright_msgs::control_msgs::msg::JointTolerance;
@@ -110,13 +111,13 @@ impl Wanted {
     }
 
     /// The trajectory that begins with a tick; of one that should have begun before that is what is left.
-    pub(super) fn trajectory(
+    pub(super) fn record(
         &self,
         tick: u64,
         clock: TickClock,
         start: &Start,
-        machine: &MachineDescription,
-    ) -> Result<Trajectory, String> {
+        starts_at: Option<u64>,
+    ) -> Result<MotionRecord, String> {
         let late_s = self.stamp_ns.map_or(0.0, |stamp_ns| seconds(clock.ns(tick).saturating_sub(stamp_ns)));
         let left = |point: &TrajectoryPoint| TrajectoryPoint { time_s: point.time_s - late_s, ..point.clone() };
         let points: Vec<TrajectoryPoint> = match self.stamp_ns {
@@ -124,8 +125,7 @@ impl Wanted {
             Some(_) => self.points.iter().map(left).filter(|point| point.time_s > 0.0).collect(),
         };
         self.must_not_be_over(clock.ns(tick))?;
-        let trajectory = Trajectory::from_points(&self.joints, &points, start, machine);
-        Ok(trajectory.map_err(|error| error.to_string())?.with_tolerances(self.tolerances))
+        Ok(MotionRecord::trajectory(&self.joints, &points, start, &self.tolerances, starts_at))
     }
 
     /// It has a time of its own to begin at.

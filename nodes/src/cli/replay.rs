@@ -1,0 +1,23 @@
+//! `camwright replay`: plays a bag to the graph, or computes its run again.
+
+use crate::ros::RosArgs;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct ReplayCommand {
+    #[command(flatten)]
+    play: crate::replay::ReplayArgs,
+    /// Play nothing, but compute the run again from its inputs and say whether it is the same to the bit; with another bag, whether that
+    /// holds the same jobs too. Exit code 0: the same; 3: not, with the first tick that differs; 1: the bag does not hold what it takes
+    #[arg(long, value_name = "BAG", num_args = 0..=1)]
+    #[allow(clippy::option_option, reason = "the flag, and its value")]
+    against: Option<Option<PathBuf>>,
+}
+
+pub(super) fn main(args: &ReplayCommand, ros: &RosArgs) -> ExitCode {
+    match &args.against {
+        Some(other) => crate::rerun::run(&args.play.bag, other.as_deref()),
+        None => crate::replay::run(&args.play, ros),
+    }
+}

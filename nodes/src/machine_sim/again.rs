@@ -1,0 +1,134 @@
+//! A machine that runs again what it was given once, without a clock: the cyclic thread's own code, fed from a record.
+
+use super::inputs::{BeginRecord, VERSION, lobe_of, record};
+use super::output_digest::{OutputDigest, Told};
+use super::part::RawBar;
+use super::pump::StreamState;
+use super::ticker::{Bounds, Pace, Ticker};
+use super::traffic::{Inbound, Outbound};
+use super::work_area::AreaOrder;
+use super::{asked_fault, commands};
+use crate::convert::setpoints::ChunkBuffer;
+use crate::cyclic::{Receiver, Sender, Waker, ring};
+use camwright::machine::Machine;
+use camwright::machine::description::MachineDescription;
+use camwright::machine::report::TickReport;
+use camwright::machine::state::LastingState;
+use camwright_msgs::camwright_msgs::msg::{MachineCommand, MachineInput};
+use std::sync::Arc;
+
+/// Messages between two ticks that the rings hold; what comes out is taken after each one that goes in.
+const RING: usize = 1024;
+
+/// What a tick put out.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ticked {
+    pub(crate) report: TickReport,
+    /// Digests told with it.
+    pub(crate) told: [Option<Told>; 2],
+}
+
+/// The machine, run again.
+pub(crate) struct MachineAgain {
+    ticker: Ticker,
+    inlet: Sender<Inbound>,
+    reports: Receiver<Outbound>,
+    digest: OutputDigest,
+}
+
+impl std::fmt::Debug for MachineAgain {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("MachineAgain").field("digest", &self.digest).finish_non_exhaustive()
+    }
+}
+
+impl MachineAgain {
+    /// The machine as a run began.
+    ///
+    /// # Errors
+    /// A record of another program or another machine, or one that cannot be read.
+    pub(crate) fn new(description: &MachineDescription, begin: &MachineInput) -> Result<Self, String> {
+        let begun: BeginRecord = record(&begin.content)?;
+        if begun.version != VERSION {
+            return Err(format!("it was recorded by camwright {}, this is {VERSION}", begun.version));
+        }
+        if begun.machine_hash != description.hash {
+            return Err("the machine that began is not the one that the bag describes".to_owned());
+        }
+        let machine = Machine::new(description.clone(), LastingState::from(&begun.lasting));
+        let machine = machine.map_err(|error| error.to_string())?;
+        let waker = Waker::default();
+        let (inlet, inbound) = ring(RING, &waker);
+        let (outbound, reports) = ring(RING, &waker);
+        let ticker = Ticker::new(machine, Pace::Fast, inbound, outbound, Arc::new(Bounds::default()), 0);
+        Ok(Self { ticker, inlet, reports, digest: OutputDigest::default() })
+    }
+
+    /// Takes an input; `chunk` finds the chunk with a first tick and a digest.
+    ///
+    /// # Errors
+    /// An input that cannot be read, or a chunk that is not at hand.
+    pub(crate) fn take(
+        &mut self,
+        input: &MachineInput,
+        chunk: impl FnOnce(u64, u64) -> Result<ChunkBuffer, String>,
+    ) -> Result<(), String> {
+        let machine = self.ticker.machine.description();
+        let inbound = match input.kind {
+            MachineInput::CHUNK => Inbound::Chunk(input.writer, Box::new(chunk(input.number, input.digest)?)),
+            MachineInput::NO_CHUNK => Inbound::NoChunk(input.writer),
+            MachineInput::COMMAND => {
+                let message: MachineCommand = record(&input.content)?;
+                let command = commands::timed(&message, machine)
+                    .ok_or_else(|| format!("command {} for {:?} is unknown", message.kind, message.target))?;
+                Inbound::Command(input.writer, command)
+            }
+            MachineInput::FAULT => {
+                let asked = asked_fault(record(&input.content)?, machine).map_err(|error| error.to_string())?;
+                Inbound::Fault(Box::new(asked))
+            }
+            MachineInput::RESET => Inbound::Reset,
+            MachineInput::LOBE => Inbound::Lobe(Box::new(lobe_of(input)?)),
+            MachineInput::BAR => Inbound::Bar(Box::new(RawBar::new(record(&input.content)?)?)),
+            MachineInput::WORK_AREA => {
+                let order = AreaOrder::of_service(&input.content);
+                Inbound::Area(order.ok_or_else(|| format!("{:?} works no part of the machine", input.content))?)
+            }
+            MachineInput::LOADER => Inbound::Loader { inside: input.number & 1 != 0, lost: input.number & 2 != 0 },
+            MachineInput::JUDGE => Inbound::Judge(input.number == 1),
+            MachineInput::RESET_SHIFT => Inbound::ResetShift,
+            MachineInput::CLOSE => {
+                self.ticker.close();
+                self.drain();
+                return Ok(());
+            }
+            MachineInput::BEGIN | MachineInput::DIGEST => return Ok(()),
+            kind => return Err(format!("there is no input of kind {kind}")),
+        };
+        // The ring is empty before every input.
+        let _taken = self.inlet.send(inbound);
+        self.ticker.receive();
+        self.drain();
+        Ok(())
+    }
+
+    /// One tick.
+    pub(crate) fn tick(&mut self) -> Option<Ticked> {
+        self.ticker.tick();
+        let (report, state) = self.drain()?;
+        Some(Ticked { report, told: self.digest.take(&report, &state) })
+    }
+
+    /// What was told: of it only the tick counts.
+    fn drain(&mut self) -> Option<(TickReport, StreamState)> {
+        let mut ticked = None;
+        while let Some(report) = self.reports.receive() {
+            if let Outbound::Tick(report, state) = report
+                && !state.only_stream
+            {
+                ticked = Some((report, state));
+            }
+        }
+        ticked
+    }
+}

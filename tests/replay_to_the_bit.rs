@@ -1,0 +1,313 @@
+//! A run computed again from its inputs as they were applied: identical to the bit, and where one bit was changed its tick is named.
+#![allow(clippy::print_stdout, reason = "a test shows its seed and what it measured")]
+
+#[path = "support/cell.rs"]
+mod cell;
+mod support;
+
+use camwright_msgs::builtin_interfaces::msg::Duration as RosDuration;
+use camwright_msgs::camwright_msgs::action::{
+    Home, HomeGoal, Jog, JogGoal, MoveTo, MoveToGoal, Probe, ProbeGoal, RunJobFeedback,
+};
+use camwright_msgs::camwright_msgs::msg::{AppliedInput, MachineInput, RecorderStatus};
+use camwright_msgs::camwright_msgs::srv::{
+    FeedHold, FeedHoldRequest, InjectFault, InjectFaultRequest, SetOverride, SetOverrideRequest,
+};
+use camwright_msgs::control_msgs::action::{FollowJointTrajectory, FollowJointTrajectoryGoal};
+use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
+use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
+use camwright_msgs::{Action, Message as _};
+use camwright_nodes::bag::{Bag, BagWriter, Message, Outcome, WriterOptions};
+use camwright_nodes::rerun::{RerunError, Verdict, again};
+use camwright_nodes::ros::{GoalStatus, ParameterValue, Qos, RosArgs, message_from_sample, sample_from_message};
+use camwright_nodes::run_logger::RunLogger;
+use cell::{Cell, PATIENCE};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::mpsc;
+use std::time::Instant;
+use support::Folder;
+
+const MACHINE: [&str; 3] = [
+    "gap_detector={holds_ms: 20}",
+    "key_way_probe={at_deg: 140, width_deg: 16}",
+    "gauge={kind: diameter, behind_wheel_deg: 90, resolution_um: 0.1, noise_um: 0.2}",
+];
+const ONE_LOBE: [&str; 3] = ["wheel_radius_mm=60.0", "infeed.per_block_um=0.05", "infeed.spark_out_turns=6"];
+
+fn act<A: Action>(cell: &Cell, name: &str, goal: A::Goal) -> GoalStatus {
+    let client = cell.client.node.action_client::<A>(&format!("axis_interpolator/{name}")).expect("a client");
+    client.wait_for_server(PATIENCE).expect("the interpolator offers it");
+    let sent = client.send_goal(goal, drop, PATIENCE).expect("a decision");
+    assert!(sent.accepted(), "{name}");
+    sent.result(PATIENCE).expect("a result").0
+}
+
+fn trajectory(joint: &str, position: f64, sec: i32) -> FollowJointTrajectoryGoal {
+    let time_from_start = RosDuration { sec, nanosec: 0 };
+    let point = JointTrajectoryPoint { positions: vec![position], time_from_start, ..JointTrajectoryPoint::default() };
+    let trajectory =
+        JointTrajectory { joint_names: vec![joint.into()], points: vec![point], ..JointTrajectory::default() };
+    FollowJointTrajectoryGoal { trajectory, ..FollowJointTrajectoryGoal::default() }
+}
+
+fn reset(cell: &Cell) {
+    let end = Instant::now() + PATIENCE;
+    while !cell.client.call::<Trigger>("machine/reset", &TriggerRequest::default()).success {
+        assert!(Instant::now() < end, "no reset");
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+}
+
+/// A job that is held, goes on, and is slowed down on its way.
+fn disturbed_job(cell: &Cell) {
+    let (goal, feedback): (_, mpsc::Receiver<RunJobFeedback>) = cell.client.send("eccentric", &ONE_LOBE);
+    assert!(goal.accepted());
+    let hold = |hold| cell.client.call::<FeedHold>("axis_interpolator/feed_hold", &FeedHoldRequest { hold }).success;
+    // Held as soon as it goes, wherever that is.
+    feedback.recv_timeout(PATIENCE).expect("it goes on");
+    while !hold(true) {
+        std::thread::yield_now();
+    }
+    let slow = SetOverrideRequest { feed_override: 0.7 };
+    assert!(cell.client.call::<SetOverride>("axis_interpolator/set_override", &slow).success);
+    assert!(hold(false), "it was held");
+    let (status, result) = goal.result(PATIENCE).expect("a result");
+    assert_eq!(status, GoalStatus::Succeeded, "{}", result.message);
+}
+
+/// The recorder hears the machine, and has subscribed to what will be sent to it.
+fn wait_for_recorder(cell: &Cell) {
+    let (sender, statuses) = mpsc::channel::<RecorderStatus>();
+    let subscription = cell.client.node.subscribe("run_logger/status", &Qos::default_topic(), move |status, _| {
+        drop(sender.send(status));
+    });
+    let _subscription = subscription.expect("a subscription");
+    loop {
+        let status = statuses.recv_timeout(PATIENCE).expect("the recorder says what it does");
+        let topic = |name: &str| status.topics.iter().find(|topic| topic.topic == name);
+        let hears = |name: &str| topic(name).is_some_and(|topic| topic.written > 0);
+        let all = ["/machine/setpoints", "/machine/commands", "/axis_interpolator/inputs"];
+        if all.iter().all(|name| topic(name).is_some()) && hears("/machine/stream") && hears("/machine/inputs") {
+            return;
+        }
+    }
+}
+
+/// Everything that an operator does with a machine, in one bag.
+fn eventful_run(folder: &Folder) -> PathBuf {
+    let cell = Cell::start(&MACHINE);
+    let bag = folder.join("eventful");
+    let text = |text: &str| ParameterValue::String(text.into());
+    let args = RosArgs::default().with_domain_id(cell.domain().id()).with_parameter(
+        Some("run_logger"),
+        "bag_dir",
+        text(&bag.display().to_string()),
+    );
+    // It comes when the machine has begun: the first inputs are latched.
+    let recorder = RunLogger::start(&args).expect("run_logger");
+    wait_for_recorder(&cell);
+    act::<Home>(&cell, "home", HomeGoal::default());
+    let (joints, positions) = (vec!["z_axis".into()], vec![0.05]);
+    act::<MoveTo>(&cell, "move_to", MoveToGoal { joints, positions, ..MoveToGoal::default() });
+    let jog = JogGoal { joint: "x_axis".into(), velocity: 0.01, distance: -0.004, ..JogGoal::default() };
+    act::<Jog>(&cell, "jog", jog);
+    let probe = ProbeGoal { joint: "z_axis".into(), input: "LS1".into(), target: 0.1, ..ProbeGoal::default() };
+    assert_eq!(act::<Probe>(&cell, "probe", probe), GoalStatus::Succeeded);
+    for data in [true, false] {
+        assert!(cell.client.call::<SetBool>("axis_interpolator/wheel", &SetBoolRequest { data }).success);
+    }
+    let follow = "follow_joint_trajectory";
+    assert_eq!(act::<FollowJointTrajectory>(&cell, follow, trajectory("z_axis", 0.02, 2)), GoalStatus::Succeeded);
+    disturbed_job(&cell);
+    // A fault in the next job, whose alarm is reset; then one that comes to its end.
+    let fault = InjectFaultRequest { fault: "estop".into(), active: true, job_tick: 6000, ..Default::default() };
+    assert!(cell.client.call::<InjectFault>("machine/inject_fault", &fault).success);
+    let (goal, _feedback) = cell.client.send("eccentric", &ONE_LOBE);
+    assert_eq!(goal.result(PATIENCE).expect("a result").0, GoalStatus::Aborted);
+    assert!(cell.client.call::<SetBool>("machine/estop", &SetBoolRequest { data: false }).success);
+    reset(&cell);
+    let (goal, _feedback) = cell.client.send("eccentric", &ONE_LOBE);
+    assert_eq!(goal.result(PATIENCE).expect("a result").0, GoalStatus::Succeeded);
+    cell.stop();
+    recorder.stop();
+    bag
+}
+
+fn replayed(bag: &Path) -> Verdict {
+    let verdict = again(bag).unwrap_or_else(|error| panic!("{}: {error}", bag.display()));
+    println!("{}: {}", bag.display(), verdict.to_text());
+    verdict
+}
+
+/// All messages of a bag, with the names and types of their topics.
+fn messages(bag: &Bag) -> Vec<Message> {
+    let (mut reader, mut all) = (bag.messages(), Vec::new());
+    while let Some(message) = reader.next_message().expect("the bag is readable") {
+        all.push(message);
+    }
+    all
+}
+
+/// The bag again, with one message changed.
+fn rewritten(bag: &Bag, all: &[Message], to: &Path, changed: usize, data: &[u8]) {
+    let _not_there = std::fs::remove_dir_all(to);
+    let mut writer = BagWriter::create(to, &WriterOptions::default()).expect("a new bag");
+    let ids: Vec<_> = bag.topics().iter().map(|topic| writer.add_topic(topic).expect("a topic")).collect();
+    for (index, message) in all.iter().enumerate() {
+        let data = if index == changed { data } else { &message.data };
+        writer.write(ids[message.topic], message.log_time_ns, message.publish_time_ns, data).expect("room");
+    }
+    writer.close(Outcome::Complete, 0).expect("closed");
+}
+
+fn places(bag: &Bag, all: &[Message], type_name: &str) -> Vec<usize> {
+    let is_of = |message: &Message| bag.topics()[message.topic].type_name == type_name;
+    all.iter().enumerate().filter(|(_, message)| is_of(message)).map(|(place, _)| place).collect()
+}
+
+/// Changes one message and computes the run again.
+fn with_changed<M: Serialize + DeserializeOwned>(
+    (bag, all, to): (&Bag, &[Message], &Path),
+    place: usize,
+    change: impl FnOnce(&mut M),
+) -> Result<Verdict, RerunError> {
+    let mut message: M = message_from_sample(&all[place].data).expect("it was read before");
+    change(&mut message);
+    rewritten(bag, all, to, place, &sample_from_message(&message).expect("it travels"));
+    again(to)
+}
+
+fn decoded<M: DeserializeOwned>(all: &[Message], place: usize) -> M {
+    message_from_sample(&all[place].data).expect("a message of its type")
+}
+
+#[test]
+fn an_eventful_run_is_computed_again_to_the_bit_and_one_changed_bit_is_named_by_its_tick() {
+    let folder = Folder::new("replay-to-the-bit");
+    let path = eventful_run(&folder);
+    let verdict = replayed(&path);
+    assert!(verdict.is_identical(), "{}", verdict.to_text());
+    assert!(verdict.motions >= 9 && verdict.digests.0 > 20, "{}", verdict.to_text());
+    let bag = Bag::open(&path).expect("a bag");
+    let all = messages(&bag);
+    let at = (&bag, &all[..], &*folder.join("changed"));
+    every_input_is_named(at);
+    what_comes_of_an_override_is_named(at);
+    // A setpoint and a sample that were recorded otherwise are told with field, values and µm.
+    let chunks = places(&bag, &all, JointTrajectory::TYPE_NAME);
+    let verdict = with_changed::<JointTrajectory>(at, chunks[chunks.len() / 2], |chunk| {
+        chunk.points[1].positions[1] = f64::from_bits(chunk.points[1].positions[1].to_bits() ^ 1 << 30);
+    });
+    let text = verdict.expect("it can be computed").to_text();
+    assert!(text.contains("setpoint: position of x_axis: recorded ") && text.contains(" um of difference"), "{text}");
+    refusals(at);
+}
+
+/// One bit of one input of either topic: named by its tick.
+fn every_input_is_named(at: (&Bag, &[Message], &Path)) {
+    let (bag, all, _) = at;
+    let mut seed = 0x2026_1122_u64;
+    let mut next = |below: usize| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        usize::try_from(seed >> 33).expect("31 bits") % below
+    };
+    let of_interpolator = places(bag, all, AppliedInput::TYPE_NAME);
+    let of_machine = places(bag, all, MachineInput::TYPE_NAME);
+    for _ in 0..3 {
+        let (place, bit) = (of_interpolator[next(of_interpolator.len())], 1 << next(64));
+        let input: AppliedInput = decoded(all, place);
+        let verdict = with_changed::<AppliedInput>(at, place, |input| {
+            input.value = f64::from_bits(input.value.to_bits() ^ bit);
+        });
+        let verdict = verdict.expect("it can be computed");
+        assert_eq!(verdict.changed.first().map(|(tick, _)| *tick), Some(input.tick), "{}", verdict.to_text());
+        let (place, bit) = (of_machine[next(of_machine.len())], 1 << next(64));
+        let input: MachineInput = decoded(all, place);
+        let verdict = with_changed::<MachineInput>(at, place, |input| input.digest ^= bit);
+        let verdict = verdict.expect("it can be computed");
+        assert_eq!(verdict.changed.first().map(|(tick, _)| *tick), Some(input.tick), "{}", verdict.to_text());
+    }
+}
+
+/// Also without its check a changed input shows: the setpoints are others from its tick on.
+fn what_comes_of_an_override_is_named(at: (&Bag, &[Message], &Path)) {
+    let (bag, all, _) = at;
+    let inputs = places(bag, all, AppliedInput::TYPE_NAME);
+    let is_override = |place: &&usize| decoded::<AppliedInput>(all, **place).kind == AppliedInput::OVERRIDE;
+    let place = *inputs.iter().find(is_override).expect("the override was changed");
+    let input: AppliedInput = decoded(all, place);
+    let verdict = with_changed::<AppliedInput>(at, place, |input| {
+        // 0.7 with the highest bit of its mantissa: 0.95.
+        input.value = f64::from_bits(input.value.to_bits() ^ 1 << 51);
+    });
+    let verdict = verdict.expect("it can be computed");
+    let first = verdict.differences.first().expect("the setpoints are others");
+    assert!(first.field.starts_with("setpoint") || first.field.starts_with("stop"), "{first}");
+    // It came while the axes were held: it shows in a setpoint when they go on.
+    assert!(first.tick >= input.tick, "input of tick {}: {first}", input.tick);
+    assert!(verdict.to_text().starts_with(&format!("differs: tick {}: OVERRIDE", input.tick)), "{}", verdict.to_text());
+    println!("{}", verdict.to_text());
+}
+
+/// What a bag does not support is refused with the reason.
+fn refusals(at: (&Bag, &[Message], &Path)) {
+    let (bag, all, to) = at;
+    let without = |type_name: &str, skip: usize| {
+        let _not_there = std::fs::remove_dir_all(to);
+        let mut writer = BagWriter::create(to, &WriterOptions::default()).expect("a new bag");
+        let ids: Vec<_> = bag.topics().iter().map(|topic| writer.add_topic(topic).expect("a topic")).collect();
+        let left_out = places(bag, all, type_name)[skip];
+        for (_, message) in all.iter().enumerate().filter(|(place, _)| *place != left_out) {
+            writer
+                .write(ids[message.topic], message.log_time_ns, message.publish_time_ns, &message.data)
+                .expect("room");
+        }
+        writer.close(Outcome::Complete, 1).expect("closed");
+        again(to)
+    };
+    let text = without(MachineInput::TYPE_NAME, 5).expect_err("an input is missing").to_string();
+    assert!(text.contains("machine/inputs is not whole: input 5 are missing, between ticks "), "{text}");
+    let text = without(AppliedInput::TYPE_NAME, 0).expect_err("an input is missing").to_string();
+    assert!(text.contains("axis_interpolator/inputs is not whole: the first 1 inputs"), "{text}");
+    // A chunk that is missing is told by its tick.
+    let verdict = without(JointTrajectory::TYPE_NAME, 3).expect("the inputs are whole");
+    assert!(!verdict.is_identical());
+    assert!(verdict.to_text().contains("is not on machine/setpoints"), "{}", verdict.to_text());
+}
+
+/// The command says the same, with its exit code, and compares two runs of one job.
+#[test]
+fn the_command_compares_a_run_with_itself_and_with_another() {
+    let folder = Folder::new("replay-command");
+    let run = |name: &str, more: &[&str]| {
+        let domain = support::Domain::take();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
+        command.current_dir(support::repository()).env("ROS_DOMAIN_ID", domain.id().to_string());
+        command.env("XDG_STATE_HOME", folder.join("state")).args(["run", "eccentric", "--bag"]).arg(folder.join(name));
+        for set in ONE_LOBE.iter().chain(more) {
+            command.args(["--set", set]);
+        }
+        let output = command.output().expect("camwright runs");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    run("one", &[]);
+    run("two", &[]);
+    run("other", &["work_speed_rpm=58"]);
+    let replay = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
+        let output = command.current_dir(folder.path()).arg("replay").args(arguments).output().expect("it runs");
+        (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    let (code, text) = replay(&["one", "--against"]);
+    println!("{text}");
+    assert!(code == Some(0) && text.starts_with("identical: "), "{text}");
+    let (code, text) = replay(&["one", "--against", "two"]);
+    assert!(code == Some(0) && text.contains("the other run is the same: "), "{text}");
+    let (code, text) = replay(&["one", "--against", "other"]);
+    assert!(code == Some(3) && text.contains("the other run differs: job 1: the same up to tick "), "{text}");
+    let (code, text) = replay(&["nowhere", "--against"]);
+    assert!(code == Some(1) && text.starts_with("cannot replay nowhere: "), "{text}");
+}
