@@ -269,9 +269,9 @@ fn refusals(at: (&Bag, &[Message], &Path)) {
         again(to)
     };
     let text = without(MachineInput::TYPE_NAME, 5).expect_err("an input is missing").to_string();
-    assert!(text.contains("machine/inputs is not whole: input 5 are missing, between ticks "), "{text}");
+    assert!(text.contains("machine/inputs is not whole: input 5 is missing, between ticks "), "{text}");
     let text = without(AppliedInput::TYPE_NAME, 0).expect_err("an input is missing").to_string();
-    assert!(text.contains("axis_interpolator/inputs is not whole: the first 1 inputs"), "{text}");
+    assert!(text.contains("axis_interpolator/inputs is not whole: the first input, of before"), "{text}");
     // A chunk that is missing is told by its tick.
     let verdict = without(JointTrajectory::TYPE_NAME, 3).expect("the inputs are whole");
     assert!(!verdict.is_identical());

@@ -187,11 +187,12 @@ fn whole(topic: &str, numbers: impl Iterator<Item = (u64, u64)>) -> Result<(), R
     for (expected, (number, tick)) in (0..).zip(numbers) {
         if number > expected {
             let which = match (expected, number - expected) {
-                (0, _) => format!("the first {number} inputs, of before the recorder listened"),
-                (_, 1) => format!("input {expected}"),
-                _ => format!("inputs {expected} to {}", number - 1),
+                (0, 1) => "the first input, of before the recorder listened, is".to_owned(),
+                (0, _) => format!("the first {number} inputs, of before the recorder listened, are"),
+                (_, 1) => format!("input {expected} is"),
+                _ => format!("inputs {expected} to {} are", number - 1),
             };
-            let reason = format!("{topic} is not whole: {which} are missing, between ticks {tick_before} and {tick}");
+            let reason = format!("{topic} is not whole: {which} missing, between ticks {tick_before} and {tick}");
             return Err(RerunError::Cannot(reason));
         }
         if number < expected {
@@ -214,7 +215,7 @@ mod tests {
         let text = refusal(&[(0, 0), (1, 5), (4, 9)]).expect_err("a gap");
         assert!(text.contains("inputs 2 to 3 are missing, between ticks 5 and 9"), "{text}");
         let text = refusal(&[(3, 9)]).expect_err("a late recorder");
-        assert!(text.contains("the first 3 inputs, of before the recorder listened are missing"), "{text}");
+        assert!(text.contains("the first 3 inputs, of before the recorder listened, are missing"), "{text}");
         assert!(refusal(&[(0, 0), (0, 1)]).expect_err("twice").contains("two runs"));
     }
 }
