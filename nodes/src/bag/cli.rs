@@ -1,4 +1,4 @@
-//! `camwright bag info`, `camwright bag check` and `camwright bag recover`.
+//! `camwright bag info`, `check`, `recover` and `export`.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use super::check::{self, Severity};
 use super::info::BagInfo;
 use super::recover;
+use super::{Bag, export};
 
 /// Arguments of `camwright bag`.
 #[derive(Debug, Clone, clap::Args)]
@@ -25,6 +26,33 @@ pub enum BagCommand {
     Check(BagPath),
     /// A new bag of what is whole in one that was killed or is damaged; exit 0 nothing was lost, 2 something was, 1 there is no new bag
     Recover(RecoverArgs),
+    /// Tables (CSV) of every topic for pandas and spreadsheets, or a compressed copy of the bag
+    Export(ExportArgs),
+}
+
+/// What is made of a bag, and where.
+#[derive(Debug, Clone, clap::Args)]
+pub struct ExportArgs {
+    /// Directory of the bag, or one MCAP file
+    pub bag: PathBuf,
+    /// csv: a table of each topic; zstd: the same bag with compressed chunks
+    #[arg(long, value_enum, default_value_t = Format::Csv)]
+    pub to: Format,
+    /// Directory that is made; left out: beside the bag, under its name with `_csv` or `_zstd`
+    #[arg(long, value_name = "DIR")]
+    pub into: Option<PathBuf>,
+    /// Elements of an array that have a column each; a longer array is one text
+    #[arg(long, default_value_t = 64, value_name = "N")]
+    pub longest: usize,
+}
+
+/// What a bag is made into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Format {
+    /// A table of each topic.
+    Csv,
+    /// The same bag with compressed chunks.
+    Zstd,
 }
 
 /// What is to be recovered, and where to.
@@ -54,6 +82,7 @@ pub fn run(args: &BagArgs) -> ExitCode {
     let outcome = match &args.command {
         BagCommand::Info(path) => info(&path.bag, path.json),
         BagCommand::Check(path) => check_bag(&path.bag, path.json),
+        BagCommand::Export(args) => export_bag(args),
         BagCommand::Recover(RecoverArgs { bag: path, into }) => recover_bag(&path.bag, into.as_deref(), path.json),
     };
     let failed = if matches!(args.command, BagCommand::Recover(_)) { 1 } else { 2 };
@@ -90,4 +119,22 @@ fn recover_bag(bag: &Path, into: Option<&Path>, json: bool) -> Result<(String, u
     let recovery = recover::recover(bag, &into)?;
     let code = if recovery.is_whole() { 0 } else { 2 };
     Ok((if json { recovery.to_json() } else { recovery.to_text() }, code))
+}
+
+fn export_bag(args: &ExportArgs) -> Result<(String, u8), super::BagError> {
+    let bag = Bag::open(&args.bag)?;
+    let beside = |word: &str| args.into.clone().unwrap_or_else(|| super::named_beside(&args.bag, word));
+    let exported = match args.to {
+        Format::Csv => export::to_csv(&bag, &beside("csv"), args.longest)?,
+        Format::Zstd => export::to_zstd(&bag, &beside("zstd"))?,
+    };
+    let mut text = String::new();
+    for path in &exported.paths {
+        text.push_str(&format!("{}\n", path.display()));
+    }
+    for (topic, reason) in &exported.left_out {
+        text.push_str(&format!("left out: {topic}: {reason}\n"));
+    }
+    text.push_str(&format!("{} messages\n", exported.messages));
+    Ok((text, u8::from(!exported.left_out.is_empty())))
 }

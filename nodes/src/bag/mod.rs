@@ -12,6 +12,8 @@
 
 pub mod check;
 pub mod cli;
+mod definition;
+pub mod export;
 pub mod info;
 mod json;
 mod latched;
@@ -26,6 +28,7 @@ mod salvage;
 mod snapshot;
 pub mod spare;
 mod storage_file;
+mod values;
 pub mod writer;
 mod writer_task;
 
@@ -147,6 +150,12 @@ impl BagError {
     fn mcap(path: &Path, source: mcap::McapError) -> Self {
         Self::Mcap { path: path.to_owned(), source }
     }
+}
+
+/// A path beside a bag, under the bag's name with a word behind it.
+fn named_beside(path: &Path, word: &str) -> PathBuf {
+    let name = path.file_stem().map_or_else(|| "bag".to_owned(), |name| name.to_string_lossy().into_owned());
+    path.with_file_name(format!("{name}_{word}"))
 }
 
 /// What went wrong in the MCAP library, with the cause that its own text leaves out.

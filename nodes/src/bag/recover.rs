@@ -121,8 +121,7 @@ impl Recovery {
 /// Where the new bag goes unless somebody says otherwise: beside the damaged one.
 #[must_use]
 pub fn beside(path: &Path) -> PathBuf {
-    let name = path.file_stem().map_or_else(|| "bag".to_owned(), |name| name.to_string_lossy().into_owned());
-    path.with_file_name(format!("{name}_recovered"))
+    super::named_beside(path, "recovered")
 }
 
 /// Makes a new bag of what is whole in the bag at `path`: a directory, or one MCAP file.
@@ -293,7 +292,7 @@ impl Rescue {
         self.custom_data.remove(REPEATED);
         self.recovery.missing.retain(|_, count| *count > 0);
         self.custom_data.insert("camwright.recovered".into(), self.recovery.to_json());
-        let metadata = self.writer.close_as_copy(self.custom_data)?;
+        let metadata = self.writer.close_as_recovered(self.custom_data)?;
         self.recovery.topic_count = metadata.topics.len();
         Ok(self.recovery)
     }

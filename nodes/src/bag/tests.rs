@@ -11,6 +11,7 @@ use super::recording::{Recording, RecordingOptions};
 use super::test_dir::TestDir;
 use super::*;
 
+mod exports;
 mod splits;
 
 fn topic(name: &str, type_name: &str) -> Topic {

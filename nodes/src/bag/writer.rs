@@ -426,11 +426,20 @@ impl BagWriter {
         self.finish()
     }
 
-    /// Closes a bag that is a copy of what another one holds, with what that said of itself.
+    /// Closes a bag that is a copy of all that another one holds, with what that said of itself.
     ///
     /// # Errors
     /// As [`BagWriter::close`].
-    pub(super) fn close_as_copy(mut self, told: BTreeMap<String, String>) -> Result<BagMetadata, BagError> {
+    pub(super) fn close_as_it_was(mut self, told: BTreeMap<String, String>) -> Result<BagMetadata, BagError> {
+        self.custom_data = told;
+        self.finish()
+    }
+
+    /// Closes a bag that is a copy of what is whole in another one, with what that said of itself.
+    ///
+    /// # Errors
+    /// As [`BagWriter::close`].
+    pub(super) fn close_as_recovered(mut self, told: BTreeMap<String, String>) -> Result<BagMetadata, BagError> {
         self.custom_data.extend(told);
         self.custom_data.insert("camwright.outcome".into(), Outcome::Recovered.word().into());
         self.finish()

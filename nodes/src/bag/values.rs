@@ -1,0 +1,240 @@
+//! The values of a message, found in its CDR by the definition that stands in the bag.
+
+use super::definition::{Count, Definition, Field, Kind};
+
+/// One value.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Value {
+    Bool(bool),
+    Signed(i64),
+    Unsigned(u64),
+    Float32(f32),
+    Float64(f64),
+    Text(String),
+}
+
+/// Reads a message: `told` gets each value with its path, as `joint.position[2]`. Sequences longer than `longest` are told as one text.
+///
+/// # Errors
+/// One sentence about where the message ends before its definition does.
+pub(super) fn read(
+    definition: &Definition,
+    data: &[u8],
+    longest: usize,
+    told: &mut dyn FnMut(&str, Value),
+) -> Result<(), String> {
+    let (head, body) = data.split_at_checked(4).ok_or("it has no four bytes of CDR")?;
+    let is_little = match head[..2] {
+        [0, 1] => true,
+        [0, 0] => false,
+        _ => return Err(format!("its representation 0x{:02x}{:02x} is not plain CDR", head[0], head[1])),
+    };
+    let mut cursor = Cursor { body, at: 0, is_little };
+    let mut path = String::new();
+    cursor.fields(definition, 0, &mut path, longest, told)
+}
+
+struct Cursor<'a> {
+    body: &'a [u8],
+    at: usize,
+    is_little: bool,
+}
+
+impl Cursor<'_> {
+    fn fields(
+        &mut self,
+        definition: &Definition,
+        index: usize,
+        path: &mut String,
+        longest: usize,
+        told: &mut dyn FnMut(&str, Value),
+    ) -> Result<(), String> {
+        let fields = definition.types.get(index).map_or(&[][..], Vec::as_slice);
+        if fields.is_empty() {
+            // A type without fields travels as one byte.
+            return self.take(1).map(drop);
+        }
+        for field in fields {
+            let length = path.len();
+            if !path.is_empty() {
+                path.push('.');
+            }
+            path.push_str(&field.name);
+            self.field(definition, field, path, longest, told).map_err(|reason| format!("{path}: {reason}"))?;
+            path.truncate(length);
+        }
+        Ok(())
+    }
+
+    fn field(
+        &mut self,
+        definition: &Definition,
+        field: &Field,
+        path: &mut String,
+        longest: usize,
+        told: &mut dyn FnMut(&str, Value),
+    ) -> Result<(), String> {
+        let count = match field.count {
+            Count::One => return self.one(definition, &field.kind, path, longest, told),
+            Count::Array(count) => count,
+            Count::Sequence => usize::try_from(self.length()?).map_err(|error| error.to_string())?,
+        };
+        if count > self.body.len() - self.at.min(self.body.len()) {
+            return Err(format!(
+                "{count} elements are told, {} bytes are left",
+                self.body.len().saturating_sub(self.at)
+            ));
+        }
+        if count <= longest {
+            for element in 0..count {
+                let length = path.len();
+                path.push_str(&format!("[{element}]"));
+                self.one(definition, &field.kind, path, longest, told)?;
+                path.truncate(length);
+            }
+            return Ok(());
+        }
+        // Too long for columns: one text, its values in order.
+        let mut text = String::new();
+        for _ in 0..count {
+            let mut inner = String::new();
+            self.one(definition, &field.kind, &mut inner, usize::MAX, &mut |_, value| {
+                if !text.is_empty() {
+                    text.push(' ');
+                }
+                text.push_str(&plain(&value));
+            })?;
+        }
+        told(path, Value::Text(text));
+        Ok(())
+    }
+
+    fn one(
+        &mut self,
+        definition: &Definition,
+        kind: &Kind,
+        path: &mut String,
+        longest: usize,
+        told: &mut dyn FnMut(&str, Value),
+    ) -> Result<(), String> {
+        let value = match kind {
+            Kind::Nested(index) => return self.fields(definition, *index, path, longest, told),
+            Kind::Bool => Value::Bool(self.number::<1>()?[0] != 0),
+            Kind::Int8 => Value::Signed(i8::from_le_bytes(self.number()?).into()),
+            Kind::Uint8 => Value::Unsigned(u8::from_le_bytes(self.number()?).into()),
+            Kind::Int16 => Value::Signed(i16::from_le_bytes(self.number()?).into()),
+            Kind::Uint16 => Value::Unsigned(u16::from_le_bytes(self.number()?).into()),
+            Kind::Int32 => Value::Signed(i32::from_le_bytes(self.number()?).into()),
+            Kind::Uint32 => Value::Unsigned(self.length()?.into()),
+            Kind::Int64 => Value::Signed(i64::from_le_bytes(self.number()?)),
+            Kind::Uint64 => Value::Unsigned(u64::from_le_bytes(self.number()?)),
+            Kind::Float32 => Value::Float32(f32::from_le_bytes(self.number()?)),
+            Kind::Float64 => Value::Float64(f64::from_le_bytes(self.number()?)),
+            Kind::Text => {
+                let length = usize::try_from(self.length()?).map_err(|error| error.to_string())?;
+                let bytes = self.take(length)?;
+                // The length counts the zero at the end.
+                let bytes = bytes.strip_suffix(&[0]).unwrap_or(bytes);
+                Value::Text(String::from_utf8_lossy(bytes).into_owned())
+            }
+        };
+        told(path, value);
+        Ok(())
+    }
+
+    fn length(&mut self) -> Result<u32, String> {
+        self.number().map(u32::from_le_bytes)
+    }
+
+    /// The bytes of a number, the least first.
+    fn number<const N: usize>(&mut self) -> Result<[u8; N], String> {
+        self.at = self.at.next_multiple_of(N);
+        let mut bytes: [u8; N] = self.take(N)?.try_into().map_err(|_| "too few bytes".to_owned())?;
+        if !self.is_little {
+            bytes.reverse();
+        }
+        Ok(bytes)
+    }
+
+    fn take(&mut self, count: usize) -> Result<&[u8], String> {
+        let end = self.at.checked_add(count).filter(|end| *end <= self.body.len());
+        let end = end.ok_or_else(|| format!("the message ends after {} bytes", self.body.len()))?;
+        let bytes = &self.body[self.at..end];
+        self.at = end;
+        Ok(bytes)
+    }
+}
+
+/// A value as it reads back to the same bits.
+pub(super) fn plain(value: &Value) -> String {
+    match value {
+        Value::Bool(value) => value.to_string(),
+        Value::Signed(value) => value.to_string(),
+        Value::Unsigned(value) => value.to_string(),
+        // With an exponent where it is shorter.
+        Value::Float32(value) => format!("{value:?}"),
+        Value::Float64(value) => format!("{value:?}"),
+        Value::Text(value) => value.clone(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn values(text: &str, data: &[u8], longest: usize) -> Result<Vec<(String, String)>, String> {
+        let definition = Definition::parse("a/msg/A", text).expect("it is right");
+        let mut all = Vec::new();
+        read(&definition, data, longest, &mut |path, value| all.push((path.to_owned(), plain(&value))))?;
+        Ok(all)
+    }
+
+    fn pairs(expected: &[(&str, &str)]) -> Vec<(String, String)> {
+        expected.iter().map(|(path, value)| ((*path).to_owned(), (*value).to_owned())).collect()
+    }
+
+    #[test]
+    fn values_stand_where_cdr_aligns_them_in_both_orders_of_bytes() {
+        let text =
+            "bool b\nfloat64 f\nint16[2] i\nstring s\nB[] n\n".to_owned() + &"=".repeat(80) + "\nMSG: a/B\nuint8 u\n";
+        let little = [
+            &[0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0][..],
+            &(-0.1_f64).to_le_bytes(),
+            &(-2_i16).to_le_bytes(),
+            &3_i16.to_le_bytes(),
+            &[3, 0, 0, 0, b'h', b'i', 0, 0, 2, 0, 0, 0, 7, 8],
+        ]
+        .concat();
+        let expected = [
+            ("b", "true"),
+            ("f", "-0.1"),
+            ("i[0]", "-2"),
+            ("i[1]", "3"),
+            ("s", "hi"),
+            ("n[0].u", "7"),
+            ("n[1].u", "8"),
+        ];
+        assert_eq!(values(&text, &little, 9), Ok(pairs(&expected)));
+        let big = [
+            &[0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0][..],
+            &(-0.1_f64).to_be_bytes(),
+            &(-2_i16).to_be_bytes(),
+            &3_i16.to_be_bytes(),
+            &[0, 0, 0, 3, b'h', b'i', 0, 0, 0, 0, 0, 2, 7, 8],
+        ]
+        .concat();
+        assert_eq!(values(&text, &big, 9), Ok(pairs(&expected)));
+        let expected = [("b", "true"), ("f", "-0.1"), ("i", "-2 3"), ("s", "hi"), ("n", "7 8")];
+        assert_eq!(values(&text, &little, 1), Ok(pairs(&expected)), "what is too long for columns is one text");
+        for cut in 0..little.len() {
+            assert!(values(&text, &little[..cut], 9).is_err(), "{cut} bytes are too few");
+        }
+    }
+
+    #[test]
+    fn a_length_that_no_message_can_have_is_refused_before_anything_is_made_of_it() {
+        let told = values("float64[] f\n", &[0, 1, 0, 0, 255, 255, 255, 255], 9);
+        assert_eq!(told, Err("f: 4294967295 elements are told, 0 bytes are left".into()));
+        assert_eq!(values("int8 a\n", &[0, 3, 0, 0, 1], 9), Err("its representation 0x0003 is not plain CDR".into()));
+    }
+}
