@@ -16,6 +16,7 @@ pub mod planning;
 mod realtime;
 pub mod replay;
 pub mod rerun;
+pub mod report;
 pub mod ros;
 pub mod run_logger;
 pub mod running;

@@ -1,4 +1,4 @@
-//! `camwright bag info`, `check`, `recover` and `export`.
+//! `camwright bag info`, `check`, `report`, `recover` and `export`.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -24,6 +24,8 @@ pub enum BagCommand {
     Info(BagPath),
     /// Structure, check sums, order, and agreement with metadata.yaml; exit 0 clean, 1 warnings, 2 errors
     Check(BagPath),
+    /// A page for a browser or for paper: whether the part is good, where it is worst and why; exit 0 written, 1 not
+    Report(ReportArgs),
     /// A new bag of what is whole in one that was killed or is damaged; exit 0 nothing was lost, 2 something was, 1 there is no new bag
     Recover(RecoverArgs),
     /// Tables (CSV) of every topic for pandas and spreadsheets, or a compressed copy of the bag
@@ -66,6 +68,16 @@ pub struct RecoverArgs {
     pub into: Option<PathBuf>,
 }
 
+/// Which run is reported, and where to.
+#[derive(Debug, Clone, clap::Args)]
+pub struct ReportArgs {
+    /// Directory of the bag, or one MCAP file
+    pub bag: PathBuf,
+    /// The page; left out: `report.html` in the bag's directory
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
 /// Which bag, and how to tell about it.
 #[derive(Debug, Clone, clap::Args)]
 pub struct BagPath {
@@ -84,6 +96,7 @@ pub fn run(args: &BagArgs) -> ExitCode {
         BagCommand::Check(path) => check_bag(&path.bag, path.json),
         BagCommand::Export(args) => export_bag(args),
         BagCommand::Recover(RecoverArgs { bag: path, into }) => recover_bag(&path.bag, into.as_deref(), path.json),
+        BagCommand::Report(args) => return report(args),
     };
     let failed = if matches!(args.command, BagCommand::Recover(_)) { 1 } else { 2 };
     match outcome {
@@ -95,6 +108,19 @@ pub fn run(args: &BagArgs) -> ExitCode {
         Err(error) => {
             let _ = writeln!(io::stderr(), "error: {error}");
             ExitCode::from(failed)
+        }
+    }
+}
+
+fn report(args: &ReportArgs) -> ExitCode {
+    match crate::report::write(&args.bag, args.out.as_deref()) {
+        Ok(path) => {
+            let _ = writeln!(io::stdout(), "report: {}", path.display());
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            let _ = writeln!(io::stderr(), "error: {error}");
+            ExitCode::from(1)
         }
     }
 }

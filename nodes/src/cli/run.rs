@@ -11,6 +11,7 @@ use crate::config::locate::Located;
 use crate::config::turning_file::TurnedJob;
 use crate::operator_page::{OperatorPage, USUAL_ADDRESS};
 use crate::planning::{self, PreparedJob, PreparedTurning, TurnedInstead};
+use crate::report;
 use crate::ros::{GoalStatus, RosArgs, RosLayer, Shutdown};
 use crate::running::NodeError;
 use camwright_msgs::camwright_msgs::action::RunJobResult;
@@ -151,9 +152,11 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let (status, result) = outcome?;
     let took = started.elapsed();
     let bag = (!args.attach).then_some(&bag);
+    let page = bag.and_then(page_of);
     if turns {
         let (predicted_s, causes) = turned_again(turned, args, &result);
-        let report = TurnedReport { job: &job, status, result: &result, predicted_s, form_map, causes, bag, took };
+        let report =
+            TurnedReport { job: &job, status, result: &result, predicted_s, form_map, causes, bag, page, took };
         if args.json {
             report.print_json();
         } else {
@@ -170,13 +173,25 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let times = same.map(|prepared| planning::compare_times(prepared, &result.lobes, result.duration));
     let times = times.unwrap_or_default();
     let identifies = args.identify_only;
-    let report = Report { job: &job, dry_run, status, result: &result, times, causes, batch, bag, took, identifies };
+    let report =
+        Report { job: &job, dry_run, status, result: &result, times, causes, batch, bag, page, took, identifies };
     if args.json {
         report.print_json();
     } else {
         report.print();
     }
     Ok(report.exit_code())
+}
+
+/// The report of the run, made from its bag alone; what keeps it from being made is told, and no fault of the run.
+fn page_of(bag: &PathBuf) -> Option<PathBuf> {
+    match report::write(bag, None) {
+        Ok(page) => Some(page),
+        Err(error) => {
+            eprintln!("camwright run: there is no report: {error}");
+            None
+        }
+    }
 }
 
 /// So many parts as are wanted, or until one fails; the outcome is the last one's.

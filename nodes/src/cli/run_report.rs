@@ -54,6 +54,8 @@ pub(super) struct Report<'a> {
     /// All parts, where there were several; everything else is about the last one.
     pub(super) batch: Option<Batch>,
     pub(super) bag: Option<&'a PathBuf>,
+    /// The page that reports it.
+    pub(super) page: Option<PathBuf>,
     pub(super) took: Duration,
     /// Stiffness was measured and no more.
     pub(super) identifies: bool,
@@ -164,6 +166,9 @@ impl Report<'_> {
         if let Some(bag) = self.bag {
             println!("bag: {}", bag.display());
         }
+        if let Some(page) = &self.page {
+            println!("report: {}", page.display());
+        }
         println!("{}", self.verdict());
     }
 
@@ -265,6 +270,7 @@ impl Report<'_> {
             "predicted_s": self.time("job").map(|time| time.predicted_s),
             "duration_with_indexing_s": self.result.duration_with_indexing,
             "bag": self.bag,
+            "report": self.page,
             "took_s": self.took.as_secs_f64(),
             "lobes": lobes,
             "batch": self.batch.as_ref().map(Batch::json),

@@ -27,6 +27,8 @@ pub(super) struct TurnedReport<'a> {
     /// What the same job leaves on other machines.
     pub(super) causes: Vec<TurnedInstead>,
     pub(super) bag: Option<&'a PathBuf>,
+    /// The page that reports it.
+    pub(super) page: Option<PathBuf>,
     pub(super) took: Duration,
 }
 
@@ -85,6 +87,9 @@ impl TurnedReport<'_> {
         if let Some(bag) = self.bag {
             println!("bag: {}", bag.display());
         }
+        if let Some(page) = &self.page {
+            println!("report: {}", page.display());
+        }
         println!("{}", self.verdict());
     }
 
@@ -142,6 +147,7 @@ impl TurnedReport<'_> {
             "duration_s": self.result.duration,
             "predicted_s": self.predicted_s,
             "bag": self.bag,
+            "report": self.page,
             "took_s": self.took.as_secs_f64(),
             "turned": turned,
             "form_map": self.form_map.as_ref().map(map_json),

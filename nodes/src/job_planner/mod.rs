@@ -25,9 +25,8 @@ mod turned_parts;
 mod turning_run;
 
 use crate::config::machine_file;
-use crate::convert::mm_from_m;
 use crate::machine_sim::MOST_PAGES;
-use crate::planning::MachineNow;
+use crate::planning::{MachineNow, wheel_now};
 use crate::ros::{
     ActionClient, ActionServer, Client, Diagnostics, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Publisher, Qos,
     RosArgs, ServiceHandle, SpinThread, Subscription, diagnostic_status,
@@ -35,7 +34,6 @@ use crate::ros::{
 use crate::running::{NodeError, autostart};
 use crate::scene;
 use board::Board;
-use camwright::wheel::WheelNow;
 use camwright_msgs::camwright_msgs::action::{ExecutePlan, RunJob};
 use camwright_msgs::camwright_msgs::msg::{
     Alarm, FormMap, GaugeReading, MachineAlarms, MachineDescription as DescriptionMessage, PartLobe, PlanPage,
@@ -268,12 +266,7 @@ impl Shared {
     fn meet(&self, message: &DescriptionMessage) {
         match machine_file::parse(Path::new("machine/description"), &message.source, &[]) {
             Ok(file) if file.description.hash == message.hash => {
-                let wheel = WheelNow {
-                    radius_mm: mm_from_m(message.wheel_radius),
-                    wear_mm: mm_from_m(message.wheel_wear),
-                    lobes_since_dress: message.lobes_since_dress,
-                    parts_since_dress: message.parts_since_dress,
-                };
+                let wheel = wheel_now(message);
                 *lock(&self.machine) = Some(MachineNow { description: file.description, wheel });
             }
             Ok(_) => self.node.logger().error("the machine's description does not have its hash"),

@@ -28,6 +28,7 @@ mod programmed;
 mod rehearse;
 mod times;
 mod turn;
+mod turn_curve;
 mod turn_summary;
 mod turning;
 
@@ -48,9 +49,11 @@ pub use journals::{
 pub use kept_stiffness::{KeptContacts, kept_contacts};
 pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
 pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result};
+pub(crate) use plots::Scale;
 pub use program::{ProgramSummary, ProgrammedTurn, compare_program, write_program};
 pub use rehearse::{Outlines, RehearsalFailed, rehearse_job, rehearse_job_on, rehearse_outlines_on};
 pub use times::{TimeCompared, compare_times};
+pub use turn_curve::{TurnCurvePoint, turn_curve};
 pub use turn_summary::{BoundSummary, RemovalClass};
 pub use turning::{
     PreparedTurning, TurnedInstead, TurnedLimitSummary, TurnedPassSummary, TurningSummary, bar, form_map_message,
@@ -61,12 +64,13 @@ pub use turning::{
 use crate::config::ConfigError;
 use crate::config::job_file::{self, Job};
 use crate::config::yaml::Document;
+use crate::convert::mm_from_m;
 use crate::convert::plan::{Provenance, pages_from_plan};
 use camwright::cycle::{PlannedCorrection, PlannedJob, plan_job};
 use camwright::inspection::Inspection;
 use camwright::machine::description::MachineDescription;
 use camwright::wheel::WheelNow;
-use camwright_msgs::camwright_msgs::msg::PlanPage;
+use camwright_msgs::camwright_msgs::msg::{MachineDescription as MachineDescriptionMessage, PlanPage};
 
 /// Largest difference between the wheel a job was written for and the wheel that is mounted.
 pub use camwright::machine::WHEEL_TOLERANCE_MM;
@@ -104,6 +108,17 @@ pub struct PreparedJob {
     pub provenance: Provenance,
     /// The plan as messages, the header first.
     pub pages: Vec<PlanPage>,
+}
+
+/// The wheel that a machine's description tells of.
+#[must_use]
+pub fn wheel_now(message: &MachineDescriptionMessage) -> WheelNow {
+    WheelNow {
+        radius_mm: mm_from_m(message.wheel_radius),
+        wear_mm: mm_from_m(message.wheel_wear),
+        lobes_since_dress: message.lobes_since_dress,
+        parts_since_dress: message.parts_since_dress,
+    }
 }
 
 impl PreparedJob {

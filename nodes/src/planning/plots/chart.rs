@@ -47,15 +47,15 @@ const ROOM_BEYOND: f64 = 0.06;
 
 /// A value axis with ticks at round numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Scale {
-    pub(super) low: f64,
-    pub(super) high: f64,
+pub(crate) struct Scale {
+    pub(crate) low: f64,
+    pub(crate) high: f64,
     pub(super) step: f64,
 }
 
 impl Scale {
     /// One that has these values; equal values get room on both sides.
-    pub(super) fn around(values: impl Iterator<Item = f64>) -> Self {
+    pub(crate) fn around(values: impl Iterator<Item = f64>) -> Self {
         let (low, high) = values
             .filter(|value| value.is_finite())
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
@@ -68,7 +68,7 @@ impl Scale {
     }
 
     /// A tick's number with the digits of the step.
-    pub(super) fn label(&self, value: f64) -> String {
+    pub(crate) fn label(&self, value: f64) -> String {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and 12")]
         let digits = (-(self.step * 1.0001).log10().floor()).clamp(0.0, 12.0) as usize;
         let text = format!("{value:.digits$}");
@@ -80,7 +80,7 @@ impl Scale {
     }
 
     /// Its ticks.
-    pub(super) fn ticks(&self) -> impl Iterator<Item = f64> {
+    pub(crate) fn ticks(&self) -> impl Iterator<Item = f64> {
         let (step, first) = (self.step, (self.low / self.step - 1e-9).ceil());
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some seven")]
         let count = ((self.high / step + 1e-9).floor() - first).max(0.0) as u32;

@@ -14,6 +14,7 @@ mod curves;
 pub(super) mod nc;
 mod turned;
 
+pub(crate) use chart::Scale;
 pub(super) use turned::turned_plots;
 
 use super::PreparedJob;

@@ -1,0 +1,247 @@
+//! How far the axes were off their path, and what that leaves on the part.
+//!
+//! The setpoints of the ticks are the path x(c). A place of X and C is off it by e = x − x(c): what of the lags of both axes moves the
+//! tool across the path. A grinding wheel touches where its centre's path, x + W over θ, has its normal, which is turned by
+//! η = atan(s′/s) from the wheel's line; along it the part keeps e·cos η.
+//!
+//! Encoders sit on the slides. What a slide carries swings, y¨ = ω²(x − y) + 2ζω(ẋ − ẏ), with the frequency and the damping that the
+//! recorded machine description states; driven by the recorded x this gives where the tool was. What neither shows (wheel and part giving way,
+//! wear, warmth) is not in it.
+
+use super::columns::Columns;
+use super::motion::{Motion, Sample};
+use super::text::um;
+use camwright::machine::description::{Axis, MachineDescription, Structure};
+use camwright::numeric::range::least_and_most;
+use camwright::units::{deg_from_rad, wrap_turn};
+
+/// Columns over a turn: a degree, so that at every speed in use some tick falls into each.
+const TURN_COLUMNS: usize = 360;
+
+/// So many columns beside an empty one are looked at.
+const NEAR_COLUMNS: u32 = 4;
+
+/// Setpoints looked at before and behind a window, for what lags behind them (ticks).
+pub(super) const MARGIN_TICKS: u64 = 300;
+
+/// Setpoints on either side of a place that its slope is taken from.
+const SLOPE_POINTS: usize = 4;
+
+/// Steps within a tick in which a swing is followed: a fourteenth of a radian at 110 Hz and 1 ms.
+const STEPS: u32 = 10;
+
+/// What something leaves.
+#[derive(Debug, Clone)]
+pub(super) struct Left {
+    /// Over the azimuth from where C is 0 (deg), along the normal (µm), positive where material is left; empty for an insert.
+    pub(super) on_part: Columns,
+    pub(super) lowest_um: f64,
+    pub(super) highest_um: f64,
+}
+
+/// What the axes leave.
+#[derive(Debug, Clone)]
+pub(super) struct Lag {
+    /// By the encoders: the drives alone.
+    pub(super) encoders: Left,
+    /// Where the tool was, with the structures behind the encoders; none where the machine's description has none.
+    pub(super) tool: Option<Left>,
+}
+
+/// What is known of the machine besides its ticks.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Known<'a> {
+    pub(super) description: Option<&'a MachineDescription>,
+    pub(super) cycle_s: f64,
+    pub(super) sense: f64,
+    /// Radius of the wheel (m); none of an insert, whose normal is not that of a path.
+    pub(super) wheel_m: Option<f64>,
+}
+
+impl Lag {
+    /// What is left by those of a cut's samples from `from` on; those before it let a swing settle.
+    pub(super) fn of(motion: &Motion, cut: &[Sample], from: u64, known: Known<'_>) -> Option<Self> {
+        let path = Path::of(motion, cut)?;
+        let at = |sample: &Sample| [sample.position[0], sample.position[1]];
+        let places = cut.iter().filter(|sample| sample.tick >= from).map(at);
+        let encoders = Left::of(&path, places, known)?;
+        let structures =
+            known.description.map(|description| [Axis::C, Axis::X].map(|axis| description.axis(axis).drive.structure));
+        let tool = structures.filter(|both| both.iter().any(Option::is_some)).and_then(|structures| {
+            let swung = swung(cut, structures, known.cycle_s);
+            let places = cut.iter().zip(swung).filter(|(sample, _)| sample.tick >= from).map(|(_, place)| place);
+            Left::of(&path, places, known)
+        });
+        Some(Self { encoders, tool })
+    }
+
+    /// All that is known: of the tool, or else of the encoders.
+    pub(super) fn most(&self) -> &Left {
+        self.tool.as_ref().unwrap_or(&self.encoders)
+    }
+}
+
+impl Left {
+    fn of(path: &Path, places: impl Iterator<Item = [f64; 2]>, known: Known<'_>) -> Option<Self> {
+        let mut on_part = Columns::new(0.0, 360.0, TURN_COLUMNS);
+        let mut all = Vec::new();
+        for [c, at_x] in places {
+            let Some((x, slope)) = path.at(c) else { continue };
+            let Some(wheel) = known.wheel_m else {
+                all.push(um(at_x - x));
+                continue;
+            };
+            let centre = x + wheel;
+            let (sin, cos) = (-known.sense * slope).atan2(centre).sin_cos();
+            let off_um = um(at_x - x) * cos;
+            // The contact lies a wheel's radius inwards from the centre.
+            let contact = known.sense * c + (-wheel * sin).atan2(centre - wheel * cos);
+            on_part.add(deg_from_rad(wrap_turn(contact)), off_um);
+            all.push(off_um);
+        }
+        let (lowest_um, highest_um) = least_and_most(all.iter().copied());
+        (!all.is_empty()).then_some(Self { on_part, lowest_um, highest_um })
+    }
+
+    /// What is left at an azimuth (deg, µm).
+    pub(super) fn at(&self, azimuth_deg: f64) -> Option<f64> {
+        let width = 360.0 / TURN_COLUMNS as f64;
+        let beside = |away: u32| {
+            let by = f64::from(away) * width;
+            let at = |azimuth: f64| self.on_part.middle_at(azimuth.rem_euclid(360.0));
+            at(azimuth_deg + by).or_else(|| at(azimuth_deg - by))
+        };
+        (0..=NEAR_COLUMNS).find_map(beside)
+    }
+}
+
+/// Where the tool was at each tick: behind what the encoders show by the swing of the structures, from none at the first tick.
+fn swung(samples: &[Sample], structures: [Option<Structure>; 2], cycle_s: f64) -> Vec<[f64; 2]> {
+    let mut places: Vec<[f64; 2]> = samples.iter().map(|sample| [sample.position[0], sample.position[1]]).collect();
+    for (axis, structure) in structures.into_iter().enumerate() {
+        let Some(Structure { frequency_rad_s: w, damping, .. }) = structure else { continue };
+        let Some(first) = samples.first() else { continue };
+        let (mut y, mut y_speed) = (first.position[axis], first.velocity[axis]);
+        for (index, pair) in samples.windows(2).enumerate() {
+            let ticks = (pair[1].tick - pair[0].tick).max(1);
+            // A gap in the ticks longer than some periods leaves nothing of the swing before it.
+            let steps = STEPS * u32::try_from(ticks).unwrap_or(1).min(100);
+            let time = cycle_s * ticks as f64;
+            let (step, way) = (time / f64::from(steps), pair[1].position[axis] - pair[0].position[axis]);
+            let speed = way / time;
+            for number in 0..steps {
+                // Where the slide is when the tool is at y: half a step beside would be a lead of its own.
+                let x = pair[0].position[axis] + way * f64::from(number) / f64::from(steps);
+                y_speed += step * (w * w * (x - y) + 2.0 * damping * w * (speed - y_speed));
+                y += step * y_speed;
+            }
+            places[index + 1][axis] = y;
+        }
+    }
+    places
+}
+
+/// X over C as it was told to the machine, C growing.
+struct Path(Vec<(f64, f64)>);
+
+impl Path {
+    fn of(motion: &Motion, samples: &[Sample]) -> Option<Self> {
+        let (first, last) = (samples.first()?.tick, samples.last()?.tick);
+        let range = first.saturating_sub(MARGIN_TICKS)..=last.saturating_add(MARGIN_TICKS);
+        let mut points: Vec<(f64, f64)> = Vec::new();
+        for [c, x, _] in motion.setpoints.range(range).map(|(_, point)| *point) {
+            if points.last().is_none_or(|(before, _)| c > *before) {
+                points.push((c, x));
+            }
+        }
+        (points.len() > 2 * SLOPE_POINTS).then_some(Self(points))
+    }
+
+    /// X there and its slope; none beyond the ends.
+    fn at(&self, c: f64) -> Option<(f64, f64)> {
+        let points = &self.0;
+        let next = points.partition_point(|point| point.0 < c);
+        let (before, after) = (points.get(next.checked_sub(1)?)?, points.get(next)?);
+        let x = before.1 + (after.1 - before.1) * (c - before.0) / (after.0 - before.0);
+        let left = points.get(next.saturating_sub(SLOPE_POINTS))?;
+        let right = points.get((next + SLOPE_POINTS).min(points.len() - 1))?;
+        Some((x, (right.1 - left.1) / (right.0 - left.0)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    /// A wheel on an eccentric disc, 2 µm behind everywhere: what it leaves is 2 µm times the cosine of the normal, by the closed form
+    /// of the disc, at the azimuths where its contact lies.
+    #[test]
+    fn what_is_left_lies_along_the_normal_at_the_contact() {
+        let (radius, eccentric, wheel) = (0.02_f64, 0.003_f64, 0.06_f64);
+        let x =
+            |c: f64| eccentric * c.cos() + ((radius + wheel).powi(2) - (eccentric * c.sin()).powi(2)).sqrt() - wheel;
+        let setpoints: BTreeMap<u64, [f64; 3]> =
+            (0..2000_u32).map(|i| (u64::from(i), [f64::from(i) * 0.004, x(f64::from(i) * 0.004), 0.0])).collect();
+        let samples: Vec<Sample> = (200..1700_u32)
+            .map(|i| {
+                let c = f64::from(i) * 0.004;
+                Sample {
+                    tick: u64::from(i),
+                    position: [c, x(c) + 2e-6, 0.0],
+                    velocity: [4.0, 0.0, 0.0],
+                    force_x_n: 0.0,
+                }
+            })
+            .collect();
+        let columns = || Columns::new(0.0, 2.0, 10);
+        let motion = Motion {
+            samples: samples.clone(),
+            setpoints,
+            c_rpm: columns(),
+            x_mm: columns(),
+            z_mm: columns(),
+            ticks: 1500,
+            missing: 0,
+        };
+        let known = Known { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: Some(wheel) };
+        let lag = Lag::of(&motion, &samples, 0, known).expect("a lag");
+        assert!(lag.tool.is_none(), "nothing is known of a structure");
+        for c in [0.5_f64, 1.5, 2.5, 4.0, 5.5] {
+            // The normal goes through the disc's centre.
+            let centre = [x(c) + wheel, c];
+            let from_disc = [centre[0] * centre[1].cos() - eccentric, centre[0] * centre[1].sin()];
+            let normal = from_disc[1].atan2(from_disc[0]);
+            let contact = [eccentric + radius * normal.cos(), radius * normal.sin()];
+            let azimuth = deg_from_rad(wrap_turn(contact[1].atan2(contact[0])));
+            let expected = 2.0 * (normal - c).cos();
+            let found = lag.encoders.at(azimuth).expect("a whole turn of samples");
+            assert!((found - expected).abs() < 1e-3, "{c}: {found} instead of {expected}");
+        }
+        assert!(lag.encoders.lowest_um > 1.99 && lag.encoders.highest_um < 2.0 + 1e-6, "{lag:?}");
+    }
+
+    /// A slide that is accelerated evenly: what it carries hangs back by a/ω² once the swing has died down.
+    #[test]
+    fn what_a_slide_carries_hangs_back_by_its_acceleration() {
+        let (acceleration, w) = (3.0_f64, 110.0 * camwright::units::TURN_RAD);
+        let samples: Vec<Sample> = (0..1000_u32)
+            .map(|i| {
+                let t = f64::from(i) * 1e-3;
+                let place = 0.5 * acceleration * t * t;
+                Sample {
+                    tick: u64::from(i),
+                    position: [0.0, place, 0.0],
+                    velocity: [0.0, acceleration * t, 0.0],
+                    force_x_n: 0.0,
+                }
+            })
+            .collect();
+        let structure = Structure { frequency_rad_s: w, damping: 0.1, mass_share: 0.2 };
+        let swung = swung(&samples, [None, Some(structure)], 1e-3);
+        let behind = um(samples[999].position[1] - swung[999][1]);
+        let expected = um(acceleration / (w * w));
+        // Between ticks the slide is taken to go straight, which is a T²/12 ahead in the mean.
+        assert!((behind - expected).abs() < 0.1 * expected, "{behind} instead of {expected}");
+    }
+}

@@ -1,0 +1,230 @@
+//! A section of the part as it shall be and, magnified, how far it is off.
+
+use super::text::{escape, fixed, signed};
+use camwright::numeric::range::least_and_most;
+use camwright::units::{TURN_RAD, rad_from_deg, um_from_mm};
+use std::fmt::Write as _;
+
+/// Half the width of the drawing (its own pixels).
+const HALF: f64 = 200.0;
+
+/// Where the farthest point of the design lies, and how far from it what is allowed and at most what is off may be drawn.
+const DESIGN: f64 = 132.0;
+const ALLOWED: f64 = 16.0;
+const FARTHEST: f64 = 46.0;
+
+/// A section, over equal azimuths from where C is 0.
+#[derive(Debug, Clone)]
+pub(super) struct Section {
+    /// The design, or what stands for its shape (mm).
+    pub(super) radius_mm: Vec<f64>,
+    /// The least and the most that it is off by at each azimuth (µm); both the same where one number is told.
+    pub(super) lowest_um: Vec<f64>,
+    pub(super) highest_um: Vec<f64>,
+    pub(super) allowed_um: f64,
+    /// Azimuth of the key-way (deg), where it is told.
+    pub(super) key_way_deg: Option<f64>,
+    /// Azimuth of the worst place (deg) and what it is off by (µm).
+    pub(super) worst: Option<(f64, f64)>,
+    pub(super) title: String,
+}
+
+/// A closed line through the design's points, shifted along their normals.
+struct Outline {
+    points: Vec<[f64; 2]>,
+    normals: Vec<[f64; 2]>,
+    /// Where the axis lies: the drawing's middle is the part's.
+    axis: [f64; 2],
+    /// Pixels for a millimetre.
+    per_mm: f64,
+}
+
+impl Outline {
+    fn of(radius_mm: &[f64]) -> Self {
+        let count = radius_mm.len();
+        #[allow(clippy::cast_precision_loss, reason = "some hundred azimuths")]
+        let point = |(index, radius): (usize, &f64)| {
+            let (sin, cos) = (TURN_RAD * index as f64 / count as f64).sin_cos();
+            [radius * cos, -radius * sin]
+        };
+        let points_mm: Vec<[f64; 2]> = radius_mm.iter().enumerate().map(point).collect();
+        let ranges = [0, 1].map(|side| least_and_most(points_mm.iter().map(|point| point[side])));
+        let half_mm = ranges.iter().map(|(least, most)| 0.5 * (most - least)).fold(1e-9, f64::max);
+        let per_mm = DESIGN / half_mm;
+        let axis = ranges.map(|(least, most)| -0.5 * per_mm * (least + most));
+        let points: Vec<[f64; 2]> =
+            points_mm.iter().map(|point| [per_mm * point[0] + axis[0], per_mm * point[1] + axis[1]]).collect();
+        let normal = |index: usize| {
+            let (before, after) = (points[(index + count - 1) % count], points[(index + 1) % count]);
+            let along = [after[0] - before[0], after[1] - before[1]];
+            let length = along[0].hypot(along[1]).max(1e-12);
+            // Azimuths grow against the clock on a drawing whose y goes down: outside is to the right of the way.
+            [-along[1] / length, along[0] / length]
+        };
+        let normals = (0..count).map(normal).collect();
+        Self { points, normals, axis, per_mm }
+    }
+
+    fn shifted(&self, by: impl Fn(usize) -> f64) -> String {
+        let mut path = String::with_capacity(12 * self.points.len());
+        for (index, (point, normal)) in self.points.iter().zip(&self.normals).enumerate() {
+            let letter = if index == 0 { 'M' } else { 'L' };
+            let shift = by(index);
+            let _infallible =
+                write!(path, "{letter}{:.1} {:.1}", point[0] + shift * normal[0], point[1] + shift * normal[1]);
+        }
+        path.push('Z');
+        path
+    }
+}
+
+impl Section {
+    /// The drawing; empty where nothing was recorded to draw.
+    pub(super) fn svg(&self) -> String {
+        let count = self.radius_mm.len();
+        if count < 3 || self.radius_mm.iter().any(|radius| !radius.is_finite()) {
+            return "<p class=\"none\">the section is not recorded</p>".to_owned();
+        }
+        let errors = self.lowest_um.iter().chain(&self.highest_um).map(|um| um.abs());
+        let largest = errors.fold(self.allowed_um, f64::max);
+        let scale = (ALLOWED / self.allowed_um.max(1e-9)).min(FARTHEST / largest.max(1e-9));
+        let outline = Outline::of(&self.radius_mm);
+        let mut out = format!(
+            "<svg class=\"part\" viewBox=\"-{HALF:.0} -{HALF:.0} {0:.0} {0:.0}\" role=\"img\" aria-label=\"{1}\">",
+            2.0 * HALF,
+            escape(&self.title)
+        );
+        let allowed = self.allowed_um * scale;
+        let (outer, inner) = (outline.shifted(|_| allowed), outline.shifted(|_| -allowed));
+        let _infallible = write!(
+            out,
+            "<path class=\"allowed\" fill-rule=\"evenodd\" d=\"{outer}{inner}\"/><path class=\"limit\" d=\"{outer}\"/>\
+             <path class=\"limit\" d=\"{inner}\"/><path class=\"design\" d=\"{}\"/>",
+            outline.shifted(|_| 0.0)
+        );
+        if self.lowest_um.len() == count && self.highest_um.len() == count {
+            let (low, high) = (
+                outline.shifted(|index| scale * self.lowest_um[index]),
+                outline.shifted(|index| scale * self.highest_um[index]),
+            );
+            if low == high {
+                let _infallible = write!(out, "<path class=\"is\" d=\"{low}\"/>");
+            } else {
+                let _infallible = write!(out, "<path class=\"is range\" fill-rule=\"evenodd\" d=\"{high}{low}\"/>");
+            }
+        }
+        self.marks(&mut out, &outline, scale);
+        let magnified = magnification(outline.per_mm, scale);
+        let [x, y] = outline.axis;
+        let _infallible = write!(
+            out,
+            "<path class=\"centre\" d=\"M{:.1} {y:.1}h16M{x:.1} {:.1}v16\"/>\
+             <text class=\"start\" x=\"{:.0}\" y=\"{:.0}\">errors drawn × {magnified}, shaded: ±{} µm</text></svg>",
+            x - 8.0,
+            y - 8.0,
+            4.0 - HALF,
+            HALF - 4.0,
+            fixed(self.allowed_um, 1)
+        );
+        out
+    }
+
+    fn marks(&self, out: &mut String, outline: &Outline, scale: f64) {
+        let count = outline.points.len();
+        let at = |azimuth_deg: f64| {
+            #[allow(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                clippy::cast_precision_loss,
+                reason = "some hundred azimuths"
+            )]
+            let index = (azimuth_deg.rem_euclid(360.0) / 360.0 * count as f64).round() as usize % count;
+            (outline.points[index], outline.normals[index])
+        };
+        if let Some(key_way) = self.key_way_deg {
+            let (sin, cos) = rad_from_deg(key_way).sin_cos();
+            let [x, y] = outline.axis;
+            let _infallible = write!(
+                out,
+                "<path class=\"centre\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/><text class=\"{}\" x=\"{:.1}\" y=\"{:.1}\">key-way</text>",
+                x + 12.0 * cos,
+                y - 12.0 * sin,
+                x + 34.0 * cos,
+                y - 34.0 * sin,
+                if cos < 0.0 { "end" } else { "start" },
+                x + 37.0 * cos,
+                y + 4.0 - 37.0 * sin
+            );
+        }
+        if let Some((azimuth, error_um)) = self.worst {
+            let (point, normal) = at(azimuth);
+            let tip = [point[0] + scale * error_um * normal[0], point[1] + scale * error_um * normal[1]];
+            // The number stands outside of everything that is drawn.
+            let far = FARTHEST + 6.0;
+            let label = [point[0] + far * normal[0], point[1] + far * normal[1] + 5.0];
+            let anchor = match normal[0] {
+                x if x > 0.35 => "start",
+                x if x < -0.35 => "end",
+                _ => "mid",
+            };
+            let beside = if normal[1] <= 0.0 { -1.0 } else { 1.0 };
+            let room = HALF - 4.0;
+            let width = 88.0;
+            let x = match anchor {
+                "start" => label[0].min(room - width),
+                "end" => label[0].max(width - room),
+                _ => label[0].clamp(0.5 * width - room, room - 0.5 * width),
+            };
+            let _infallible = write!(
+                out,
+                "<path class=\"worst-line\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/><circle class=\"worst\" cx=\"{:.1}\" cy=\"{:.1}\" r=\"5\"/>\
+                 <text class=\"worst-text {anchor}\" x=\"{x:.1}\" y=\"{:.1}\">{} µm</text>",
+                point[0] + far * normal[0],
+                point[1] + far * normal[1],
+                tip[0],
+                tip[1],
+                tip[0],
+                tip[1],
+                // A number that has no room outwards stands above or below its place.
+                (label[1] + if (x - label[0]).abs() > 4.0 { 17.0 * beside } else { 0.0 }).clamp(14.0 - room, room),
+                signed(error_um, 2)
+            );
+        }
+    }
+}
+
+/// How many times larger than the part an error is drawn, to two figures.
+fn magnification(per_mm: f64, per_um: f64) -> String {
+    let times = um_from_mm(per_um) / per_mm;
+    let digits = 10.0_f64.powf(times.max(1.0).log10().floor() - 1.0);
+    fixed((times / digits).round() * digits, 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A disc that is off by as much as is allowed on one side: the mark lies on the outer limit, and outside is outside.
+    #[test]
+    fn errors_are_drawn_outwards_and_in_the_size_of_what_is_allowed() {
+        let mut off = vec![0.0; 360];
+        off[0] = 5.0;
+        let section = Section {
+            radius_mm: vec![20.0; 360],
+            lowest_um: off.clone(),
+            highest_um: off,
+            allowed_um: 5.0,
+            key_way_deg: Some(0.0),
+            worst: Some((0.0, 5.0)),
+            title: "disc".into(),
+        };
+        let svg = section.svg();
+        assert!(
+            svg.contains(&format!("cx=\"{:.1}\" cy=\"0.0\"", DESIGN + ALLOWED)) || svg.contains("cy=\"-0.0\""),
+            "{svg}"
+        );
+        assert!(svg.contains("errors drawn × 480"), "{svg}");
+        let empty = Section { radius_mm: Vec::new(), ..section };
+        assert!(empty.svg().contains("not recorded"));
+    }
+}

@@ -1,0 +1,137 @@
+//! The way from a bag to the page, on small bags made here.
+
+use super::*;
+use crate::bag::qos::{Durability, Reliability};
+use crate::bag::test_dir::TestDir;
+use crate::bag::{BagWriter, Outcome, Preset, QosProfile, Topic, WriterOptions};
+use byteorder::LittleEndian;
+use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus, LobeForm, LobeResult, MachineAlarms};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+const HOSTILE: &str = "<script>alert('&')</script>";
+
+fn write<T: Serialize>(writer: &mut BagWriter, name: &str, type_name: &str, at: u64, message: &T) {
+    let info = camwright_msgs::by_type_name(type_name).expect("the type is one of ours");
+    let topic = Topic {
+        name: name.into(),
+        type_name: type_name.into(),
+        type_hash: info.type_hash.into(),
+        definition: info.schema.into(),
+        offered_qos: vec![QosProfile::discovered(Reliability::Reliable, Durability::TransientLocal)],
+    };
+    let id = writer.add_topic(&topic).expect("it is open");
+    let mut data = vec![0, 1, 0, 0];
+    data.extend(cdr_encoding::to_vec::<T, LittleEndian>(message).expect("it is a message"));
+    let ns = 1_760_000_000_000_000_000 + at * 1_000_000;
+    writer.write(id, ns, ns, &data).expect("it is open");
+}
+
+/// A bag of some messages of the cell `/a/`.
+fn bag(dir: &TestDir, messages: impl FnOnce(&mut BagWriter)) -> PathBuf {
+    let path = dir.path().join("run");
+    let options = WriterOptions { preset: Preset::Default, custom_data: BTreeMap::new() };
+    let mut writer = BagWriter::create(&path, &options).expect("the directory is free");
+    messages(&mut writer);
+    writer.close(Outcome::Complete, 0).expect("the disk has room");
+    path
+}
+
+fn status(state: u8) -> JobStatus {
+    JobStatus { state, job: HOSTILE.into(), message: HOSTILE.into(), ..JobStatus::default() }
+}
+
+/// What stands in a bag stays text, and what does not is said to be missing: a job of which nothing but an alarm is known.
+#[test]
+fn a_hostile_bag_gives_a_page_without_a_script_and_the_same_bag_the_same_bytes() {
+    let dir = TestDir::new();
+    let path = bag(&dir, |writer| {
+        let alarm = Alarm {
+            tick: 7,
+            number: 42,
+            severity: Alarm::POWER_OFF,
+            source: HOSTILE.into(),
+            text: HOSTILE.into(),
+            remedy: HOSTILE.into(),
+            active: true,
+            ..Alarm::default()
+        };
+        let alarms = MachineAlarms { tick: 7, alarms: vec![alarm], ..MachineAlarms::default() };
+        let of_job = "camwright_msgs/msg/JobStatus";
+        write(writer, "/a/job_planner/job_status", of_job, 1, &status(JobStatus::PLANNING));
+        write(writer, "/a/machine/alarms", "camwright_msgs/msg/MachineAlarms", 2, &alarms);
+        write(writer, "/a/job_planner/job_status", of_job, 3, &status(JobStatus::ABORTED));
+        // Of the same name and another type: it is counted and left out.
+        write(writer, "/a/machine/part", "std_msgs/msg/String", 4, &String::from("no part"));
+    });
+    let page = html(&path).expect("a report");
+    assert_eq!(page, html(&path).expect("the same report"));
+    assert!(!page.contains("<script") && page.contains("&lt;script&gt;"), "{page}");
+    assert!(page.contains("<h1>NOT COMPLETE</h1>") && page.contains("Alarm 42"), "{page}");
+    for said in ["not recorded", "1 messages could not be understood", "the bag does not hold the job&#39;s file"] {
+        assert!(page.contains(said), "{said}: {page}");
+    }
+    assert!(
+        !page.contains("http://") && !page.contains("https://") && !page.contains("url("),
+        "nothing from elsewhere"
+    );
+    let out = write_to_bag(&path);
+    assert_eq!(fs::read_to_string(out).expect("it was written"), page);
+}
+
+fn write_to_bag(path: &Path) -> PathBuf {
+    let out = super::write(path, None).expect("it is written");
+    assert_eq!(out, path.join(FILE_NAME));
+    out
+}
+
+/// Without ticks the verdict stands, and the cause is said to be unknown.
+#[test]
+fn a_lobe_out_of_tolerance_is_not_good_and_its_worst_place_is_told() {
+    let dir = TestDir::new();
+    let path = bag(&dir, |writer| {
+        let mut form_error = vec![0.0; 720];
+        form_error[100] = -7.5e-6;
+        let form =
+            LobeForm { name: "A".into(), tolerance: 5e-6, contour: vec![0.02; 720], form_error, ..LobeForm::default() };
+        let lobe = LobeResult {
+            name: "A".into(),
+            form_error_max: -7.5e-6,
+            form_error_max_angle: 0.5,
+            ..LobeResult::default()
+        };
+        let done = JobStatus { lobes: vec![lobe], job: "a job".into(), ..status(JobStatus::COMPLETE) };
+        let of_job = "camwright_msgs/msg/JobStatus";
+        write(writer, "/job_planner/job_status", of_job, 1, &status(JobStatus::PLANNING));
+        let plan = camwright_msgs::camwright_msgs::msg::PlanPage {
+            plan_hash: "p".into(),
+            page_count: 1,
+            header: vec![camwright_msgs::camwright_msgs::msg::PlanHeader {
+                lobes: vec!["A".into()],
+                ..Default::default()
+            }],
+            ..Default::default()
+        };
+        write(writer, "/job_planner/plan", "camwright_msgs/msg/PlanPage", 2, &plan);
+        write(writer, "/job_planner/lobe_forms", "camwright_msgs/msg/LobeForm", 3, &form);
+        write(writer, "/job_planner/job_status", of_job, 4, &done);
+    });
+    let page = html(&path).expect("a report");
+    for said in [
+        "<h1>NOT GOOD</h1>",
+        "2.50 µm less material than the allowed ±5.0 µm",
+        "−7.50 µm</div>",
+        "lobe A, cam angle 28.6°",
+        "the axes&#39; ticks are not in the bag",
+    ] {
+        assert!(page.contains(said), "{said}: {page}");
+    }
+}
+
+#[test]
+fn a_bag_without_a_job_is_refused_with_what_is_missing() {
+    let dir = TestDir::new();
+    let path = bag(&dir, |_| {});
+    let error = html(&path).expect_err("there is nothing to report").to_string();
+    assert!(error.ends_with("holds no job: nothing was recorded on job_planner/job_status"), "{error}");
+}
