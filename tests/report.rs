@@ -10,6 +10,7 @@ use chromium::Chromium;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
 use support::{Domain, Folder};
 
 /// The screen on which everything that matters is seen at once.
@@ -17,6 +18,9 @@ const SCREEN: (u32, u32) = (1280, 900);
 
 /// Largest page of a job (B).
 const MOST_BYTES: usize = 1_000_000;
+
+/// One browser at a time: on a small machine several that start together may not answer in time.
+static BROWSER: Mutex<()> = Mutex::new(());
 
 /// Runs a job at pace fast; what it said as JSON, and its bag.
 fn run(folder: &Folder, job: &str, set: &[&str]) -> (Value, PathBuf) {
@@ -123,6 +127,7 @@ fn grinding(name: &str, job: &str, set: &[&str], verdict: &str, cause: &[&str], 
     assert!(html.contains("yes, to the same plan"), "{name}: planned again to the plan that was driven");
     let (lobe, error_um, deg) = worst(&said);
     assert_eq!(error_um.abs() <= 5.0, verdict == "GOOD", "{name}: {error_um} um");
+    let _alone = BROWSER.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(mut browser) = Chromium::start(SCREEN.0, SCREEN.1) else { return };
     let place = texts(&[&signed(error_um), &format!("lobe {lobe}, cam angle {deg:.1}°")]);
     first_screen(
@@ -170,6 +175,7 @@ fn a_turned_part_is_shown_where_it_is_worst() {
     let place = format!("azimuth {:.1}°, z {:.2} mm", turned("form_error_max_deg"), turned("form_error_max_z_mm"));
     let allowed = format!("±{:.1} µm", turned("form_error_allowed_um"));
     let verdict = if said["good"] == true { "GOOD" } else { "NOT GOOD" };
+    let _alone = BROWSER.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(mut browser) = Chromium::start(SCREEN.0, SCREEN.1) else { return };
     let worst = texts(&[&signed(turned("form_error_max_um")), &place]);
     let cause = texts(&["In the last pass X was", "cusps"]);
@@ -185,6 +191,7 @@ fn a_job_that_an_alarm_ended_says_so() {
     let (said, bag) = run(&folder, "four_lobe_camshaft", &["faults=[{kind: drive_fault, target: x_axis, at_s: 12}]"]);
     assert_eq!(said["good"], false, "{said}");
     let (path, _) = page(&folder, &said, &bag);
+    let _alone = BROWSER.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(mut browser) = Chromium::start(SCREEN.0, SCREEN.1) else { return };
     let words: [(&str, &[String]); 4] = [
         ("verdict", &texts(&["NOT COMPLETE", "Alarm 42", "x_axis"])),

@@ -18,7 +18,7 @@ use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::JobStatus;
 use clap::{Args, ValueEnum};
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
@@ -152,7 +152,7 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let (status, result) = outcome?;
     let took = started.elapsed();
     let bag = (!args.attach).then_some(&bag);
-    let page = bag.and_then(page_of);
+    let page = bag.and_then(|bag| page_of(bag));
     if turns {
         let (predicted_s, causes) = turned_again(turned, args, &result);
         let report =
@@ -184,7 +184,7 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
 }
 
 /// The report of the run, made from its bag alone; what keeps it from being made is told, and no fault of the run.
-fn page_of(bag: &PathBuf) -> Option<PathBuf> {
+fn page_of(bag: &Path) -> Option<PathBuf> {
     match report::write(bag, None) {
         Ok(page) => Some(page),
         Err(error) => {
@@ -249,8 +249,7 @@ fn fits_turning(job: &str, args: &RunArgs) -> Result<(), String> {
 }
 
 fn default_bag(job: &str) -> PathBuf {
-    let name =
-        std::path::Path::new(job).file_stem().map_or_else(|| job.to_owned(), |stem| stem.to_string_lossy().into());
+    let name = Path::new(job).file_stem().map_or_else(|| job.to_owned(), |stem| stem.to_string_lossy().into());
     let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     PathBuf::from("bags").join(format!("{name}_{seconds}"))
 }

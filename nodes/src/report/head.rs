@@ -91,9 +91,9 @@ fn pictures(out: &mut String, findings: &Findings<'_>, worst: &Worst) {
         },
     };
     let chart = Chart { size: Size(800.0, 360.0), ..chart };
-    let _infallible = write!(
+    let _infallible = writeln!(
         out,
-        "<div class=\"first\"><div><h2>{}</h2>{}</div><div>{}</div></div>\n",
+        "<div class=\"first\"><div><h2>{}</h2>{}</div><div>{}</div></div>",
         escape(&section.title),
         section.svg(),
         chart.figure()

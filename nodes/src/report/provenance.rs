@@ -17,9 +17,9 @@ pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
     out.push_str("</tbody></table></section>\n");
     let source = findings.story.status.map_or("", |status| &status.job_source);
     if !source.is_empty() {
-        let _infallible = write!(
+        let _infallible = writeln!(
             out,
-            "<section id=\"job\"><h2>The job as it was planned</h2><pre>{}</pre></section>\n",
+            "<section id=\"job\"><h2>The job as it was planned</h2><pre>{}</pre></section>",
             escape(source)
         );
     }

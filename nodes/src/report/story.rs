@@ -96,7 +96,7 @@ impl<'a> Story<'a> {
     /// The ticks of the last cut of a lobe, from its first infeed to its last turn.
     pub(super) fn last_cut(&self, lobe: usize) -> Option<(u64, u64)> {
         let of_lobe = |stretch: &&Stretch| stretch.lobe == Some(lobe) && stretch.cuts();
-        let last = self.stretches.iter().filter(of_lobe).next_back()?;
+        let last = self.stretches.iter().rfind(of_lobe)?;
         let first = self.stretches.iter().filter(of_lobe).find(|s| (s.plan, s.segment) == (last.plan, last.segment))?;
         Some((first.from, last.to))
     }
@@ -106,7 +106,7 @@ impl<'a> Story<'a> {
         let of_lobe = |stretch: &&Stretch| stretch.lobe == Some(lobe) && stretch.phase == PlanSegment::PHASE_CUT;
         let first = self.stretches.iter().find(of_lobe)?;
         let same = |s: &&Stretch| of_lobe(s) && (s.plan, s.segment) == (first.plan, first.segment);
-        Some((first.from, self.stretches.iter().filter(same).next_back()?.to))
+        Some((first.from, self.stretches.iter().rfind(same)?.to))
     }
 }
 

@@ -7,7 +7,6 @@ use crate::bag::{BagWriter, Outcome, Preset, QosProfile, Topic, WriterOptions};
 use byteorder::LittleEndian;
 use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus, LobeForm, LobeResult, MachineAlarms};
 use serde::Serialize;
-use std::collections::BTreeMap;
 
 const HOSTILE: &str = "<script>alert('&')</script>";
 
@@ -30,7 +29,7 @@ fn write<T: Serialize>(writer: &mut BagWriter, name: &str, type_name: &str, at: 
 /// A bag of some messages of the cell `/a/`.
 fn bag(dir: &TestDir, messages: impl FnOnce(&mut BagWriter)) -> PathBuf {
     let path = dir.path().join("run");
-    let options = WriterOptions { preset: Preset::Default, custom_data: BTreeMap::new() };
+    let options = WriterOptions { preset: Preset::Default, ..WriterOptions::default() };
     let mut writer = BagWriter::create(&path, &options).expect("the directory is free");
     messages(&mut writer);
     writer.close(Outcome::Complete, 0).expect("the disk has room");

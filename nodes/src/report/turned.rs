@@ -77,7 +77,7 @@ fn last_map<'a>(findings: &Findings<'a>) -> Option<&'a FormMap> {
 fn map_figure(out: &mut String, map: &FormMap, allowed_um: f64) {
     let (round, along) = (map.azimuths as usize, map.columns as usize);
     let (width, height, left, bottom) = (600.0, 420.0, 58.0, 36.0);
-    let (dx, dy) = ((width - left - 10.0) / round as f64, (height - bottom - 10.0) / along as f64);
+    let (dx, dy) = ((width - left - 18.0) / round as f64, (height - bottom - 10.0) / along as f64);
     let farthest = |index: usize| {
         let (low, high) = (um(f64::from(map.lowest[index])), um(f64::from(map.highest[index])));
         if low.abs() > high.abs() { low } else { high }
@@ -106,7 +106,7 @@ fn map_figure(out: &mut String, map: &FormMap, allowed_um: f64) {
     }
     for tick in 0..=6 {
         let share = f64::from(tick) / 6.0;
-        let x = left + share * (width - left - 10.0);
+        let x = left + share * (width - left - 18.0);
         let _infallible = write!(
             out,
             "<text class=\"mid\" x=\"{x:.1}\" y=\"{:.1}\">{}</text>",
