@@ -127,7 +127,9 @@ pub(super) fn error_chart(findings: &Findings<'_>, index: usize, form: &LobeForm
         name: "form error along the normal".into(),
         points: Columns::of(0.0, 360.0, COLUMNS, errors).points(),
     }];
-    if let Some(lag) = findings.lags.get(index).and_then(Option::as_ref) {
+    // Of a cut that was broken off the way out is no error of the part.
+    let judged = findings.lags.get(index).filter(|_| !form.form_error.is_empty());
+    if let Some(lag) = judged.and_then(Option::as_ref) {
         // The drives ring faster than a column is wide: its middle is what the eye can follow.
         let curve = |class, name: &str, left: &Left| {
             let middle = |degree: u16| Some((f64::from(degree) + 0.5, left.at(f64::from(degree) + 0.5)?));
