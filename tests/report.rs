@@ -179,6 +179,14 @@ fn a_turned_part_is_shown_where_it_is_worst() {
     let Some(mut browser) = Chromium::start(SCREEN.0, SCREEN.1) else { return };
     let worst = texts(&[&signed(turned("form_error_max_um")), &place]);
     let cause = texts(&["In the last pass X was", "cusps"]);
+    // Some µm by either way of looking, not the way to the part and back.
+    let off = html.split("In the last pass X was ").nth(1).and_then(|rest| rest.split(" off").next()).expect("how far");
+    let numbers = off.replace('−', "-").replace("µm", "");
+    let far = numbers
+        .split_whitespace()
+        .filter_map(|word| word.parse::<f64>().ok())
+        .fold(0.0, |far: f64, um| far.max(um.abs()));
+    assert!((1.0..20.0).contains(&far), "X was {off} off its path");
     let words: [(&str, &[String]); 4] =
         [("verdict", &texts(&[verdict])), ("worst", &worst), ("bound", &[allowed]), ("cause", &cause)];
     first_screen(&mut browser, &path, "turned", words);

@@ -27,6 +27,9 @@ pub(super) const MARGIN_TICKS: u64 = 300;
 /// Setpoints on either side of a place that its slope is taken from.
 const SLOPE_POINTS: usize = 4;
 
+/// Of the largest step of C in a tick: where its steps are smaller it all but stands, and X over C is no path.
+const STANDING_SHARE: f64 = 0.02;
+
 /// Steps within a tick in which a swing is followed: a fourteenth of a radian at 110 Hz and 1 ms.
 const STEPS: u32 = 10;
 
@@ -148,11 +151,22 @@ impl Path {
     fn of(motion: &Motion, samples: &[Sample]) -> Option<Self> {
         let (first, last) = (samples.first()?.tick, samples.last()?.tick);
         let range = first.saturating_sub(MARGIN_TICKS)..=last.saturating_add(MARGIN_TICKS);
+        let told: Vec<(u64, [f64; 3])> = motion.setpoints.range(range).map(|(tick, point)| (*tick, *point)).collect();
+        let step = |pair: &[(u64, [f64; 3])]| pair[1].1[0] - pair[0].1[0];
+        let (_, fastest) = least_and_most(told.windows(2).map(step));
         let mut points: Vec<(f64, f64)> = Vec::new();
-        for [c, x, _] in motion.setpoints.range(range).map(|(_, point)| *point) {
-            if points.last().is_none_or(|(before, _)| c > *before) {
-                points.push((c, x));
+        let mut last_tick = 0;
+        for pair in told.windows(2).filter(|pair| step(pair) > STANDING_SHARE * fastest) {
+            let (tick, [c, x, _]) = pair[0];
+            if points.last().is_some_and(|(before, _)| c <= *before) {
+                continue;
             }
+            // Across a stand X is somewhere else for the same C.
+            if !points.is_empty() && tick != last_tick + 1 {
+                points.push((c, f64::NAN));
+            }
+            points.push((c, x));
+            last_tick = tick;
         }
         (points.len() > 2 * SLOPE_POINTS).then_some(Self(points))
     }
@@ -165,7 +179,7 @@ impl Path {
         let x = before.1 + (after.1 - before.1) * (c - before.0) / (after.0 - before.0);
         let left = points.get(next.saturating_sub(SLOPE_POINTS))?;
         let right = points.get((next + SLOPE_POINTS).min(points.len() - 1))?;
-        Some((x, (right.1 - left.1) / (right.0 - left.0)))
+        Some((x, (right.1 - left.1) / (right.0 - left.0))).filter(|(x, slope)| x.is_finite() && slope.is_finite())
     }
 }
 
@@ -219,6 +233,37 @@ mod tests {
             assert!((found - expected).abs() < 1e-3, "{c}: {found} instead of {expected}");
         }
         assert!(lag.encoders.lowest_um > 1.99 && lag.encoders.highest_um < 2.0 + 1e-6, "{lag:?}");
+    }
+
+    /// X comes from far while C stands, cuts, and goes away while C stands again: neither is what the axes are off by in the cut.
+    #[test]
+    fn where_c_stands_x_is_off_no_path() {
+        let c = |tick: u32| f64::from(tick.clamp(100, 900) - 100) * 0.01;
+        let x = |tick: u32| if (100..=900).contains(&tick) { 0.02 } else { 0.031 };
+        let setpoints: BTreeMap<u64, [f64; 3]> =
+            (0..1000).map(|tick| (u64::from(tick), [c(tick), x(tick), 0.0])).collect();
+        let samples: Vec<Sample> = (90..=910)
+            .map(|tick| Sample {
+                tick: u64::from(tick),
+                position: [c(tick) + 1e-4, 0.02 + 3e-6, 0.0],
+                velocity: [0.0; 3],
+                force_x_n: 0.0,
+            })
+            .collect();
+        let columns = || Columns::new(0.0, 1.0, 10);
+        let motion = Motion {
+            samples: samples.clone(),
+            setpoints,
+            c_rpm: columns(),
+            x_mm: columns(),
+            z_mm: columns(),
+            ticks: 1000,
+            missing: 0,
+        };
+        let known = Known { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: None };
+        let lag = Lag::of(&motion, &samples, 0, known).expect("a lag");
+        let Left { lowest_um, highest_um, .. } = lag.encoders;
+        assert!((lowest_um - 3.0).abs() < 1e-6 && (highest_um - 3.0).abs() < 1e-6, "{lowest_um} to {highest_um} um");
     }
 
     /// A slide that is accelerated evenly: what it carries hangs back by a/ω² once the swing has died down.
