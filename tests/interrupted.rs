@@ -56,10 +56,11 @@ fn ctrl_c_in_the_cut_retracts_the_wheel_and_closes_the_bag() {
     let status = run.wait(PATIENCE);
     assert_eq!(status.code(), Some(3), "a job that was cancelled{}", run.complaint());
     let said = run.remaining_lines(PATIENCE);
-    let last_three: Vec<&str> = said.iter().rev().take(3).rev().map(String::as_str).collect();
-    let [message, path, verdict] = last_three[..] else { panic!("{said:?}") };
+    let last: Vec<&str> = said.iter().rev().take(4).rev().map(String::as_str).collect();
+    let [message, path, page, verdict] = last[..] else { panic!("{said:?}") };
     assert!(message.contains("cancelled: the axes are at rest and the wheel is retracted"), "{said:?}");
     assert_eq!(path, format!("bag: {}", bag.display()));
+    assert_eq!(page, format!("report: {}", bag.join("report.html").display()));
     assert_eq!(verdict, "NOT COMPLETE: eccentric, Canceled");
 
     let report = check(&bag).expect("there is a bag");

@@ -188,6 +188,19 @@ mod tests {
     use super::*;
     use std::collections::BTreeMap;
 
+    fn motion(samples: &[Sample], setpoints: BTreeMap<u64, [f64; 3]>) -> Motion {
+        let columns = || Columns::new(0.0, 2.0, 10);
+        Motion {
+            samples: samples.to_vec(),
+            setpoints,
+            c_rpm: columns(),
+            x_mm: columns(),
+            z_mm: columns(),
+            ticks: samples.len() as u64,
+            missing: 0,
+        }
+    }
+
     /// A wheel on an eccentric disc, 2 µm behind everywhere: what it leaves is 2 µm times the cosine of the normal, by the closed form
     /// of the disc, at the azimuths where its contact lies.
     #[test]
@@ -208,16 +221,7 @@ mod tests {
                 }
             })
             .collect();
-        let columns = || Columns::new(0.0, 2.0, 10);
-        let motion = Motion {
-            samples: samples.clone(),
-            setpoints,
-            c_rpm: columns(),
-            x_mm: columns(),
-            z_mm: columns(),
-            ticks: 1500,
-            missing: 0,
-        };
+        let motion = motion(&samples, setpoints);
         let known = Known { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: Some(wheel) };
         let lag = Lag::of(&motion, &samples, 0, known).expect("a lag");
         assert!(lag.tool.is_none(), "nothing is known of a structure");
@@ -250,16 +254,7 @@ mod tests {
                 force_x_n: 0.0,
             })
             .collect();
-        let columns = || Columns::new(0.0, 1.0, 10);
-        let motion = Motion {
-            samples: samples.clone(),
-            setpoints,
-            c_rpm: columns(),
-            x_mm: columns(),
-            z_mm: columns(),
-            ticks: 1000,
-            missing: 0,
-        };
+        let motion = motion(&samples, setpoints);
         let known = Known { description: None, cycle_s: 0.001, sense: 1.0, wheel_m: None };
         let lag = Lag::of(&motion, &samples, 0, known).expect("a lag");
         let Left { lowest_um, highest_um, .. } = lag.encoders;
