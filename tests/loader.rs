@@ -70,6 +70,20 @@ impl Loaded {
         self.robot.start_run("eccentric", &Self::overrides(), parts).expect("RESET and START are taken");
     }
 
+    /// A run of one part, up to where its job moves the axes.
+    fn grind(&self) {
+        self.motions.try_iter().for_each(drop);
+        self.start_run(1);
+        let request = self.robot.enter().expect("it is inside");
+        self.robot.change_part(request).expect("a part");
+        self.robot.leave().expect("it leaves");
+        let grinds = |cell: &CellState| cell.state == CellState::EXECUTE && cell.substate == "job eccentric";
+        self.robot.cell("a job", grinds).expect("it grinds");
+        // What happens before anything moves is no alarm of the job: the machine does not take the part.
+        let moves = |motion: InterpolatorState| motion.state == InterpolatorState::EXECUTING && motion.lobe >= 0;
+        while !self.motions.recv_timeout(PATIENCE).map(moves).expect("states of the motion") {}
+    }
+
     fn state(&self, wanted: u8) -> CellState {
         self.robot.cell(&format!("state {wanted}"), |state| state.state == wanted).expect("the state")
     }
@@ -401,19 +415,7 @@ fn out(loaded: &Loaded) -> Result<(), String> {
 #[test]
 fn a_run_is_suspended_by_command_and_ended_by_a_door_or_a_chuck_that_is_forced() {
     let loaded = Loaded::start(10.0);
-    let grinding = || {
-        loaded.motions.try_iter().for_each(drop);
-        loaded.start_run(1);
-        let request = loaded.robot.enter().expect("it is inside");
-        loaded.robot.change_part(request).expect("a part");
-        loaded.robot.leave().expect("it leaves");
-        let grinds = |cell: &CellState| cell.state == CellState::EXECUTE && cell.substate == "job eccentric";
-        loaded.robot.cell("a job", grinds).expect("it grinds");
-        // What is forced before anything moves is no alarm: the machine does not take the part.
-        let moves = |motion: InterpolatorState| motion.state == InterpolatorState::EXECUTING && motion.lobe >= 0;
-        while !loaded.motions.recv_timeout(PATIENCE).map(moves).expect("states of the motion") {}
-    };
-    grinding();
+    loaded.grind();
     loaded.say(CellCommandRequest::SUSPEND).expect("it is suspended");
     assert_eq!(loaded.state(CellState::SUSPENDED).stop_reason, "SUSPEND was said");
     loaded.say(CellCommandRequest::UNSUSPEND).expect("it goes on");
@@ -439,7 +441,7 @@ fn a_run_is_suspended_by_command_and_ended_by_a_door_or_a_chuck_that_is_forced()
             while let Err(refused) = out(&loaded) {
                 assert!(refused.contains("the door is not closed"), "it still closes: {refused}");
             }
-            grinding();
+            loaded.grind();
         }
     }
     loaded.stop();
@@ -448,14 +450,7 @@ fn a_run_is_suspended_by_command_and_ended_by_a_door_or_a_chuck_that_is_forced()
 #[test]
 fn who_enters_without_leave_stops_the_machine() {
     let loaded = Loaded::start(10.0);
-    loaded.start_run(1);
-    let request = loaded.robot.enter().expect("it is inside");
-    loaded.robot.change_part(request).expect("a part");
-    loaded.robot.leave().expect("it leaves");
-    loaded
-        .robot
-        .cell("a job", |cell| cell.state == CellState::EXECUTE && cell.substate == "job eccentric")
-        .expect("it");
+    loaded.grind();
     loaded.robot.signal(|signals| signals.in_work_area = true);
     loaded.alarm(151);
     let aborted = loaded.state(CellState::ABORTED);
