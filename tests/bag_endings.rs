@@ -2,8 +2,8 @@
 #![allow(clippy::print_stdout, reason = "a test shows its seed and what it measured")]
 #![allow(clippy::print_stderr, reason = "the child tells its parent how it ended")]
 
-#[path = "support/foxglove.rs"]
-mod foxglove;
+#[path = "support/bag_judges.rs"]
+mod bag_judges;
 mod support;
 
 use std::path::{Path, PathBuf};
@@ -20,14 +20,12 @@ use support::Domain;
 
 /// What other people's readers count in a bag; they decode every message of it.
 fn assert_judged(bag: &Path, messages: u64) {
-    if let Some(said) = foxglove::foxglove_counts(bag) {
+    if let Some(said) = bag_judges::foxglove_counts(bag) {
         assert_eq!(said["messages"], messages, "Foxglove's reader");
     }
-    let Some(peers) = support::peer_env() else { return };
-    let output = peers.python("judge_bag.py", &Domain::take()).arg(bag).output().expect("the interpreter is there");
-    assert!(output.status.success(), "a judge refuses the bag: {}", String::from_utf8_lossy(&output.stderr));
-    let said: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
-    assert_eq!(said["messages"], messages, "rosbags and mcap");
+    if let Some(said) = bag_judges::rosbags_counts(bag, &Domain::take()) {
+        assert_eq!(said["messages"], messages, "rosbags and mcap");
+    }
 }
 
 /// Where the child of a test writes, and how many messages in a second.

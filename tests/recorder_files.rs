@@ -1,5 +1,7 @@
 //! What a recorder takes, and into which files: splits, snapshots, regular expressions, types that are not ours.
 
+#[path = "support/bag_judges.rs"]
+mod bag_judges;
 #[path = "support/recorder.rs"]
 mod recorder;
 mod support;
@@ -8,6 +10,7 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::{Arc, Mutex};
 
+use bag_judges::{foxglove_counts, rosbags_counts};
 use camwright_msgs::camwright_msgs::msg::{Alarm, MachineAlarms};
 use camwright_msgs::rosbag2_interfaces::msg::WriteSplitEvent;
 use camwright_msgs::rosbag2_interfaces::srv::{Snapshot, SnapshotRequest, SplitBagfile, SplitBagfileRequest};
@@ -27,14 +30,6 @@ fn text(text: impl Into<String>) -> Text {
 fn texts(bag: &Bag, topic: &str) -> Vec<String> {
     let body = |data: &[u8]| data[8..].split(|&byte| byte == 0).next().map(String::from_utf8_lossy).map(String::from);
     messages(bag, topic).iter().filter_map(|message| body(&message.data)).collect()
-}
-
-/// The readers that other people use take the bag; what they counted.
-fn judged(bag: &Path, domain: &Domain) -> Option<serde_json::Value> {
-    let output =
-        support::peer_env()?.python("judge_bag.py", domain).arg(bag).output().expect("the interpreter is there");
-    assert!(output.status.success(), "a judge refuses the bag: {}", String::from_utf8_lossy(&output.stderr));
-    Some(serde_json::from_slice(&output.stdout).expect("one JSON object"))
 }
 
 #[test]
@@ -83,7 +78,10 @@ fn a_recording_goes_on_in_its_next_file_when_it_is_told_and_tells_so() {
         let file = Bag::open(Path::new(&path(number))).expect("it is closed");
         assert_eq!(texts(&file, "/latched"), ["kept"], "file {number} alone");
     }
-    if let Some(said) = judged(&bag, &domain) {
+    if let Some(said) = foxglove_counts(&bag) {
+        assert_eq!((&said["topics"]["/latched"], &said["topics"]["/plain"]), (&json!(4), &json!(3)));
+    }
+    if let Some(said) = rosbags_counts(&bag, &domain) {
         assert_eq!((&said["topics"]["/latched"]["count"], &said["topics"]["/plain"]["count"]), (&json!(4), &json!(3)));
     }
     std::fs::remove_dir_all(directory).expect("it is ours");
@@ -228,7 +226,7 @@ fn a_type_is_known_from_the_node_that_publishes_it() {
     let read = Bag::open(&bag).expect("it is closed");
     assert_eq!(read.topics().iter().map(|topic| topic.type_name.as_str()).collect::<Vec<_>>(), [kind]);
     assert_eq!(check(&bag).expect("there is a bag").findings, []);
-    let said = judged(&bag, &domain).expect("the peers are there");
+    let said = rosbags_counts(&bag, &domain).expect("the peers are there");
     assert_eq!(said["topics"]["/outline"]["count"], json!(1));
     assert_eq!(said["topics"]["/outline"]["type"], json!(kind));
     std::fs::remove_dir_all(directory).expect("it is ours");

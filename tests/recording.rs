@@ -1,7 +1,7 @@
 //! The recorder and the player in the graph: what nodes publish is in the bag, and comes back when the bag is played.
 
-#[path = "support/foxglove.rs"]
-mod foxglove;
+#[path = "support/bag_judges.rs"]
+mod bag_judges;
 #[path = "support/recorder.rs"]
 mod recorder;
 mod support;
@@ -126,14 +126,10 @@ fn what_is_published_is_in_the_bag_and_comes_back_when_it_is_played() {
 
 /// The readers that other people use see so many joint states in the bag, and decode every message of it.
 fn judge(bag: &Path, domain: &Domain, joint_states: usize) {
-    if let Some(said) = foxglove::foxglove_counts(bag) {
+    if let Some(said) = bag_judges::foxglove_counts(bag) {
         assert_eq!(said["topics"]["/joint_states"], json!(joint_states));
     }
-    let Some(peers) = support::peer_env() else { return };
-    let output = peers.python("judge_bag.py", domain).arg(bag).output().expect("the interpreter is there");
-    let (said, complaint) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    assert!(output.status.success(), "a judge refuses the bag: {complaint}");
-    let said: serde_json::Value = serde_json::from_str(&said).expect("one JSON object");
+    let Some(said) = bag_judges::rosbags_counts(bag, domain) else { return };
     let seen = &said["topics"]["/joint_states"];
     assert_eq!((&seen["type"], &seen["count"]), (&json!("sensor_msgs/msg/JointState"), &json!(joint_states)));
 }

@@ -14,6 +14,7 @@ pub mod machine_sim;
 pub mod operator_page;
 pub mod planning;
 mod realtime;
+mod record_text;
 pub mod replay;
 pub mod report;
 pub mod rerun;

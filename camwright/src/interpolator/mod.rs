@@ -15,6 +15,7 @@ mod line;
 pub mod manual;
 mod path_time;
 mod pose;
+mod prepare_error;
 mod prepared;
 mod search;
 pub mod setup;
@@ -30,7 +31,8 @@ pub use again::RestState;
 pub use exchange::{
     AppliedInput, Event, MAX_APPLIED, Order, OrderKind, Outcome, Probed, Request, StartError, StepOutput, TickInputs,
 };
-pub use prepared::{Motion, PrepareError, Prepared};
+pub use prepare_error::PrepareError;
+pub use prepared::{Motion, Prepared};
 pub(crate) use spin::change_of_speed;
 pub use splice::Foreseen;
 pub use status::{InterpolatorAlarm, SearchStep, State, Status};

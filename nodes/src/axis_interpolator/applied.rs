@@ -2,6 +2,7 @@
 
 use crate::digest;
 use crate::machine_sim::{input_name, input_named};
+use crate::record_text::record_text;
 use camwright::interpolator::tolerance::{Stretch, ToleranceViolation};
 use camwright::interpolator::trajectory::Quantity;
 use camwright::interpolator::{AppliedInput as Applied, Request};
@@ -51,9 +52,7 @@ pub(super) fn message(input: &Applied, machine: &MachineDescription) -> AppliedI
                 at_the_goal: broken.stretch == Stretch::Goal,
                 time_s: broken.time_s,
             };
-            // A record of texts and numbers is never refused.
-            let content = serde_json::to_string(&record).unwrap_or_default();
-            AppliedInput { text: broken.to_string(), content, ..plain(AppliedInput::TOLERANCE) }
+            AppliedInput { text: broken.to_string(), content: record_text(&record), ..plain(AppliedInput::TOLERANCE) }
         }
         Applied::Settled => plain(AppliedInput::SETTLED),
         Applied::Alarm(number) => AppliedInput { counts: i64::from(*number), ..plain(AppliedInput::ALARM) },

@@ -4,6 +4,7 @@
 //! motion is short, and there is one way from it to the motion, for the node and for who computes its run again.
 
 use crate::machine_sim::input_named;
+use crate::record_text::record_text;
 use camwright::interpolator::manual::{Jog, JogRequest};
 use camwright::interpolator::setup::{self, MoveTo, Probe, ProbeRequest};
 use camwright::interpolator::tolerance::{FollowingTolerances, Tolerance};
@@ -170,7 +171,7 @@ impl MotionRecord {
     }
 
     pub(crate) fn to_text(&self) -> String {
-        text_of(self)
+        record_text(self)
     }
 
     pub(crate) fn from_text(text: &str) -> Result<Self, String> {
@@ -240,18 +241,12 @@ impl StartRecord {
     }
 
     pub(super) fn to_text(&self) -> String {
-        text_of(self)
+        record_text(self)
     }
 
     pub(crate) fn from_text(text: &str) -> Result<Self, String> {
         serde_json::from_str(text).map_err(|error| format!("the record of a motion cannot be read: {error}"))
     }
-}
-
-/// A record as a text. Numbers are written with as many digits as it takes to read them back to the bit.
-fn text_of(record: &impl Serialize) -> String {
-    // Maps with keys that are no text are all that JSON refuses; there are none in a record.
-    serde_json::to_string(record).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! What a bag itself says of its types (`ros2msg`): enough to find every value in a message without knowing the type beforehand.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Types that a type may use: far more than any does, and few enough for a message to be read by recursion.
 const MOST_TYPES: usize = 256;
@@ -134,7 +134,17 @@ fn field(line: &str, package: &str, numbers: &BTreeMap<String, usize>) -> Result
             (base, exact.map_or(Count::Sequence, Count::Array))
         }
     };
-    let kind = match base.split('<').next().unwrap_or_default() {
+    let base = base.split('<').next().unwrap_or_default();
+    let kind = match primitive(base) {
+        Some(kind) => kind,
+        None => nested(&full_name(base, package), numbers)?,
+    };
+    Ok(Some(Field { name, kind, count }))
+}
+
+/// What is no type of a package.
+fn primitive(base: &str) -> Option<Kind> {
+    Some(match base {
         "bool" => Kind::Bool,
         "int8" => Kind::Int8,
         "uint8" | "byte" | "char" => Kind::Uint8,
@@ -147,11 +157,27 @@ fn field(line: &str, package: &str, numbers: &BTreeMap<String, usize>) -> Result
         "float32" => Kind::Float32,
         "float64" => Kind::Float64,
         "string" => Kind::Text,
-        "Header" => nested("std_msgs/Header", numbers)?,
-        other if other.contains('/') => nested(&short(other), numbers)?,
-        other => nested(&format!("{package}/{other}"), numbers)?,
-    };
-    Ok(Some(Field { name, kind, count }))
+        _ => return None,
+    })
+}
+
+/// `package/Type` of a field's type, which within a package may be named without it.
+fn full_name(base: &str, package: &str) -> String {
+    match base {
+        "Header" => "std_msgs/Header".to_owned(),
+        other if other.contains('/') => short(other),
+        other => format!("{package}/{other}"),
+    }
+}
+
+/// `package/Type` of every type that the fields of a definition have.
+pub(crate) fn used_by(package: &str, definition: &str) -> BTreeSet<String> {
+    let fields = definition.lines().filter_map(|line| line.split('#').next()?.split_whitespace().next());
+    // Arrays and bounds belong to the field.
+    let bases = fields.map(|kind| kind.split(['[', '<']).next().unwrap_or(kind));
+    // These two have no values that we read, and are no types of a package either.
+    let is_used = |base: &&str| primitive(base).is_none() && !matches!(*base, "wstring" | "float128");
+    bases.filter(is_used).map(|base| full_name(base, package)).collect()
 }
 
 fn nested(name: &str, numbers: &BTreeMap<String, usize>) -> Result<Kind, String> {

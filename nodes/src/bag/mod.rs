@@ -12,7 +12,7 @@
 
 pub mod check;
 pub mod cli;
-mod definition;
+pub(crate) mod definition;
 pub mod export;
 pub mod info;
 mod json;

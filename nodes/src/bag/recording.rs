@@ -126,6 +126,9 @@ impl Shared {
     }
 }
 
+/// Hears how something went that the writer was asked for.
+type Answer<T> = Box<dyn FnOnce(T) + Send>;
+
 /// What the writer's thread is told.
 pub(super) enum Command {
     Topic(Topic),
@@ -136,10 +139,21 @@ pub(super) enum Command {
         data: Vec<u8>,
     },
     /// Whoever asked is told whether there is a next file.
-    Split(mpsc::Sender<bool>),
+    Split(Answer<bool>),
     /// Whoever asked is told how many messages were written.
-    Snapshot(mpsc::Sender<u64>),
+    Snapshot(Answer<u64>),
     Stop(Outcome),
+}
+
+impl Command {
+    /// Answers that nothing was done: the recording has ended.
+    pub(super) fn refuse(self) {
+        match self {
+            Self::Split(answer) => answer(false),
+            Self::Snapshot(answer) => answer(0),
+            Self::Topic(_) | Self::Message { .. } | Self::Stop(_) => {}
+        }
+    }
 }
 
 /// A topic of a recording.
@@ -248,20 +262,20 @@ impl Recording {
         before == 0 || (before + count).ilog2() > before.ilog2()
     }
 
-    /// Goes on in the next file once what is queued has been written. Waits for it; returns whether there is one.
-    #[must_use]
-    pub fn split(&self) -> bool {
-        let (answer, answered) = mpsc::channel();
-        self.commands.send(Command::Split(answer)).is_ok() && answered.recv().unwrap_or(false)
+    /// Goes on in the next file once what is queued has been written. Then `answer` is told, on the writer's thread, whether there is one.
+    pub fn split(&self, answer: impl FnOnce(bool) + Send + 'static) {
+        self.ask(Command::Split(Box::new(answer)));
     }
 
-    /// Writes what is held in memory, as a file of its own. What is returned receives how many messages that were once they are written,
-    /// or is cut off when the recording has ended.
-    pub fn snapshot(&self) -> mpsc::Receiver<u64> {
-        let (answer, answered) = mpsc::channel();
-        // A recording that has ended drops the other end.
-        let _ = self.commands.send(Command::Snapshot(answer));
-        answered
+    /// Writes what is held in memory, as a file of its own. Then `answer` is told, on the writer's thread, how many messages that were.
+    pub fn snapshot(&self, answer: impl FnOnce(u64) + Send + 'static) {
+        self.ask(Command::Snapshot(Box::new(answer)));
+    }
+
+    fn ask(&self, command: Command) {
+        if let Err(mpsc::SendError(command)) = self.commands.send(command) {
+            command.refuse();
+        }
     }
 
     /// Names of the files that were closed and opened since this was asked last.

@@ -62,9 +62,8 @@ impl WriterTask {
                 Ok(Command::Message { topic, log_time_ns, publish_time_ns, data }) => {
                     self.take(Held { topic, log_time_ns, publish_time_ns, data });
                 }
-                // Whoever asked may have gone away; what was asked for is done.
-                Ok(Command::Split(answer)) => drop(answer.send(self.step(BagWriter::split).is_some())),
-                Ok(Command::Snapshot(answer)) => drop(answer.send(self.snapshot())),
+                Ok(Command::Split(answer)) => answer(self.step(BagWriter::split).is_some()),
+                Ok(Command::Snapshot(answer)) => answer(self.snapshot()),
                 Ok(Command::Stop(outcome)) => break outcome,
                 Err(mpsc::RecvTimeoutError::Timeout) => {}
                 Err(mpsc::RecvTimeoutError::Disconnected) => break Outcome::Complete,
@@ -82,6 +81,7 @@ impl WriterTask {
         };
         self.let_go();
         self.close(outcome);
+        queue.try_iter().for_each(Command::refuse);
         self.closed.unwrap_or_else(|| Err(BagError::Closed { reason: "it was never open".into() }))
     }
 

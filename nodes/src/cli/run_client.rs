@@ -1,6 +1,6 @@
 //! `camwright run` as a client of the cell, like any other node.
 
-use super::run_report::um;
+use crate::convert::um_from_m as um;
 use crate::ros::{
     ActionClient, ClientGoal, GoalStatus, Node, NodeOptions, Qos, RosArgs, Shutdown, SpinThread, Subscription,
 };

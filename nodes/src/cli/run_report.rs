@@ -1,7 +1,7 @@
 //! What `camwright run` says at its end.
 
 use super::batch::Batch;
-use crate::convert::{j_mm3_from_j_m3, m_from_mm, mm_from_m};
+use crate::convert::{j_mm3_from_j_m3, m_from_mm, mm_from_m, um_from_m as um};
 use crate::planning::{Causes, FORM_TOLERANCE_MM, TimeCompared};
 use crate::ros::GoalStatus;
 use camwright::units::{deg_from_rad, mm_from_um, um_from_mm};
@@ -10,11 +10,6 @@ use camwright_msgs::camwright_msgs::msg::LobeResult;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
-
-/// A length for people (µm) from a message (m).
-pub(super) fn um(m: f64) -> f64 {
-    um_from_mm(mm_from_m(m))
-}
 
 /// A stiffness for people (N/µm) from a message (N/m): they differ as µm and m do, the other way round.
 fn n_um(n_m: f64) -> f64 {

@@ -1,7 +1,7 @@
 //! What `camwright run` says at the end of a job that turns.
 
-use super::run_report::{exit_code, um};
-use crate::convert::mm_from_m;
+use super::run_report::exit_code;
+use crate::convert::{mm_from_m, um_from_m as um};
 use crate::planning::TurnedInstead;
 use crate::ros::GoalStatus;
 use camwright::units::{deg_from_rad, um_from_mm};

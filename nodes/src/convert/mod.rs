@@ -10,6 +10,7 @@ pub mod setpoints;
 pub mod time;
 
 use camwright::machine::description::{Axis, Scale};
+use camwright::units::um_from_mm;
 use camwright_msgs::camwright_msgs::msg::AxisDescription;
 
 /// Millimetres to metres.
@@ -92,6 +93,12 @@ pub fn counts_from_si(scale: Scale, position: f64) -> i64 {
 pub fn counts_per_si(axis: &AxisDescription) -> f64 {
     let ratio = axis.counts_per_unit_numerator as f64 / axis.counts_per_unit_denominator as f64;
     if axis.linear { ratio * 1e6 } else { ratio / core::f64::consts::TAU }
+}
+
+/// A length for people (µm) from a message (m).
+#[must_use]
+pub fn um_from_m(m: f64) -> f64 {
+    um_from_mm(mm_from_m(m))
 }
 
 /// Metres to micrometres, radians to microradians.

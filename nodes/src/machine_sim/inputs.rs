@@ -11,6 +11,7 @@ use super::traffic::{Outbound, Taken};
 use crate::convert::setpoints::ChunkBuffer;
 use crate::convert::time::TickClock;
 use crate::digest;
+use crate::record_text::record_text as text;
 use crate::ros::{Node, Publisher, Qos, RosError};
 use camwright::machine::description::MachineDescription;
 use camwright::machine::report::TickReport;
@@ -147,12 +148,6 @@ pub(super) fn lobe_of(message: &MachineInput) -> Result<RawLobe, String> {
 /// A message that CDR cannot carry.
 pub(crate) fn check(message: &MachineInput) -> Result<u64, String> {
     digest::of_message(&MachineInput { check: 0, ..message.clone() })
-}
-
-/// A record as a text, whose numbers read back to the bit.
-fn text(record: &impl Serialize) -> String {
-    // Maps with keys that are no text are all that JSON refuses; there are none in a record.
-    serde_json::to_string(record).unwrap_or_default()
 }
 
 /// The record that a text is.

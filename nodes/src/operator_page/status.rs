@@ -2,9 +2,9 @@
 
 use super::feed::Known;
 use super::words::{self, SILENCE, Tone, Word};
-use crate::convert::mm_from_m;
 use crate::convert::plan::{phase_from, phase_name};
-use camwright::units::{deg_from_rad, rpm_from_rad_s, um_from_mm};
+use crate::convert::{mm_from_m, um_from_m as um};
+use camwright::units::{deg_from_rad, rpm_from_rad_s};
 use camwright_msgs::camwright_msgs::msg::{Alarm, LobeForm, MachineDescription, PartLobe};
 use camwright_msgs::control_msgs::msg::InterfaceValue;
 use serde::Serialize;
@@ -138,10 +138,6 @@ impl Status {
 fn machine_time_s(known: &Known) -> f64 {
     let cycle_s = known.machine.as_ref().map_or(0.0, |machine| f64::from(machine.cycle_time_ns) * 1e-9);
     known.stream.as_ref().map_or(0.0, |stream| stream.said.tick as f64 * cycle_s)
-}
-
-fn um(metres: f64) -> f64 {
-    um_from_mm(mm_from_m(metres))
 }
 
 fn alarm(alarm: &Alarm) -> AlarmLine {

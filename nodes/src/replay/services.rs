@@ -2,6 +2,7 @@
 
 use std::sync::mpsc;
 
+use camwright_msgs::Service;
 use camwright_msgs::rosbag2_interfaces::srv::{
     Burst, GetRate, IsPaused, Pause, Play, PlayNext, PlayRequest, Resume, Seek, SetRate, Stop, TogglePaused,
 };
@@ -30,23 +31,28 @@ pub(super) enum Order {
 
 /// Offers the services of rosbag2's player under the node's name.
 pub(super) fn offer(node: &Node, orders: &mpsc::Sender<Order>) -> Result<Vec<ServiceHandle>, RosError> {
-    // A player that has ended answers nobody.
-    let pass = |order: Order, orders: &mpsc::Sender<Order>| drop(orders.send(order));
-    let own = || orders.clone();
-    let (a, b, c, d) = (own(), own(), own(), own());
-    let (e, f, g, h) = (own(), own(), own(), own());
-    let (i, j, k) = (own(), own(), own());
     Ok(vec![
-        node.service_deferred::<Stop>("~/stop", move |_, to| pass(Order::Stop(to), &a))?,
-        node.service_deferred::<Pause>("~/pause", move |_, to| pass(Order::Pause(to), &b))?,
-        node.service_deferred::<Resume>("~/resume", move |_, to| pass(Order::Resume(to), &c))?,
-        node.service_deferred::<TogglePaused>("~/toggle_paused", move |_, to| pass(Order::TogglePaused(to), &d))?,
-        node.service_deferred::<IsPaused>("~/is_paused", move |_, to| pass(Order::IsPaused(to), &e))?,
-        node.service_deferred::<GetRate>("~/get_rate", move |_, to| pass(Order::GetRate(to), &f))?,
-        node.service_deferred::<SetRate>("~/set_rate", move |wanted, to| pass(Order::SetRate(wanted.rate, to), &g))?,
-        node.service_deferred::<PlayNext>("~/play_next", move |_, to| pass(Order::PlayNext(to), &h))?,
-        node.service_deferred::<Burst>("~/burst", move |wanted, to| pass(Order::Burst(wanted.num_messages, to), &i))?,
-        node.service_deferred::<Seek>("~/seek", move |wanted, to| pass(Order::Seek(from_time(&wanted.time), to), &j))?,
-        node.service_deferred::<Play>("~/play", move |wanted, to| pass(Order::Play(wanted, to), &k))?,
+        passed(node, "~/stop", orders, |_, to| Order::Stop(to))?,
+        passed(node, "~/pause", orders, |_, to| Order::Pause(to))?,
+        passed(node, "~/resume", orders, |_, to| Order::Resume(to))?,
+        passed(node, "~/toggle_paused", orders, |_, to| Order::TogglePaused(to))?,
+        passed(node, "~/is_paused", orders, |_, to| Order::IsPaused(to))?,
+        passed(node, "~/get_rate", orders, |_, to| Order::GetRate(to))?,
+        passed::<SetRate>(node, "~/set_rate", orders, |wanted, to| Order::SetRate(wanted.rate, to))?,
+        passed(node, "~/play_next", orders, |_, to| Order::PlayNext(to))?,
+        passed::<Burst>(node, "~/burst", orders, |wanted, to| Order::Burst(wanted.num_messages, to))?,
+        passed::<Seek>(node, "~/seek", orders, |wanted, to| Order::Seek(from_time(&wanted.time), to))?,
+        passed(node, "~/play", orders, Order::Play)?,
     ])
+}
+
+/// A service whose requests become orders. A player that has ended answers nobody.
+fn passed<S: Service>(
+    node: &Node,
+    name: &str,
+    orders: &mpsc::Sender<Order>,
+    order: fn(S::Request, Responder<S>) -> Order,
+) -> Result<ServiceHandle, RosError> {
+    let orders = orders.clone();
+    node.service_deferred::<S>(name, move |request, to| drop(orders.send(order(request, to))))
 }

@@ -6,14 +6,16 @@ use crate::config::locate::{Located, locate};
 use crate::config::machine_file;
 use crate::planning::{AnyPrepared, MachineNow, plan_any};
 use camwright::machine::description::MachineDescription;
-use camwright_msgs::camwright_msgs::msg::MachineDescription as MachineDescriptionMessage;
 use std::path::{Path, PathBuf};
+
+const NO_MACHINE: &str = "no machine description is recorded";
 
 /// What the machine is, by its recorded description.
 ///
 /// # Errors
 /// Why it is not known, as the end of a sentence.
-pub(super) fn described(message: &MachineDescriptionMessage) -> Result<MachineDescription, String> {
+pub(super) fn described(story: &Story<'_>) -> Result<MachineDescription, String> {
+    let message = story.machine.ok_or(NO_MACHINE)?;
     let machine = machine_file::parse(Path::new("machine/description"), &message.source, &[]);
     let description = machine.map_err(|error| format!("the machine's description is refused: {error}"))?.description;
     if description.hash == message.hash {
@@ -27,13 +29,13 @@ pub(super) fn described(message: &MachineDescriptionMessage) -> Result<MachineDe
 ///
 /// # Errors
 /// Why there is none, as the end of a sentence.
-pub(super) fn plan(story: &Story<'_>) -> Result<AnyPrepared, String> {
+pub(super) fn plan(story: &Story<'_>, described: Result<MachineDescription, String>) -> Result<AnyPrepared, String> {
     let status = story.status.ok_or("no job is recorded")?;
     if status.job_source.is_empty() {
         return Err("the bag does not hold the job's file".into());
     }
-    let message = story.machine.ok_or("no machine description is recorded")?;
-    let description = described(message)?;
+    let message = story.machine.ok_or(NO_MACHINE)?;
+    let description = described?;
     // Tables are found beside the job's file, where it still is.
     let path =
         locate("jobs", &status.job, "yaml", None).map_or_else(|_| PathBuf::from(&status.job), |found| found.path);

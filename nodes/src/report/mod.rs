@@ -32,6 +32,7 @@ mod tests;
 
 use crate::bag::{Bag, BagError};
 use crate::planning::AnyPrepared;
+use camwright::machine::description::MachineDescription;
 use gather::Recorded;
 use judge::Verdict;
 use lag::Lag;
@@ -116,8 +117,10 @@ pub fn html(path: &Path) -> Result<String, ReportError> {
         Some(ticks) => Motion::of(&bag, &recorded, ticks, &windows)?,
         None => None,
     };
-    let lags: Vec<Option<Lag>> = cuts.iter().map(|cut| lag_of(&recorded, &story, motion.as_ref()?, (*cut)?)).collect();
-    let again = again::plan(&story);
+    let described = again::described(&story);
+    let lag = |cut: &Option<(u64, u64)>| lag_of(&recorded, &story, described.as_ref().ok(), motion.as_ref()?, (*cut)?);
+    let lags: Vec<Option<Lag>> = cuts.iter().map(lag).collect();
+    let again = again::plan(&story, described);
     let verdict = judge::judge(&recorded, &story, &lags);
     Ok(page::html(&Findings {
         recorded: &recorded,
@@ -130,13 +133,18 @@ pub fn html(path: &Path) -> Result<String, ReportError> {
 }
 
 /// What the axes leave in the last turn of a cut, or in the last pass of a part that is turned.
-fn lag_of(recorded: &Recorded, story: &Story<'_>, motion: &Motion, cut: (u64, u64)) -> Option<Lag> {
+fn lag_of(
+    recorded: &Recorded,
+    story: &Story<'_>,
+    description: Option<&MachineDescription>,
+    motion: &Motion,
+    cut: (u64, u64),
+) -> Option<Lag> {
     let machine = story.machine?;
-    let description = again::described(machine).ok();
     let is_turned = story.forms.is_empty();
     let from = if is_turned { cut.0 } else { motion.last_turn(cut).first()?.tick };
     let known = lag::Known {
-        description: description.as_ref(),
+        description,
         cycle_s: recorded.cycle_s()?,
         sense: f64::from(machine.rotation_sense),
         wheel_m: (!is_turned).then_some(machine.wheel_radius),

@@ -1,12 +1,6 @@
 //! Numbers and recorded strings as the page shows them.
 
-use crate::convert::mm_from_m;
-use camwright::units::um_from_mm;
-
-/// Metres as micrometres.
-pub(super) fn um(m: f64) -> f64 {
-    um_from_mm(mm_from_m(m))
-}
+pub(super) use crate::convert::um_from_m as um;
 
 /// A number with so many digits behind the point; what is none is a dash.
 pub(super) fn fixed(value: f64, digits: usize) -> String {

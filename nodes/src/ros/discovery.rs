@@ -19,7 +19,7 @@ use rustdds::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::{cyclone, names, qos::Qos, rtps::Beside};
+use super::{matches::Matches, names, qos::Qos, rtps::Beside};
 
 /// Identity of an endpoint: DDS GUID.
 pub type Guid = [u8; 16];
@@ -92,19 +92,19 @@ impl From<&EndpointDescription> for Endpoint {
 }
 
 #[derive(Default)]
-struct State {
+pub(super) struct State {
     /// Ours; what discovery says of its endpoints is known better from the loopback.
     own: Option<[u8; 12]>,
     writers: BTreeMap<GUID, Endpoint>,
     readers: BTreeMap<GUID, Endpoint>,
     /// With whom our endpoints are matched, and since when.
-    matched: BTreeMap<GUID, BTreeMap<GUID, Instant>>,
+    pub(super) matched: BTreeMap<GUID, BTreeMap<GUID, Instant>>,
     /// Matches told before both of their ends were known here: ours, theirs.
     undecided: BTreeSet<(GUID, GUID)>,
     incompatible: Vec<String>,
     /// Pairs (ours, theirs) of which it has been said already that they do not fit.
     told: BTreeSet<(GUID, GUID)>,
-    nodes: BTreeMap<Guid, Vec<NodeEntities>>,
+    pub(super) nodes: BTreeMap<Guid, Vec<NodeEntities>>,
 }
 
 type Listener = Arc<dyn Fn() + Send + Sync>;
@@ -451,45 +451,6 @@ fn prefix(guid: &GUID) -> [u8; 12] {
     let mut prefix = [0; 12];
     prefix.copy_from_slice(guid.prefix.as_ref());
     prefix
-}
-
-/// The matches of our endpoints at one moment.
-pub(super) struct Matches<'a>(&'a State);
-
-impl Matches<'_> {
-    /// How many endpoints match one of ours.
-    pub(super) fn count(&self, ours: &GUID) -> usize {
-        self.0.matched.get(ours).map_or(0, BTreeMap::len)
-    }
-
-    /// Whether an endpoint of the participant of `theirs` matches one of ours.
-    pub(super) fn with_participant(&self, ours: &GUID, theirs: &GUID) -> bool {
-        self.of_participant(ours, theirs).next().is_some()
-    }
-
-    /// Whether an endpoint of the participant of `theirs` matches one of ours and will not miss what it is sent now.
-    pub(super) fn is_heard_by_participant(&self, ours: &GUID, theirs: &GUID) -> bool {
-        self.of_participant(ours, theirs).any(|(other, since)| cyclone::knows_us(other, *since))
-    }
-
-    /// What matches one of ours and is of the participant of `theirs`, with the time since when.
-    fn of_participant(&self, ours: &GUID, theirs: &GUID) -> impl Iterator<Item = (&GUID, &Instant)> {
-        let prefix = theirs.prefix;
-        self.0.matched.get(ours).into_iter().flatten().filter(move |(other, _)| other.prefix == prefix)
-    }
-
-    /// An endpoint of a participant that matches both of ours: a service is there when one reads requests and writes replies.
-    pub(super) fn one_peer_for_both(&self, first: &GUID, second: &GUID) -> Option<GUID> {
-        let mut candidates = self.0.matched.get(first)?.iter();
-        candidates
-            .find(|(other, since)| self.with_participant(second, other) && cyclone::knows_us(other, **since))
-            .map(|(other, _)| *other)
-    }
-
-    /// Whether a node is known by its fully qualified name.
-    pub(super) fn node(&self, name: &str) -> bool {
-        self.0.nodes.values().flatten().any(|node| names::join(&node.namespace, &node.name) == name)
-    }
 }
 
 /// A callback on graph changes; dropping it ends the calls.

@@ -38,6 +38,7 @@ mod goal_handle;
 mod lifecycle;
 mod logging;
 mod loopback;
+mod matches;
 mod names;
 mod neighbours;
 mod node;

@@ -7,6 +7,7 @@ use camwright_msgs::type_description_interfaces::srv::{
     GetTypeDescription, GetTypeDescriptionRequest, GetTypeDescriptionResponse,
 };
 
+use crate::bag::definition;
 use crate::ros::{Client, Node, TopicInfo};
 
 /// A type's definition with those of all it uses, in the bag's form (`ros2msg`), and its hash.
@@ -200,29 +201,8 @@ fn text(type_name: &str, find: impl Fn(&str) -> Option<String>) -> Result<String
 
 /// Full names of the types that the fields of a definition have, in order.
 fn used_by(package: &str, definition: &str) -> BTreeSet<String> {
-    const PRIMITIVE: [&str; 16] = [
-        "bool", "byte", "char", "float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64",
-        "uint64", "string", "wstring", "float128",
-    ];
-    let fields = definition.lines().map(|line| line.split('#').next().unwrap_or_default().split_whitespace());
-    fields
-        .filter_map(|mut words| {
-            let name = words.next()?;
-            // Arrays and bounds belong to the field.
-            let name = name.split(['[', '<']).next().unwrap_or(name);
-            let mut parts = name.split('/');
-            match (parts.next()?, parts.next(), parts.next()) {
-                ("Header", None, _) => Some("std_msgs/msg/Header".to_owned()),
-                (name, None, _) if PRIMITIVE.contains(&name) => None,
-                (name, None, _) => Some(format!("{package}/msg/{name}")),
-                (package, Some("msg"), Some(name)) | (package, Some(name), None) => {
-                    Some(format!("{package}/msg/{name}"))
-                }
-                _ => None,
-            }
-        })
-        .filter(|name| is_message(name))
-        .collect()
+    let full = |name: String| name.replacen('/', "/msg/", 1);
+    definition::used_by(package, definition).into_iter().map(full).filter(|name| is_message(name)).collect()
 }
 
 #[cfg(test)]

@@ -228,47 +228,28 @@ impl LifecycleCallbacks for Callbacks {
     }
 }
 
-/// The services that begin a new file. They wait for the writer, so not on the executor's thread.
+/// The services that begin a new file. The writer's thread answers, once it has done what was asked.
 fn file_services(node: &Node, shared: &Arc<Shared>) -> Result<[ServiceHandle; 2], NodeError> {
     let weak = Arc::downgrade(shared);
     let split = node.service_deferred::<SplitBagfile>("~/split_bagfile", move |_, responder| {
-        let session = weak.upgrade().and_then(|shared| shared.session());
-        aside(move || {
-            // Where nothing is recorded there is nothing to split; rosbag2's answer has no word for it.
-            let _is_split = session.is_some_and(|session| session.split());
-            responder.send(&SplitBagfileResponse::default());
-        });
+        // Where nothing is recorded there is nothing to split; rosbag2's answer has no word for it.
+        let answer = move |_| responder.send(&SplitBagfileResponse::default());
+        match weak.upgrade().and_then(|shared| shared.session()) {
+            Some(session) => session.split(answer),
+            None => answer(false),
+        }
     })?;
     let weak = Arc::downgrade(shared);
     let snapshot = node.service_deferred::<Snapshot>("~/snapshot", move |_, responder| {
-        let shared = weak.upgrade();
-        aside(move || {
-            let session = shared.as_ref().and_then(|shared| shared.session());
-            let taken = session.ok_or_else(|| "not recording".to_owned()).and_then(|session| session.snapshot());
-            if let (Some(shared), Err(reason)) = (&shared, &taken) {
-                shared.node.logger().warn(&format!("no snapshot: {reason}"));
-            }
-            responder.send(&SnapshotResponse { success: taken.is_ok() });
-        });
+        let answer = move |success| responder.send(&SnapshotResponse { success });
+        let Some(shared) = weak.upgrade() else { return answer(false) };
+        if let Some(session) = shared.session() {
+            return session.snapshot(answer);
+        }
+        shared.node.logger().warn("no snapshot: not recording");
+        answer(false);
     })?;
     Ok([split, snapshot])
-}
-
-/// Does something on a thread of its own; where there is none to be had, here.
-fn aside(work: impl FnOnce() + Send + 'static) {
-    let work = Arc::new(Mutex::new(Some(work)));
-    let there = Arc::clone(&work);
-    let started = std::thread::Builder::new().name("recorder file".into()).spawn(move || run_once(&there));
-    if started.is_err() {
-        run_once(&work);
-    }
-}
-
-fn run_once(work: &Mutex<Option<impl FnOnce()>>) {
-    let work = work.lock().unwrap_or_else(PoisonError::into_inner).take();
-    if let Some(work) = work {
-        work();
-    }
 }
 
 impl RunLogger {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use camwright_msgs::camwright_msgs::msg::{Alarm, MachineAlarms, RecorderStatus, TopicRecord};
@@ -72,8 +72,6 @@ struct Alarms {
     numbers: Vec<u16>,
     /// When the snapshot is due.
     due: Option<Instant>,
-    /// The answer of one that is being written.
-    taken: Option<mpsc::Receiver<u64>>,
 }
 
 /// A recording of the graph, from activation to deactivation. Callbacks hold it weakly: dropping it ends them.
@@ -157,17 +155,20 @@ impl Session {
         self.settings.recording.queue_bytes
     }
 
-    /// Writes what is held in memory; returns how many messages that were, or why there is nothing to hold.
-    pub(super) fn snapshot(&self) -> Result<u64, String> {
-        match self.settings.recording.snapshot {
-            Some(_) => Ok(self.recording.snapshot().recv().unwrap_or(0)),
-            None => Err("this recording writes all; parameter snapshot_s makes one of snapshots".into()),
+    /// Writes what is held in memory; `answer` is told whether there was something to hold.
+    pub(super) fn snapshot(&self, answer: impl FnOnce(bool) + Send + 'static) {
+        if self.settings.recording.snapshot.is_some() {
+            self.recording.snapshot(move |_| answer(true));
+        } else {
+            let reason = "this recording writes all; parameter snapshot_s makes one of snapshots";
+            self.node.logger().warn(&format!("no snapshot: {reason}"));
+            answer(false);
         }
     }
 
-    /// Goes on in the next file; returns whether there is one.
-    pub(super) fn split(&self) -> bool {
-        self.recording.split()
+    /// Goes on in the next file; `answer` is told when it does, or that it does not.
+    pub(super) fn split(&self, answer: impl FnOnce(bool) + Send + 'static) {
+        self.recording.split(answer);
     }
 
     /// A new alarm that stops the machine asks for a snapshot, once it has been seen how it came to rest.
@@ -183,17 +184,11 @@ impl Session {
 
     /// Takes the snapshot that is due, and tells of files that were begun.
     pub(super) fn attend(&self) {
-        let mut alarms = lock(&self.alarms);
-        if alarms.due.is_some_and(|due| due <= Instant::now()) {
-            alarms.due = None;
-            alarms.taken = Some(self.recording.snapshot());
-        }
-        let count = alarms.taken.as_ref().and_then(|taken| taken.try_recv().ok());
-        drop(alarms);
-        if let Some(count) = count {
-            self.node
-                .logger()
-                .info(&format!("an alarm: a snapshot of {count} messages is in {}", self.bag().display()));
+        let due = lock(&self.alarms).due.take_if(|due| *due <= Instant::now());
+        if due.is_some() {
+            let (logger, bag) = (self.node.logger().clone(), self.bag().display().to_string());
+            let told = move |count| logger.info(&format!("an alarm: a snapshot of {count} messages is in {bag}"));
+            self.recording.snapshot(told);
         }
         for (closed, opened) in self.recording.take_splits() {
             let path = |name: String| self.bag().join(name).display().to_string();

@@ -167,9 +167,14 @@ fn of_a_recording_of_snapshots_the_last_seconds_before_each_are_written_and_what
         }
     };
     send(0, 100);
-    assert_eq!(recording.snapshot().recv(), Ok(21), "two seconds and their first sample");
+    let snapshot = || {
+        let (answer, answered) = std::sync::mpsc::channel();
+        recording.snapshot(move |count| answer.send(count).expect("it is waited for"));
+        answered.recv()
+    };
+    assert_eq!(snapshot(), Ok(21), "two seconds and their first sample");
     send(100, 105);
-    assert_eq!(recording.snapshot().recv(), Ok(5), "what was written is not written again");
+    assert_eq!(snapshot(), Ok(5), "what was written is not written again");
     send(105, 110);
     let (metadata, counts) = recording.stop(Outcome::Complete).expect("the disk has room");
     assert_eq!((counts.received, counts.written, counts.passed, counts.dropped), (111, 27, 84, 0));

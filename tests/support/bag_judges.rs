@@ -1,12 +1,18 @@
-//! The JavaScript reader that Foxglove uses, as a judge of bags.
+//! The readers that other people use, as judges of bags: rosbags and mcap, and the JavaScript reader that Foxglove uses.
 #![allow(missing_docs, reason = "a helper of tests")]
-#![allow(dead_code, reason = "each test target uses its part")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 
-use super::support::{in_ci, repository, target_directory};
+use super::support::{Domain, in_ci, peer_env, repository, target_directory};
 use std::fs::{self, File};
 use std::path::Path;
 use std::process::Command;
+
+/// What rosbags and mcap saw in a bag, every message decoded, or nothing where there are no peers. What is refused fails the test.
+pub fn rosbags_counts(bag: &Path, domain: &Domain) -> Option<serde_json::Value> {
+    let output = peer_env()?.python("judge_bag.py", domain).arg(bag).output().expect("the interpreter is there");
+    assert!(output.status.success(), "a judge refuses the bag: {}", String::from_utf8_lossy(&output.stderr));
+    Some(serde_json::from_slice(&output.stdout).expect("one JSON object"))
+}
 
 /// What the judge counted in a bag, by topic, or nothing where there is no node to run it (in CI there has to be one). What is refused
 /// fails the test.
