@@ -49,6 +49,7 @@ const ORDER: &[&[&str]] = &[
     &["point_to_point"],
     &["speed_plan"],
     &["plan_check"],
+    &["plan_difference"],
     &["program_motion"],
     &["interpolator"],
     &["cycle"],

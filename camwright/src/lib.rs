@@ -36,6 +36,7 @@ pub mod packml;
 pub mod path_stop;
 pub mod plan;
 pub mod plan_check;
+pub mod plan_difference;
 pub mod point_to_point;
 pub mod post;
 pub mod program_motion;

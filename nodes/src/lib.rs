@@ -15,6 +15,7 @@ pub mod operator_page;
 pub mod planning;
 mod realtime;
 mod record_text;
+pub mod replan;
 pub mod replay;
 pub mod report;
 pub mod rerun;

@@ -59,6 +59,8 @@ enum CommandLine {
     Bag(crate::bag::cli::BagArgs),
     /// Play a bag to the ROS graph, or compute its run again and compare.
     Replay(replay::ReplayCommand),
+    /// Plan the jobs of bags again with this program, and list what moved and by how much.
+    Replan(crate::replan::ReplanArgs),
 }
 
 /// Entry point of the binary.
@@ -86,5 +88,6 @@ pub fn main() -> ExitCode {
         CommandLine::Urdf(args) => urdf::main(&args),
         CommandLine::Bag(args) => crate::bag::cli::run(&args),
         CommandLine::Replay(args) => replay::main(&args, &ros_args),
+        CommandLine::Replan(args) => crate::replan::run(&args),
     }
 }

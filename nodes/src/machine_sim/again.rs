@@ -1,6 +1,6 @@
 //! A machine that runs again what it was given once, without a clock: the cyclic thread's own code, fed from a record.
 
-use super::inputs::{BeginRecord, VERSION, lobe_of, record};
+use super::inputs::{BeginRecord, FORMAT, lobe_of, record};
 use super::output_digest::{OutputDigest, Told};
 use super::part::RawBar;
 use super::pump::StreamState;
@@ -30,6 +30,8 @@ pub(crate) struct Ticked {
 
 /// The machine, run again.
 pub(crate) struct MachineAgain {
+    /// Version of the program that recorded it.
+    pub(crate) recorded_by: String,
     ticker: Ticker,
     inlet: Sender<Inbound>,
     reports: Receiver<Outbound>,
@@ -49,8 +51,11 @@ impl MachineAgain {
     /// A record of another program or another machine, or one that cannot be read.
     pub(crate) fn new(description: &MachineDescription, begin: &MachineInput) -> Result<Self, String> {
         let begun: BeginRecord = record(&begin.content)?;
-        if begun.version != VERSION {
-            return Err(format!("it was recorded by camwright {}, this is {VERSION}", begun.version));
+        if begun.format != FORMAT {
+            let (format, version) = (begun.format, begun.version);
+            return Err(format!(
+                "its inputs are of form {format}, by camwright {version}; this one reads form {FORMAT}"
+            ));
         }
         if begun.machine_hash != description.hash {
             return Err("the machine that began is not the one that the bag describes".to_owned());
@@ -61,7 +66,7 @@ impl MachineAgain {
         let (inlet, inbound) = ring(RING, &waker);
         let (outbound, reports) = ring(RING, &waker);
         let ticker = Ticker::new(machine, Pace::Fast, inbound, outbound, Arc::new(Bounds::default()), 0);
-        Ok(Self { ticker, inlet, reports, digest: OutputDigest::default() })
+        Ok(Self { recorded_by: begun.version, ticker, inlet, reports, digest: OutputDigest::default() })
     }
 
     /// Takes an input; `chunk` finds the chunk with a first tick and a digest.

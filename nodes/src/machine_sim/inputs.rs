@@ -27,13 +27,18 @@ const DEPTH: u32 = 4000;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct BeginRecord {
-    /// Version of the program: another computes otherwise.
+    /// Form of the inputs.
+    pub(crate) format: u32,
+    /// Version of the program, for people: whether another computes otherwise is seen when it does.
     pub(crate) version: String,
     pub(crate) machine_hash: String,
     pub(crate) lasting: LastingRecord,
 }
 
-/// This program, as far as what it computes is concerned.
+/// Form of the inputs: it grows when what they say or how they are taken becomes something else, so that they cannot be taken again.
+pub(crate) const FORMAT: u32 = 1;
+
+/// This program.
 pub(crate) const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// The topic.
@@ -57,7 +62,8 @@ impl InputOutlet {
     /// The machine begins.
     pub(super) fn begin(&mut self, lasting: &LastingState) -> Result<(), RosError> {
         let (version, machine_hash) = (VERSION.to_owned(), self.machine.hash.clone());
-        let content = text(&BeginRecord { version, machine_hash, lasting: LastingRecord::from(lasting) });
+        let content =
+            text(&BeginRecord { format: FORMAT, version, machine_hash, lasting: LastingRecord::from(lasting) });
         self.publish(MachineInput { kind: MachineInput::BEGIN, content, ..MachineInput::default() })
     }
 

@@ -20,7 +20,7 @@ mod traffic;
 mod work_area;
 
 pub(crate) use again::{MachineAgain, Ticked};
-pub(crate) use inputs::{check as check_of_input, kind_name};
+pub(crate) use inputs::{VERSION, check as check_of_input, kind_name};
 pub(crate) use output_digest::{Told, of_chunk};
 pub(crate) use part::MOST_PAGES;
 pub use pump::WHEEL_JOINT;

@@ -7,6 +7,7 @@ use crate::config::any_job::{self, AnyJob};
 use crate::config::fault_file::JobFault;
 use crate::config::milling_file::MilledJob;
 use camwright::machine::description::MachineDescription;
+use camwright_msgs::camwright_msgs::msg::PlanPage;
 
 /// A job, planned and ready to send.
 #[derive(Debug, Clone)]
@@ -79,6 +80,15 @@ impl AnyPrepared {
         match self {
             Self::Ground(prepared) => prepared.plan_hash(),
             Self::Turned(prepared) => prepared.plan_hash(),
+        }
+    }
+
+    /// Its first plan as messages, the header first.
+    #[must_use]
+    pub fn first_pages(&self) -> &[PlanPage] {
+        match self {
+            Self::Ground(prepared) => prepared.measuring.as_ref().map_or(&prepared.pages, |measuring| &measuring.pages),
+            Self::Turned(prepared) => &prepared.pages,
         }
     }
 

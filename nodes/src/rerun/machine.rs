@@ -54,6 +54,11 @@ impl<'a> MachineRun<'a> {
         })
     }
 
+    /// Version of the program that recorded it.
+    pub(super) fn recorded_by(&self) -> &str {
+        &self.machine.recorded_by
+    }
+
     /// Ticks executed so far.
     pub(super) fn ticks(&self) -> u64 {
         self.tick

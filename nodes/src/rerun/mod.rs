@@ -18,6 +18,7 @@ pub use difference::{Difference, Values};
 use crate::bag::{Bag, BagError};
 use crate::convert::setpoints::chunk_from_trajectory;
 use crate::convert::time::ns_from_time;
+use crate::machine_sim::VERSION;
 use camwright_msgs::camwright_msgs::msg::MachineStream;
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
@@ -49,6 +50,8 @@ pub enum RerunError {
 /// What came of computing a run again.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
+    /// Version of the program that recorded it.
+    pub recorded_by: String,
     /// Inputs that are not as they were recorded, by their ticks.
     pub changed: Vec<(u64, String)>,
     /// The first difference, in the order of ticks; of interpolator and machine at most one each.
@@ -109,6 +112,9 @@ impl Verdict {
             "{:.3} s of the machine's time in {:.3} s, {rate:.1} times as fast",
             self.seconds.0, self.seconds.1
         ));
+        if self.recorded_by != VERSION {
+            lines.push(format!("recorded by camwright {}, computed by camwright {VERSION}", self.recorded_by));
+        }
         if self.lost > 0 {
             lines.push(format!("the recorder has lost {} messages, of which none was an input", self.lost));
         }
@@ -153,6 +159,7 @@ pub fn again(path: &Path) -> Result<Verdict, RerunError> {
     #[allow(clippy::cast_precision_loss, reason = "a number of ticks")]
     let seconds = (machine.ticks() as f64 * cycle_s, begun.elapsed().as_secs_f64());
     Ok(Verdict {
+        recorded_by: machine.recorded_by().to_owned(),
         changed: recorded.changed(),
         differences,
         ticks: machine.ticks(),

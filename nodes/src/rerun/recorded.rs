@@ -3,10 +3,10 @@
 use super::RerunError;
 use crate::axis_interpolator;
 use crate::bag::{Bag, Message};
-use crate::config::machine_file;
 use crate::convert::plan::plan_from_pages;
 use crate::convert::time::{TickClock, ns_from_time};
 use crate::machine_sim;
+use crate::planning::recorded_machine;
 use crate::ros::message_from_sample;
 use camwright::machine::description::MachineDescription;
 use camwright::plan::Plan;
@@ -16,7 +16,6 @@ use camwright_msgs::camwright_msgs::msg::{
 };
 use serde::de::DeserializeOwned;
 use std::collections::HashMap;
-use std::path::Path;
 use std::sync::Arc;
 
 /// Topics of a cell, by their indices in the bag.
@@ -124,9 +123,7 @@ impl Recorded {
         }
         let description =
             description.ok_or_else(|| RerunError::Cannot("it does not say what the machine is".into()))?;
-        let machine = machine_file::parse(Path::new("machine/description"), &description.source, &[])
-            .map_err(|error| RerunError::Cannot(format!("the machine that it describes is none: {error}")))?
-            .description;
+        let machine = recorded_machine(&description, &[]).map_err(RerunError::Cannot)?;
         let last = machine_inputs.last().map_or(0, |input| input.tick);
         let epoch_ns = machine_inputs.first().map_or(0, |input| ns_from_time(&input.stamp));
         let clock = TickClock { epoch_ns, cycle_time_ns: machine.cycle_time_ns };
