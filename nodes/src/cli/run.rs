@@ -262,7 +262,7 @@ fn planned_again(job: &str, args: &RunArgs, planned_as: Option<&JobStatus>) -> O
             if (loaded.spec.compensation.is_some() || loaded.spec.correction.is_some())
                 && !status.job_source.is_empty() =>
         {
-            let located = Located { path: loaded.document.path.clone(), text: status.job_source.clone() };
+            let located = Located::new(loaded.document.path.clone(), status.job_source.clone());
             job_file::parse(&located, &[]).ok()?
         }
         (_, loaded) => loaded,

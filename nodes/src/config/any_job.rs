@@ -66,7 +66,7 @@ pub enum JobKind {
 /// # Errors
 /// Text that is not YAML, a schema that no job has.
 pub fn kind(located: &Located, overrides: &[String]) -> Result<JobKind, ConfigError> {
-    let document = Document::parse(&located.path, &located.text, overrides)?;
+    let document = Document::of(located, overrides)?;
     match document.kind() {
         Some("job") => Ok(JobKind::Ground),
         Some("turning_job") => Ok(JobKind::Turned),
@@ -92,7 +92,7 @@ pub fn turns(name: &str, overrides: &[String]) -> bool {
 #[must_use]
 pub fn machine_of(name: &str, overrides: &[String]) -> Option<String> {
     let located = locate("jobs", name, "yaml", None).ok()?;
-    let document = Document::parse(&located.path, &located.text, overrides).ok()?;
+    let document = Document::of(&located, overrides).ok()?;
     let machine = document.text_at("machine")?;
     let found = locate("machines", machine, "yaml", Some(&located.path)).ok()?;
     // What was found beside the job is named by its path; what is built in, by its name.
@@ -106,7 +106,7 @@ pub fn list() -> Vec<(String, String, PathBuf)> {
         .into_iter()
         .filter_map(|name| {
             let located = locate("jobs", &name, "yaml", None).ok()?;
-            let document = Document::parse(&located.path, &located.text, &[]).ok()?;
+            let document = Document::of(&located, &[]).ok()?;
             let title = document.text_at("title").unwrap_or_default().to_owned();
             Some((name, title, located.path))
         })
@@ -116,10 +116,9 @@ pub fn list() -> Vec<(String, String, PathBuf)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::path::Path;
 
     fn refusal(text: &str) -> String {
-        let located = Located { path: Path::new("job.yaml").to_path_buf(), text: text.to_owned() };
+        let located = Located::new("job.yaml", text);
         parse(&located, &[]).expect_err("no job").to_string()
     }
 

@@ -1,7 +1,7 @@
 //! A groove as a milling job writes it, and the groove it means.
 
 use super::ConfigError;
-use super::hash::FileHash;
+use super::job_files::JobFiles;
 use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
 use super::milling_file::named;
 use super::profile_file::contour_key;
@@ -103,12 +103,12 @@ impl GrooveFile {
         document: &Document,
         index: usize,
         profiles: &[ProfileSpec],
-        hash: &mut FileHash,
+        files: &mut JobFiles,
     ) -> Result<(MilledGroove, Option<ProfileLift>), Vec<ConfigError>> {
         let (kind, lift) = match self.kind {
             KindFile::Plate => (self.plate(document, index, profiles).map_err(|error| vec![error])?, None),
             KindFile::Barrel => {
-                let (kind, lift) = self.barrel(document, index, hash)?;
+                let (kind, lift) = self.barrel(document, index, files)?;
                 (kind, Some(lift))
             }
         };
@@ -134,7 +134,7 @@ impl GrooveFile {
         &self,
         document: &Document,
         index: usize,
-        hash: &mut FileHash,
+        files: &mut JobFiles,
     ) -> Result<(GrooveKind, ProfileLift), Vec<ConfigError>> {
         let key = format!("grooves.{index}.lift");
         let needs =
@@ -144,7 +144,7 @@ impl GrooveFile {
         let outer_radius_mm = self.outer_radius_mm.ok_or_else(|| needs("outer_radius_mm"))?;
         let z_mm = self.z_mm.ok_or_else(|| needs("z_mm"))?;
         let of = OfProfile { document, key: &key, name: &self.name, follower: None };
-        let lift = lift_file::read(file, of, |text| hash.add(text.as_bytes()))?;
+        let lift = lift_file::read(file, of, files)?;
         let groove = BarrelGroove::new(&lift.law, roller_radius_mm, outer_radius_mm, outer_radius_mm - self.depth_mm)
             .map_err(|error| vec![document.error(&key, format!("groove {}: {error}", self.name))])?;
         Ok((GrooveKind::Barrel { groove, z_mm, y_axis: self.y_axis.unwrap_or(false) }, lift))

@@ -3,7 +3,7 @@
 use super::ConfigError;
 use super::compensation_file::CompensationFile;
 use super::fault_file::{self, FaultFile, JobFault};
-use super::hash::FileHash;
+use super::job_files::{JobFiles, NamedFile};
 use super::journal_file::{CorrectionFile, IdentificationFile, RawPartFile, StockFile};
 use super::lift_file::ProfileLift;
 use super::locate::{Located, locate};
@@ -20,6 +20,7 @@ use camwright::follower::Follower;
 use camwright::job::{BetweenLobes, HoldInCut, HomePosition, JobSpec, LEAST_BLOCKS, LobeSpec, ProfileSpec};
 use camwright::units::rad_from_deg;
 use serde::Deserialize;
+use std::sync::Arc;
 
 /// Newest version of the job file's schema that this program reads.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -158,6 +159,8 @@ pub struct Job {
     pub source: String,
     /// SHA-256 over the job file and every table it names, 64 hexadecimal digits.
     pub hash: String,
+    /// The files that it names.
+    pub files: Arc<[NamedFile]>,
     /// Lift of each profile: its law, the table it was read from, and what is to be said about that.
     pub lifts: Vec<ProfileLift>,
     /// What each profile is inspected with, where the job says so.
@@ -200,7 +203,7 @@ pub fn parse(located: &Located, overrides: &[String]) -> Result<Job, ConfigError
 /// Anything that is not a job, at least one sentence: unknown or missing keys, values out of range, tables that are
 /// refused. What needs the result of a failed step is left out.
 pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigError>> {
-    let document = Document::parse(&located.path, &located.text, overrides).map_err(one)?;
+    let document = Document::of(located, overrides).map_err(one)?;
     document.require_schema("job", SCHEMA_VERSION).map_err(one)?;
     let file: JobFile = document.read().map_err(one)?;
     let mut findings = ranges(&document, &file);
@@ -210,12 +213,11 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     findings.extend(file.measure_stock.iter().flat_map(|stock| stock.findings(&document)));
     findings.extend(file.runout_correction.iter().flat_map(|correction| correction.findings(&document)));
     let machine = machine_file::named(&document, &file.machine).map_err(|error| findings.push(error)).ok();
-    let mut hash = FileHash::default();
-    hash.add(document.text.as_bytes());
+    let mut files = JobFiles::of(&document);
     let (mut profiles, mut lifts) = (Vec::new(), Vec::new());
     let mut blocks: Option<u32> = None;
     for (index, profile) in file.profiles.iter().enumerate() {
-        match profile.read(&document, "profiles", index, &mut hash) {
+        match profile.read(&document, "profiles", index, &mut files) {
             Ok((spec, lift)) => {
                 let table_blocks = lift.table.as_ref().and_then(|table| u32::try_from(table.blocks()).ok());
                 match (blocks, table_blocks) {
@@ -242,7 +244,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     let faults = fault_file::read_all(&file.faults, &document, machine.as_ref(), &mut findings);
     let nc = file.nc.read(&document).map_err(|errors| findings.extend(errors)).ok();
     let Some((machine, nc)) = machine.zip(nc).filter(|_| findings.is_empty()) else { return Err(findings) };
-    let program = file.program.as_deref().map(|name| program_file::read(name, &document, &nc, &mut hash));
+    let program = file.program.as_deref().map(|name| program_file::read(name, &document, &nc, &mut files));
     let program = program.transpose().map_err(one)?;
     let mut spec = spec(&file, profiles, lobes, file.blocks_per_turn.or(blocks).unwrap_or(FORMULA_BLOCKS));
     let lobe_order = (file.lobe_order == LobeOrderFile::Fastest).then(|| fastest_order(&spec, &machine.description));
@@ -254,13 +256,15 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     if let Some(start) = start {
         spec.begin_with(start);
     }
+    let (hash, files) = files.finish();
     Ok(Job {
         spec,
         starts_in_the_middle: start.is_some(),
         lobe_order,
         title: file.title,
         source: document.text.clone(),
-        hash: hash.hex(),
+        hash,
+        files,
         lifts,
         gauges: file.profiles.iter().map(ProfileFile::gauge).collect(),
         machine,

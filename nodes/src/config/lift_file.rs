@@ -8,9 +8,10 @@
 
 use super::contour_table::{self, Turn};
 use super::follower_file::mm_per_deg;
+use super::job_files::JobFiles;
 use super::lift_formula::{self, EccentricFile, SCamFile, SegmentFile};
 use super::lift_text::{self, AngleUnit, Format, Printed};
-use super::locate::{Located, locate};
+use super::locate::Located;
 use super::yaml::Document;
 use super::{ConfigError, Place};
 use camwright::follower::Follower;
@@ -121,14 +122,14 @@ impl OfProfile<'_> {
     }
 }
 
-/// Reads the lift of a profile; `add_file` is given the text of every file read.
+/// Reads the lift of a profile; every file that it names is added to `files`.
 ///
 /// # Errors
 /// Everything that is wrong with it, in the order of its files.
-pub fn read(
+pub(super) fn read(
     file: &LiftFile,
     profile: OfProfile<'_>,
-    mut add_file: impl FnMut(&str),
+    files: &mut JobFiles,
 ) -> Result<ProfileLift, Vec<ConfigError>> {
     let halves = file.opening_table.is_some() || file.closing_table.is_some();
     let is_round = file.round.unwrap_or(false);
@@ -151,9 +152,9 @@ pub fn read(
         return formula;
     }
     let mut found = |key: &str, name: &str| -> Result<Located, Vec<ConfigError>> {
-        let located = locate("lifts", name, "csv", Some(&profile.document.path))
+        let located = (profile.document.locate("lifts", name, "csv"))
             .map_err(|error| vec![profile.document.error(&profile.key(key), error.to_string())])?;
-        add_file(&located.text);
+        files.add("lifts", name, located.text.as_bytes());
         Ok(located)
     };
     let source = match (&file.table, &file.half_table, &file.closing_table, &file.opening_table) {
@@ -471,7 +472,7 @@ pub fn read_alone(located: &Located, overrides: &[String]) -> Result<ProfileLift
     keys.extend(overrides.iter().cloned());
     let document = Document::parse(&located.path, "{}", &keys).map_err(|error| vec![error])?;
     let file: LiftFile = document.read().map_err(|error| vec![error])?;
-    read(&file, OfProfile { document: &document, key: "", name: "alone", follower: None }, |_| ())
+    read(&file, OfProfile { document: &document, key: "", name: "alone", follower: None }, &mut JobFiles::of(&document))
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Where params are looked for: as given, in `./params`, in `share/camwright/params` beside the installed binary, then in
 //! the copy inside the binary.
 
+use super::job_files::AtHand;
 use super::{ConfigError, Place};
 use std::fs::File;
 use std::io::Read;
@@ -38,6 +39,16 @@ pub struct Located {
     pub path: PathBuf,
     /// What it says.
     pub text: String,
+    /// Files that it names and that are found before any on the disk.
+    pub at_hand: AtHand,
+}
+
+impl Located {
+    /// Text that was read from a path; what it names is on the disk.
+    #[must_use]
+    pub fn new(path: impl Into<PathBuf>, text: impl Into<String>) -> Self {
+        Self { path: path.into(), text: text.into(), at_hand: AtHand::default() }
+    }
 }
 
 /// A file that may be no text, with its bytes.
@@ -47,6 +58,23 @@ pub struct LocatedBytes {
     pub path: PathBuf,
     /// What it holds.
     pub bytes: Vec<u8>,
+}
+
+impl LocatedBytes {
+    /// The same as text.
+    ///
+    /// # Errors
+    /// It is not UTF-8, said with its line.
+    pub(super) fn into_text(self) -> Result<Located, ConfigError> {
+        let Self { path, bytes } = self;
+        match String::from_utf8(bytes) {
+            Ok(text) => Ok(Located::new(path, text)),
+            Err(error) => Err(match text_of(&path, error.as_bytes()) {
+                Err(refusal) => refusal,
+                Ok(_) => ConfigError::at(Place::file(&path), "is not UTF-8"),
+            }),
+        }
+    }
 }
 
 /// Where a file is.
@@ -60,15 +88,7 @@ enum Found {
 /// # Errors
 /// A file that does not exist in any of the places, cannot be read, is too large, or is not UTF-8.
 pub fn locate(kind: &str, name: &str, extension: &str, relative_to: Option<&Path>) -> Result<Located, ConfigError> {
-    let LocatedBytes { path, bytes } = locate_bytes(kind, name, extension, relative_to, MOST_TEXT_BYTES)?;
-    let text = String::from_utf8(bytes).map_err(|error| {
-        // Said with its line.
-        match text_of(&path, error.as_bytes()) {
-            Err(refusal) => refusal,
-            Ok(_) => ConfigError::at(Place::file(&path), "is not UTF-8"),
-        }
-    })?;
-    Ok(Located { path, text })
+    locate_bytes(kind, name, extension, relative_to, MOST_TEXT_BYTES)?.into_text()
 }
 
 /// The same for a file that may be no text and is refused if it is larger than so many bytes, before it is read.

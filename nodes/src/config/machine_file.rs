@@ -6,8 +6,8 @@ use super::fault_file::AlarmRetractFile;
 use super::gauge_file::GaugeFile;
 use super::homing_file::{self, HomingFile};
 use super::insert_file::InsertFile;
+use super::job_files::MACHINES;
 use super::loading_file::LoadingFile;
-use super::locate::locate;
 use super::probe_file::{GapDetectorFile, KeyWayProbeFile};
 use super::process_file::ProcessFile;
 use super::wheel_file::{DresserFile, ExtentFile, ThermalFile};
@@ -207,8 +207,7 @@ pub fn parse(path: &Path, text: &str, overrides: &[String]) -> Result<Machine, C
 
 /// The machine that a job names under `machine`.
 pub(super) fn named(job: &Document, name: &str) -> Result<Machine, ConfigError> {
-    let found =
-        locate("machines", name, "yaml", Some(&job.path)).map_err(|error| job.error("machine", error.to_string()))?;
+    let found = job.locate(MACHINES, name, "yaml").map_err(|error| job.error("machine", error.to_string()))?;
     parse(&found.path, &found.text, &[])
 }
 

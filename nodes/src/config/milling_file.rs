@@ -2,7 +2,7 @@
 
 use super::ConfigError;
 use super::groove_file::{self, GrooveFile};
-use super::hash::FileHash;
+use super::job_files::{JobFiles, NamedFile};
 use super::lift_file::ProfileLift;
 use super::locate::{Located, locate};
 use super::nc_file::{NcFile, NcSettings};
@@ -14,6 +14,7 @@ use camwright::job::ProfileSpec;
 use camwright::milling_job::{CutsWith, MillAxis, MilledCam, MilledGroove, MillingJob, MillingPass, MillingTool};
 use camwright::units::{mm_from_um, rad_from_deg, rad_s_from_rpm};
 use serde::Deserialize;
+use std::sync::Arc;
 
 /// Newest version of the schema that this program reads.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -112,6 +113,8 @@ pub struct MilledJob {
     pub source: String,
     /// SHA-256 over the job file and every file it names, 64 hexadecimal digits.
     pub hash: String,
+    /// The files that it names.
+    pub files: Arc<[NamedFile]>,
     /// Lifts that its contours and grooves were made of, by the names of profiles and grooves.
     pub lifts: Vec<(String, ProfileLift)>,
     /// How an NC program is made of it.
@@ -143,7 +146,7 @@ pub fn parse(located: &Located, overrides: &[String]) -> Result<MilledJob, Confi
 /// mill cannot make.
 pub fn read(located: &Located, overrides: &[String]) -> Result<MilledJob, Vec<ConfigError>> {
     let one = |error| vec![error];
-    let document = Document::parse(&located.path, &located.text, overrides).map_err(one)?;
+    let document = Document::of(located, overrides).map_err(one)?;
     document.require_schema("milling_job", SCHEMA_VERSION).map_err(one)?;
     let file: MillingFile = document.read().map_err(one)?;
     // What is wrong with a number is said in its own words, before anything is made of it.
@@ -151,14 +154,13 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<MilledJob, Vec<Co
     if !findings.is_empty() {
         return Err(findings);
     }
-    let mut hash = FileHash::default();
-    hash.add(document.text.as_bytes());
-    let (profiles, mut lifts) = read_profiles(&document, &file, &mut hash)?;
+    let mut files = JobFiles::of(&document);
+    let (profiles, mut lifts) = read_profiles(&document, &file, &mut files)?;
     let tool = tool(&file.tool);
     let passes: Vec<MillingPass> = file.passes.iter().map(pass).collect();
     let (cams, grooves) = (
         cams(&document, &file, &profiles, &tool, &passes),
-        grooves(&document, &file, &profiles, &tool, &passes, &mut hash, &mut lifts),
+        grooves(&document, &file, &profiles, &tool, &passes, &mut files, &mut lifts),
     );
     let (cams, grooves) = match (cams, grooves) {
         (Ok(cams), Ok(grooves)) => (cams, grooves),
@@ -167,12 +169,14 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<MilledJob, Vec<Co
     lies_one_way(&document, &file, tool.cuts_with, &grooves).map_err(one)?;
     let nc = file.nc.read(&document)?;
     let (name, clearance_mm, blank_radius_mm) = (file.name, file.clearance_mm, file.blank_radius_mm);
+    let (hash, files) = files.finish();
     Ok(MilledJob {
         spec: MillingJob { name, tool, cams, grooves, passes, clearance_mm, blank_radius_mm },
         nc,
         title: file.title,
         source: document.text.clone(),
-        hash: hash.hex(),
+        hash,
+        files,
         lifts,
         document,
     })
@@ -204,10 +208,10 @@ fn pass(file: &PassFile) -> MillingPass {
 /// Profiles with their lifts.
 type Profiles = (Vec<ProfileSpec>, Vec<(String, ProfileLift)>);
 
-fn read_profiles(document: &Document, file: &MillingFile, hash: &mut FileHash) -> Result<Profiles, Vec<ConfigError>> {
+fn read_profiles(document: &Document, file: &MillingFile, files: &mut JobFiles) -> Result<Profiles, Vec<ConfigError>> {
     let (mut profiles, mut lifts, mut findings) = (Vec::new(), Vec::new(), Vec::new());
     for (index, profile) in file.profiles.iter().enumerate() {
-        match profile.read(document, "profiles", index, hash) {
+        match profile.read(document, "profiles", index, files) {
             Ok((spec, lift)) => {
                 lifts.push((spec.name.clone(), lift));
                 profiles.push(spec);
@@ -279,12 +283,12 @@ fn grooves(
     profiles: &[ProfileSpec],
     tool: &MillingTool,
     passes: &[MillingPass],
-    hash: &mut FileHash,
+    files: &mut JobFiles,
     lifts: &mut Vec<(String, ProfileLift)>,
 ) -> Result<Vec<MilledGroove>, Vec<ConfigError>> {
     let (mut grooves, mut findings) = (Vec::new(), Vec::new());
     for (index, groove) in file.grooves.iter().enumerate() {
-        match groove.read(document, index, profiles, hash) {
+        match groove.read(document, index, profiles, files) {
             Ok((groove, lift)) => {
                 // Only what has to be cut by the first pass has to be cut from the full.
                 let fits = passes.iter().enumerate().try_for_each(|(index, pass)| {

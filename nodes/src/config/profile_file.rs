@@ -3,7 +3,7 @@
 
 use super::ConfigError;
 use super::follower_file::FollowerFile;
-use super::hash::FileHash;
+use super::job_files::JobFiles;
 use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
 use super::yaml::Document;
 use camwright::contour::ContourError;
@@ -34,11 +34,11 @@ impl ProfileFile {
         document: &Document,
         list: &str,
         index: usize,
-        hash: &mut FileHash,
+        files: &mut JobFiles,
     ) -> Result<(ProfileSpec, ProfileLift), Vec<ConfigError>> {
         let given = self.follower.as_ref().map(FollowerFile::follower).zip(self.base_radius_mm);
         let of = OfProfile { document, key: &format!("{list}.{index}.lift"), name: &self.name, follower: given };
-        let lift = lift_file::read(&self.lift, of, |text| hash.add(text.as_bytes()))?;
+        let lift = lift_file::read(&self.lift, of, files)?;
         let (follower, base_radius_mm) = self.shape(&lift, given).map_err(|(key, message)| {
             vec![document.error(&format!("{list}.{index}.{key}"), format!("profile {}: {message}", self.name))]
         })?;

@@ -1,12 +1,14 @@
 //! The NC program that a job is ground by: the key `program`.
 
-use super::hash::FileHash;
-use super::locate::locate;
+use super::job_files::JobFiles;
 use super::nc_file::NcSettings;
 use super::yaml::Document;
 use super::{ConfigError, Place};
 use camwright::nc::{Dialect, Motion, ProgramFile, read as read_program};
 use std::path::{Path, PathBuf};
+
+/// What files of programs are.
+const PROGRAMS: &str = "programs";
 
 /// A program that was read.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,7 +24,7 @@ pub(super) fn read(
     name: &str,
     document: &Document,
     nc: &NcSettings,
-    hash: &mut FileHash,
+    files_of_job: &mut JobFiles,
 ) -> Result<JobProgram, ConfigError> {
     let dialect = nc.control.dialect;
     let extension = match dialect {
@@ -30,17 +32,19 @@ pub(super) fn read(
         Dialect::Fanuc => "NC",
         Dialect::Siemens => "MPF",
     };
-    let main = locate("programs", name, extension, Some(&document.path))?;
+    let main = document.locate(PROGRAMS, name, extension)?;
+    files_of_job.add(PROGRAMS, name, main.text.as_bytes());
     let mut paths = vec![main.path.clone()];
     let mut files = vec![ProgramFile { name: file_name(&main.path), text: main.text }];
     if dialect == Dialect::Siemens {
-        for path in subprograms(&main.path, &files[0].text)? {
-            let located = locate("programs", &path.display().to_string(), "SPF", None)?;
+        for path in subprograms(document, &main.path, &files[0].text)? {
+            let name = path.display().to_string();
+            let located = document.locate(PROGRAMS, &name, "SPF")?;
+            files_of_job.add(PROGRAMS, &name, located.text.as_bytes());
             files.push(ProgramFile { name: file_name(&located.path), text: located.text });
             paths.push(located.path);
         }
     }
-    files.iter().for_each(|file| hash.add(file.text.as_bytes()));
     let read = read_program(dialect, nc.control.format.x_values(), &files);
     let motion = read.map_err(|error| {
         let named = files.iter().position(|file| file.name == error.file);
@@ -55,10 +59,17 @@ fn file_name(path: &Path) -> String {
 }
 
 /// Subprograms of a SINUMERIK are files of their own: those beside the main program that it names.
-fn subprograms(main: &Path, text: &str) -> Result<Vec<PathBuf>, ConfigError> {
-    let folder = main.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let entries = std::fs::read_dir(folder);
-    let entries = entries.map_err(|error| ConfigError::at(Place::file(folder), format!("cannot be read: {error}")))?;
+fn subprograms(document: &Document, main: &Path, text: &str) -> Result<Vec<PathBuf>, ConfigError> {
+    let recorded: Vec<PathBuf> = document.at_hand.names(PROGRAMS).map(PathBuf::from).collect();
+    let beside = if recorded.is_empty() {
+        let folder = main.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let entries = std::fs::read_dir(folder);
+        let entries =
+            entries.map_err(|error| ConfigError::at(Place::file(folder), format!("cannot be read: {error}")))?;
+        entries.filter_map(Result::ok).map(|entry| entry.path()).collect()
+    } else {
+        recorded
+    };
     let word = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let words: Vec<&str> = text.split(|c| !word(c)).collect();
     let is_named = |path: &PathBuf| {
@@ -66,7 +77,7 @@ fn subprograms(main: &Path, text: &str) -> Result<Vec<PathBuf>, ConfigError> {
         let stem = path.file_stem().map(|stem| stem.to_string_lossy());
         is_sub && stem.is_some_and(|stem| words.iter().any(|word| word.eq_ignore_ascii_case(&stem)))
     };
-    let mut paths: Vec<PathBuf> = entries.filter_map(Result::ok).map(|entry| entry.path()).filter(is_named).collect();
+    let mut paths: Vec<PathBuf> = beside.into_iter().filter(is_named).collect();
     paths.sort();
     Ok(paths)
 }

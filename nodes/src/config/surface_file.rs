@@ -1,9 +1,9 @@
 //! The surface of a part that is turned: what a job writes under `surface`, and the shape it means.
 
 use super::grid_text;
-use super::hash::FileHash;
+use super::job_files::JobFiles;
 use super::lift_file::ProfileLift;
-use super::locate::{LocatedBytes, locate_bytes};
+use super::locate::LocatedBytes;
 use super::profile_file::{self, ProfileFile, contour_key};
 use super::stl;
 use super::yaml::Document;
@@ -301,12 +301,12 @@ impl SurfaceFile {
         }
     }
 
-    /// The surface it means; every file that it names goes into the hash.
-    pub(super) fn read(&self, document: &Document, hash: &mut FileHash) -> Result<ReadSurface, Vec<ConfigError>> {
+    /// The surface it means; every file that it names is added to `files`.
+    pub(super) fn read(&self, document: &Document, files: &mut JobFiles) -> Result<ReadSurface, Vec<ConfigError>> {
         let (solid, from_mm, to_mm) = match self {
-            Self::Cams(file) => return read_cams(document, file, hash),
-            Self::Grid(file) => return read_grid(document, file, hash),
-            Self::Mesh(file) => return read_mesh(document, file, hash),
+            Self::Cams(file) => return read_cams(document, file, files),
+            Self::Grid(file) => return read_grid(document, file, files),
+            Self::Mesh(file) => return read_mesh(document, file, files),
             Self::Cylinder(file) => (Solid::Cylinder { radius_mm: file.radius_mm }, file.from_mm, file.to_mm),
             Self::Eccentric(file) => {
                 let azimuth_rad = rad_from_deg(file.azimuth_deg);
@@ -342,21 +342,21 @@ fn named(
     name: &str,
     extension: &str,
     most: u64,
-    hash: &mut FileHash,
+    files: &mut JobFiles,
 ) -> Result<LocatedBytes, Vec<ConfigError>> {
-    let located = locate_bytes("surfaces", name, extension, Some(&document.path), most)
+    let located = (document.locate_bytes("surfaces", name, extension, most))
         .map_err(|error| vec![document.error("surface.file", error.to_string())])?;
-    hash.add(&located.bytes);
+    files.add("surfaces", name, &located.bytes);
     Ok(located)
 }
 
-fn read_grid(document: &Document, file: &GridFile, hash: &mut FileHash) -> Result<ReadSurface, Vec<ConfigError>> {
-    let LocatedBytes { path, bytes } = named(document, &file.file, "csv", grid_text::MOST_BYTES, hash)?;
+fn read_grid(document: &Document, file: &GridFile, files: &mut JobFiles) -> Result<ReadSurface, Vec<ConfigError>> {
+    let LocatedBytes { path, bytes } = named(document, &file.file, "csv", grid_text::MOST_BYTES, files)?;
     grid_text::read(&path, &bytes).map(ReadSurface::from)
 }
 
-fn read_mesh(document: &Document, file: &MeshFile, hash: &mut FileHash) -> Result<ReadSurface, Vec<ConfigError>> {
-    let LocatedBytes { path, bytes } = named(document, &file.file, "stl", stl::MOST_BYTES, hash)?;
+fn read_mesh(document: &Document, file: &MeshFile, files: &mut JobFiles) -> Result<ReadSurface, Vec<ConfigError>> {
+    let LocatedBytes { path, bytes } = named(document, &file.file, "stl", stl::MOST_BYTES, files)?;
     let mut triangles = stl::read(&path, &bytes).map_err(|error| vec![error])?;
     drop(bytes);
     for corner in triangles.iter_mut().flatten() {
@@ -387,7 +387,7 @@ fn solid_key(error: &SurfaceError) -> &'static str {
     }
 }
 
-fn read_cams(document: &Document, file: &CamsFile, hash: &mut FileHash) -> Result<ReadSurface, Vec<ConfigError>> {
+fn read_cams(document: &Document, file: &CamsFile, files: &mut JobFiles) -> Result<ReadSurface, Vec<ConfigError>> {
     const PROFILES: &str = "surface.profiles";
     let CamsFile { profiles, cams, .. } = file;
     let mut findings: Vec<ConfigError> = profile_file::findings(PROFILES, profiles)
@@ -402,7 +402,7 @@ fn read_cams(document: &Document, file: &CamsFile, hash: &mut FileHash) -> Resul
                 format!("profile {}: gauge is about lobes that are ground; a turned part has none", profile.name);
             findings.push(document.error(&key, message));
         }
-        match profile.read(document, PROFILES, index, hash) {
+        match profile.read(document, PROFILES, index, files) {
             Ok((spec, lift)) => match Contour::from_lift(&spec.lift, &spec.follower, spec.base_radius_mm) {
                 Ok(contour) => {
                     contours.push(Some(contour));

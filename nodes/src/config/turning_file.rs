@@ -2,7 +2,7 @@
 
 use super::ConfigError;
 use super::fault_file::{self, FaultFile, JobFault};
-use super::hash::FileHash;
+use super::job_files::{JobFiles, NamedFile};
 use super::lift_file::ProfileLift;
 use super::locate::{Located, locate};
 use super::machine_file::{self, Machine};
@@ -17,6 +17,7 @@ use camwright::units::{mm_from_um, rad_s_from_rpm};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Newest version of the schema that this program reads.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -146,6 +147,8 @@ pub struct TurnedJob {
     pub source: String,
     /// SHA-256 over the job file and every file it names, 64 hexadecimal digits.
     pub hash: String,
+    /// The files that it names.
+    pub files: Arc<[NamedFile]>,
     /// Lifts of the profiles that its surface was made of, by their names.
     pub lifts: Vec<(String, ProfileLift)>,
     /// The file of its surface and how that was read, if it is a mesh.
@@ -184,15 +187,14 @@ pub fn parse(located: &Located, overrides: &[String]) -> Result<TurnedJob, Confi
 /// Anything that is not a turning job, at least one sentence: unknown or missing keys, values out of range, surfaces that are none.
 pub fn read(located: &Located, overrides: &[String]) -> Result<TurnedJob, Vec<ConfigError>> {
     let one = |error| vec![error];
-    let document = Document::parse(&located.path, &located.text, overrides).map_err(one)?;
+    let document = Document::of(located, overrides).map_err(one)?;
     document.require_schema("turning_job", SCHEMA_VERSION).map_err(one)?;
     let file: TurningFile = document.read().map_err(one)?;
     let shape = SurfaceFile::of(&document).map_err(one)?;
     let mut findings = ranges(&document, &file);
     let machine = machine_file::named(&document, &file.machine).map_err(|error| findings.push(error)).ok();
-    let mut hash = FileHash::default();
-    hash.add(document.text.as_bytes());
-    let surface = shape.read(&document, &mut hash).map_err(|errors| findings.extend(errors)).ok();
+    let mut files = JobFiles::of(&document);
+    let surface = shape.read(&document, &mut files).map_err(|errors| findings.extend(errors)).ok();
     let faults = fault_file::read_all(&file.faults, &document, machine.as_ref(), &mut findings);
     let feeds = feeds(&document, &file).map_err(|errors| findings.extend(errors)).ok();
     let grid = feeds.and_then(|(_, feed)| grid(&document, &file, feed).map_err(|error| findings.push(error)).ok());
@@ -221,11 +223,13 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<TurnedJob, Vec<Co
         clearance_mm: file.clearance_mm,
         rapid_speed_mm_s: file.rapid_speed_mm_s,
     };
+    let (hash, files) = files.finish();
     Ok(TurnedJob {
         spec,
         title: file.title,
         source: document.text.clone(),
-        hash: hash.hex(),
+        hash,
+        files,
         lifts: surface.lifts,
         mesh: surface.mesh,
         machine,

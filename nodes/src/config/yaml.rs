@@ -1,5 +1,7 @@
 //! YAML with the line of every value, and overrides over it.
 
+use super::job_files::AtHand;
+use super::locate::Located;
 use super::{ConfigError, Place};
 use serde::de::{DeserializeOwned, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde::ser::{SerializeMap, SerializeSeq, Serializer};
@@ -194,9 +196,20 @@ pub struct Document {
     /// Line by line.
     pub root: Node,
     overrides: Vec<String>,
+    /// Files that it names and that are found before any on the disk.
+    pub(super) at_hand: AtHand,
 }
 
 impl Document {
+    /// Parses a file that was found and lays `key=value` overrides over it, later ones winning.
+    ///
+    /// # Errors
+    /// As [`Document::parse`].
+    pub fn of(located: &Located, overrides: &[String]) -> Result<Self, ConfigError> {
+        let document = Self::parse(&located.path, &located.text, overrides)?;
+        Ok(Self { at_hand: located.at_hand.clone(), ..document })
+    }
+
     /// Parses text that was read from a path and lays `key=value` overrides over it, later ones winning.
     ///
     /// # Errors
@@ -216,7 +229,8 @@ impl Document {
             serde_saphyr::to_string(&root)
                 .map_err(|error| ConfigError::at(Place::file(path), format!("cannot be written back: {error}")))?
         };
-        Ok(Self { path: path.to_path_buf(), text, root, overrides: overrides.to_vec() })
+        let at_hand = AtHand::default();
+        Ok(Self { path: path.to_path_buf(), text, root, overrides: overrides.to_vec(), at_hand })
     }
 
     /// What it says, in types.

@@ -4,6 +4,7 @@
 //! gives the same counts again.
 
 pub mod gauge;
+pub mod job_files;
 pub mod plan;
 mod plan_segment;
 pub mod setpoints;

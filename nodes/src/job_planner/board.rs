@@ -2,10 +2,11 @@
 
 use super::cell::Told;
 use super::lock;
+use crate::convert::job_files::{MOST_PAGES, pages_from_files};
 use crate::planning::AnyPrepared;
 use crate::ros::{Node, Publisher, Qos, RosError};
 use camwright_msgs::camwright_msgs::action::RunJobResult;
-use camwright_msgs::camwright_msgs::msg::JobStatus;
+use camwright_msgs::camwright_msgs::msg::{JobFilePage, JobStatus};
 use std::sync::{Mutex, mpsc};
 
 /// The latched status and what it said last.
@@ -13,6 +14,9 @@ use std::sync::{Mutex, mpsc};
 pub(super) struct Board {
     node: Node,
     publisher: Publisher<JobStatus>,
+    /// The files that the job names, and the job whose files were told last.
+    files: Publisher<JobFilePage>,
+    told: Mutex<String>,
     /// Held while publishing, so that the last message is the last change.
     last: Mutex<JobStatus>,
     /// The cell, which follows what becomes of jobs.
@@ -22,7 +26,9 @@ pub(super) struct Board {
 impl Board {
     pub(super) fn new(node: &Node, cell: mpsc::Sender<Told>) -> Result<Self, RosError> {
         let publisher = node.publisher("~/job_status", &Qos::latched(1))?;
-        let board = Self { node: node.clone(), publisher, last: Mutex::default(), cell };
+        let files = node.publisher("~/job_files", &Qos::latched(MOST_PAGES))?;
+        let (last, told) = (Mutex::default(), Mutex::default());
+        let board = Self { node: node.clone(), publisher, files, told, last, cell };
         board.set(|_| {});
         Ok(board)
     }
@@ -55,6 +61,7 @@ impl Board {
 
     /// A job is planned; `state` says what becomes of it.
     pub(super) fn planned(&self, state: u8, prepared: &AnyPrepared, message: &str) {
+        self.tell_files(prepared);
         self.set(|status| {
             *status = JobStatus {
                 state,
@@ -66,6 +73,20 @@ impl Board {
                 ..JobStatus::default()
             };
         });
+    }
+
+    /// The files that a job names, once for each job.
+    fn tell_files(&self, prepared: &AnyPrepared) {
+        let mut told = lock(&self.told);
+        if *told == prepared.job_hash() {
+            return;
+        }
+        prepared.job_hash().clone_into(&mut told);
+        for page in pages_from_files(prepared.job_hash(), prepared.files()) {
+            if let Err(error) = self.files.publish(&page) {
+                self.node.logger().warn(&error.to_string());
+            }
+        }
     }
 
     /// The job is being brought to rest.

@@ -5,6 +5,7 @@ use super::{MachineNow, PreparedJob, plan};
 use crate::config::ConfigError;
 use crate::config::any_job::{self, AnyJob};
 use crate::config::fault_file::JobFault;
+use crate::config::job_files::NamedFile;
 use crate::config::milling_file::MilledJob;
 use camwright::machine::description::MachineDescription;
 use camwright_msgs::camwright_msgs::msg::PlanPage;
@@ -71,6 +72,15 @@ impl AnyPrepared {
         match self {
             Self::Ground(prepared) => &prepared.job.hash,
             Self::Turned(prepared) => &prepared.job.hash,
+        }
+    }
+
+    /// The files that it names.
+    #[must_use]
+    pub fn files(&self) -> &[NamedFile] {
+        match self {
+            Self::Ground(prepared) => &prepared.job.files,
+            Self::Turned(prepared) => &prepared.job.files,
         }
     }
 

@@ -52,7 +52,7 @@ pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
 pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result};
 pub(crate) use plots::Scale;
 pub use program::{ProgramSummary, ProgrammedTurn, compare_program, write_program};
-pub use recorded::{plan_recorded, recorded_machine};
+pub use recorded::{NO_JOB_FILE, plan_recorded, recorded_machine};
 pub use rehearse::{Outlines, RehearsalFailed, rehearse_job, rehearse_job_on, rehearse_outlines_on};
 pub use times::{TimeCompared, compare_times};
 pub use turn_curve::{TurnCurvePoint, turn_curve};

@@ -2,11 +2,15 @@
 
 use super::{AnyPrepared, MachineNow, plan_any, wheel_now};
 use crate::config::any_job;
+use crate::config::job_files::{AtHand, MACHINES, NamedFile};
 use crate::config::locate::{Located, locate};
 use crate::config::machine_file;
 use camwright::machine::description::MachineDescription;
 use camwright_msgs::camwright_msgs::msg::{JobStatus, MachineDescription as DescriptionMessage};
 use std::path::{Path, PathBuf};
+
+/// Why a job cannot be planned again whose file was not told.
+pub const NO_JOB_FILE: &str = "the bag does not hold the job's file";
 
 /// What a machine was by its recorded description, with `key=value` overrides.
 ///
@@ -21,24 +25,31 @@ pub fn recorded_machine(message: &DescriptionMessage, overrides: &[String]) -> R
     Ok(description)
 }
 
-/// Plans a recorded job for a machine on which the recorded wheel is mounted, with `key=value` overrides.
+/// Plans a recorded job, with the files that it names, for a machine on which the recorded wheel is mounted, with `key=value` overrides.
 ///
 /// # Errors
 /// Why there is no plan, as the end of a sentence.
 pub fn plan_recorded(
     status: &JobStatus,
+    mut files: Vec<NamedFile>,
     message: &DescriptionMessage,
     description: MachineDescription,
     overrides: &[String],
 ) -> Result<AnyPrepared, String> {
     if status.job_source.is_empty() {
-        return Err("the bag does not hold the job's file".into());
+        return Err(NO_JOB_FILE.into());
     }
-    // Tables are found beside the job's file, where it still is.
+    let (kind, name) = (MACHINES.to_owned(), message.name.clone());
+    files.push(NamedFile { kind, name, bytes: message.source.as_bytes().into() });
+    // What the bag does not hold is found beside the job's file, where it still is, and is the same file or none.
     let path =
         locate("jobs", &status.job, "yaml", None).map_or_else(|_| PathBuf::from(&status.job), |found| found.path);
-    let located = Located { path, text: status.job_source.clone() };
+    let located = Located { at_hand: AtHand::new(files), ..Located::new(path, status.job_source.clone()) };
     let job = any_job::parse(&located, overrides).map_err(|error| format!("the recorded job is refused: {error}"))?;
     let now = MachineNow { description, wheel: wheel_now(message) };
-    plan_any(job, Some(&now)).map_err(|error| format!("the recorded job cannot be planned: {error}"))
+    let prepared = plan_any(job, Some(&now)).map_err(|error| format!("the recorded job cannot be planned: {error}"))?;
+    if overrides.is_empty() && prepared.job_hash() != status.job_hash {
+        return Err("a file that the job names is not in the bag, and the one that was found is another".into());
+    }
+    Ok(prepared)
 }

@@ -1,12 +1,14 @@
 //! The jobs of a bag: what was asked for, on which machine, and the plan that was driven.
 
 use crate::bag::{Bag, BagError};
+use crate::config::job_files::NamedFile;
+use crate::convert::job_files::files_from_pages;
 use crate::convert::plan::plan_from_pages;
 use crate::ros::message_from_sample;
 use camwright::machine::description::MachineDescription;
 use camwright::plan::Plan;
 use camwright_msgs::Message as _;
-use camwright_msgs::camwright_msgs::msg::{JobStatus, MachineDescription as DescriptionMessage, PlanPage};
+use camwright_msgs::camwright_msgs::msg::{JobFilePage, JobStatus, MachineDescription as DescriptionMessage, PlanPage};
 use std::path::{Path, PathBuf};
 
 /// A job as it was planned once.
@@ -16,6 +18,8 @@ pub struct ArchivedJob {
     pub status: JobStatus,
     /// The machine as it was then; none where it was not recorded.
     pub machine: Option<DescriptionMessage>,
+    /// The files that it names, as far as they were recorded.
+    pub files: Vec<NamedFile>,
     /// The pages of its first plan.
     pub pages: Vec<PlanPage>,
 }
@@ -67,6 +71,7 @@ pub fn archived_jobs(path: &Path) -> Result<Vec<ArchivedJob>, BagError> {
     // By the cell they are of: what their names begin with.
     let mut machines: Vec<(String, DescriptionMessage)> = Vec::new();
     let mut pages: Vec<PlanPage> = Vec::new();
+    let mut files: Vec<JobFilePage> = Vec::new();
     let cell = |topic: usize, name: &str| bag.topics()[topic].name.strip_suffix(name).unwrap_or_default().to_owned();
     let mut messages = bag.messages();
     while let Some(message) = messages.next_message()? {
@@ -77,6 +82,8 @@ pub fn archived_jobs(path: &Path) -> Result<Vec<ArchivedJob>, BagError> {
             }
         } else if of_type == PlanPage::TYPE_NAME {
             pages.extend(message_from_sample::<PlanPage>(&message.data));
+        } else if of_type == JobFilePage::TYPE_NAME {
+            files.extend(message_from_sample::<JobFilePage>(&message.data));
         } else if of_type == JobStatus::TYPE_NAME {
             let Ok(status) = message_from_sample::<JobStatus>(&message.data) else { continue };
             if status.plan_hash.is_empty() {
@@ -90,11 +97,12 @@ pub fn archived_jobs(path: &Path) -> Result<Vec<ArchivedJob>, BagError> {
                     && job.machine.as_ref().map(|known| &known.hash) == machine.as_ref().map(|told| &told.hash)
             };
             if !jobs.iter().any(is_known) {
-                jobs.push(ArchivedJob { status, machine, pages: Vec::new() });
+                jobs.push(ArchivedJob { status, machine, files: Vec::new(), pages: Vec::new() });
             }
         }
     }
     for job in &mut jobs {
+        job.files = files_from_pages(&job.status.job_hash, &files);
         for page in pages.iter().filter(|page| page.plan_hash == job.status.plan_hash) {
             if !job.pages.iter().any(|known| known.page == page.page) {
                 job.pages.push(page.clone());

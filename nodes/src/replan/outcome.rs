@@ -54,7 +54,7 @@ pub fn plan_again(
     let message = job.machine.as_ref().ok_or("no machine description is recorded")?;
     let machine = recorded_machine(message, set_machine)?;
     let old = job.plan(&machine)?;
-    let prepared = plan_recorded(&job.status, message, machine.clone(), set)?;
+    let prepared = plan_recorded(&job.status, job.files.clone(), message, machine.clone(), set)?;
     let new = plan_from_pages(prepared.first_pages(), &machine).map(|(plan, _)| plan).map_err(|e| e.to_string())?;
     let difference = compare(&old, &new, &machine);
     let is_same = old == new;

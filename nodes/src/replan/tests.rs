@@ -27,7 +27,7 @@ fn archived(job: &str, set: &[&str]) -> ArchivedJob {
         ..JobStatus::default()
     };
     let machine = Some(description_message(&file, &lasting));
-    ArchivedJob { status, machine, pages: prepared.first_pages().to_vec() }
+    ArchivedJob { status, machine, files: prepared.files().to_vec(), pages: prepared.first_pages().to_vec() }
 }
 
 fn again(job: &ArchivedJob, set: &[&str], tolerance_um: f64) -> Outcome {
@@ -108,6 +108,29 @@ fn a_spiral_is_compared_over_its_angle() {
     let z = outcome.lines.iter().find(|line| line.text.starts_with("path of z_axis")).expect("the part lies elsewhere");
     assert!((number(&z.text, "moved by ").abs() - 500.0).abs() < 1e-6, "{}", z.text);
     assert!(!outcome.lines.iter().any(|line| line.text.starts_with("path of x_axis")), "{outcome}");
+}
+
+/// A job of our own with a table of our own beside it is planned again where neither is on the disk; without the table it is not.
+#[test]
+fn the_files_that_a_job_names_come_from_the_bag() {
+    let folder = std::env::temp_dir().join(format!("camwright-replan-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let text =
+        |kind: &str, name: &str, extension: &str| locate(kind, name, extension, None).expect("it is shipped").text;
+    let job = text("jobs", "four_lobe_camshaft", "yaml")
+        .replace("intake.csv", "own_in.csv")
+        .replace("exhaust.csv", "own_ex.csv");
+    std::fs::write(folder.join("own_job.yaml"), job).expect("a job");
+    for (name, shipped) in [("own_in.csv", "intake"), ("own_ex.csv", "exhaust")] {
+        std::fs::write(folder.join(name), text("lifts", shipped, "csv")).expect("a table");
+    }
+    let mut own = archived(&folder.join("own_job.yaml").display().to_string(), &[]);
+    std::fs::remove_dir_all(&folder).expect("it was made above");
+    assert!(own.files.iter().map(|file| file.name.as_str()).eq(["own_in.csv", "own_ex.csv"]), "{}", own.files.len());
+    assert!(again(&own, &[], 0.0).is_same);
+    own.files.clear();
+    let reason = plan_again(&own, &[], &[], 0.0).expect_err("its table is nowhere");
+    assert!(reason.contains("the recorded job is refused: ") && reason.contains("own_in.csv"), "{reason}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The job planned again from what the bag holds of it: what a plan knows and no message says.
 
 use super::story::Story;
-use crate::planning::{AnyPrepared, plan_recorded, recorded_machine};
+use crate::planning::{AnyPrepared, NO_JOB_FILE, plan_recorded, recorded_machine};
 use camwright::machine::description::MachineDescription;
 
 const NO_MACHINE: &str = "no machine description is recorded";
@@ -20,7 +20,10 @@ pub(super) fn described(story: &Story<'_>) -> Result<MachineDescription, String>
 /// Why there is none, as the end of a sentence.
 pub(super) fn plan(story: &Story<'_>, described: Result<MachineDescription, String>) -> Result<AnyPrepared, String> {
     let status = story.status.ok_or("no job is recorded")?;
-    let prepared = plan_recorded(status, story.machine.ok_or(NO_MACHINE)?, described?, &[])?;
+    if status.job_source.is_empty() {
+        return Err(NO_JOB_FILE.into());
+    }
+    let prepared = plan_recorded(status, story.files.clone(), story.machine.ok_or(NO_MACHINE)?, described?, &[])?;
     let hash = prepared.plan_hash();
     if story.plans.iter().any(|(driven, _)| driven == hash) {
         Ok(prepared)

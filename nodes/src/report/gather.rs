@@ -5,7 +5,7 @@ use crate::bag::{Bag, Message};
 use crate::convert::time::{TickClock, ns_from_time};
 use crate::ros::message_from_sample;
 use camwright_msgs::camwright_msgs::msg::{
-    Alarm, AppliedInput, FormMap, GaugeReading, InterpolatorState, JobStatus, LobeForm, MachineAlarms,
+    Alarm, AppliedInput, FormMap, GaugeReading, InterpolatorState, JobFilePage, JobStatus, LobeForm, MachineAlarms,
     MachineDescription, MachineStream, PartLobe, PlanPage, RecorderStatus, TurnedPage,
 };
 use serde::de::DeserializeOwned;
@@ -62,6 +62,7 @@ pub(super) struct Recorded {
     pub(super) statuses: Vec<At<JobStatus>>,
     pub(super) forms: Vec<At<LobeForm>>,
     pub(super) parts: Vec<At<PartLobe>>,
+    pub(super) job_files: Vec<At<JobFilePage>>,
     pub(super) pages: Vec<At<PlanPage>>,
     pub(super) states: Vec<At<InterpolatorState>>,
     pub(super) inputs: Vec<At<AppliedInput>>,
@@ -115,6 +116,7 @@ impl Recorded {
             "machine/gauge" => push(&mut self.gauge, message),
             "machine/turned_part" => push(&mut self.surface, message),
             "job_planner/job_status" => push(&mut self.statuses, message),
+            "job_planner/job_files" => push(&mut self.job_files, message),
             "job_planner/lobe_forms" => push(&mut self.forms, message),
             "job_planner/plan" => push(&mut self.pages, message),
             "job_planner/form_map" => push(&mut self.maps, message),

@@ -1,6 +1,8 @@
 //! The last job of a bag: which plans were its own, when what was done, and what came out.
 
 use super::gather::{At, Recorded};
+use crate::config::job_files::NamedFile;
+use crate::convert::job_files::files_from_pages;
 use camwright_msgs::camwright_msgs::msg::{
     GaugeReading, InterpolatorState, JobStatus, LobeForm, MachineDescription, PartLobe, PlanHeader, PlanSegment,
     TurnedPage,
@@ -44,6 +46,8 @@ pub(super) struct Story<'a> {
     pub(super) status: Option<&'a JobStatus>,
     /// Every job that came to an end, in their order.
     pub(super) ended: Vec<Ended>,
+    /// The files that it names, as far as they were told.
+    pub(super) files: Vec<NamedFile>,
     /// The machine as it was when the job was planned.
     pub(super) machine: Option<&'a MachineDescription>,
     /// Hash and header of its plans in the order in which they were made.
@@ -64,6 +68,8 @@ impl<'a> Story<'a> {
         let from_ns = begin_ns(&recorded.statuses);
         let status = recorded.statuses.last().map(|at| &at.said).filter(|status| !status.job.is_empty());
         let machine = recorded.machines.iter().rev().find(|at| at.ns <= from_ns).or(recorded.machines.first());
+        let pages = recorded.job_files.iter().map(|at| &at.said);
+        let files = status.map_or_else(Vec::new, |status| files_from_pages(&status.job_hash, pages));
         let plans = plans(recorded, from_ns, status);
         let stretches = stretches(&recorded.states, &plans);
         let ticks = stretches.first().zip(stretches.last()).map(|(first, last)| (first.from, last.to));
@@ -77,6 +83,7 @@ impl<'a> Story<'a> {
         Self {
             status,
             ended: ended(&recorded.statuses),
+            files,
             machine: machine.map(|at| &at.said),
             plans,
             stretches,

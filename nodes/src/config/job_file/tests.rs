@@ -1,9 +1,8 @@
 use super::*;
-use std::path::PathBuf;
 
 fn findings(change: impl Fn(&str) -> String) -> Vec<String> {
     let located = locate("jobs", "eccentric", "yaml", None).unwrap();
-    let located = Located { path: PathBuf::from("job.yaml"), text: change(&located.text) };
+    let located = Located::new("job.yaml", change(&located.text));
     read(&located, &[]).err().unwrap_or_default().iter().map(ToString::to_string).collect()
 }
 
@@ -30,7 +29,7 @@ fn of_two_divisions(more: &str) -> Result<Job, Vec<String>> {
     std::fs::write(folder.join("exhaust.csv"), rows.join("\n")).unwrap();
     std::fs::write(folder.join("intake.csv"), written("lifts", "intake").text).unwrap();
     let text = written("jobs", "four_lobe_camshaft").text + more;
-    let read = read(&Located { path: folder.join("job.yaml"), text }, &[]);
+    let read = read(&Located::new(folder.join("job.yaml"), text), &[]);
     std::fs::remove_dir_all(folder).unwrap();
     read.map_err(|findings| findings.iter().map(ToString::to_string).collect())
 }

@@ -54,7 +54,8 @@ impl Folder {
         let told = |error: ConfigError| error.to_string().replace(&format!("{}/", self.0.display()), "");
         let file: Profile = document.read().map_err(|error| vec![told(error)])?;
         let profile = OfProfile { document: &document, key: "lift", name: "p", follower: Some((follower, 16.0)) };
-        read(&file.lift, profile, |_| ()).map_err(|errors| errors.into_iter().map(told).collect())
+        read(&file.lift, profile, &mut JobFiles::of(profile.document))
+            .map_err(|errors| errors.into_iter().map(told).collect())
     }
 }
 
@@ -349,10 +350,10 @@ fn keys_that_contradict_each_other_are_refused() {
 #[test]
 fn a_table_alone_is_read_by_its_header_or_by_what_is_set() {
     let inch = turn(|angle, lift| format!("{angle:.1} {:.4}", lift / 25.4));
-    let located = Located { path: PathBuf::from("no-such-folder/t.txt"), text: inch.clone() };
+    let located = Located::new("no-such-folder/t.txt", inch.clone());
     assert!(read_alone(&located, &[]).is_err(), "the file is found by its path");
     let folder = Folder::new("alone", &[("t.txt", inch.as_str())]);
-    let located = Located { path: folder.0.join("t.txt"), text: inch };
+    let located = Located::new(folder.0.join("t.txt"), inch);
     let errors = read_alone(&located, &[]).unwrap_err();
     assert!(errors[0].to_string().contains("no header line names the columns"), "{errors:?}");
     let set = ["columns=[cam_angle_deg, lift_inch]".to_owned()];

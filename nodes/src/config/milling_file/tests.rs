@@ -1,6 +1,5 @@
 use super::*;
 use camwright::milling_job::GrooveKind;
-use std::path::Path;
 
 const PLATE: &str = "\
 schema: camwright/milling_job/1
@@ -53,7 +52,7 @@ passes:
 
 fn with(text: &str, overrides: &[&str]) -> Result<MilledJob, Vec<String>> {
     let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
-    let located = Located { path: Path::new("job.yaml").to_path_buf(), text: text.to_owned() };
+    let located = Located::new("job.yaml", text);
     read(&located, &overrides).map_err(|errors| errors.iter().map(ToString::to_string).collect())
 }
 

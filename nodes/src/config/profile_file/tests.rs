@@ -36,7 +36,7 @@ impl Folder {
         if !found.is_empty() {
             return Err(found.into_iter().map(|(_, message)| message).collect());
         }
-        let read = file.profiles[0].read(&document, "profiles", 0, &mut FileHash::default());
+        let read = file.profiles[0].read(&document, "profiles", 0, &mut JobFiles::of(&document));
         read.map_err(|errors| errors.into_iter().map(told).collect())
     }
 

@@ -202,7 +202,7 @@ fn no_job_file_makes_the_reader_panic() {
     let (mut made, mut refused) = (0, 0);
     for round in 0..400 {
         let text = String::from_utf8_lossy(&mutated(located.text.as_bytes(), &mut below)).into_owned();
-        match read(&Located { path: located.path.clone(), text }, &[]) {
+        match read(&Located::new(located.path.clone(), text), &[]) {
             Ok(_) => made += 1,
             Err(errors) => {
                 refused += 1;

@@ -1,5 +1,4 @@
 use super::*;
-use std::path::PathBuf;
 
 fn with(overrides: &[&str]) -> Result<TurnedJob, Vec<String>> {
     let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
@@ -168,7 +167,7 @@ fn an_unknown_key_of_the_surface_is_told_with_its_line() {
     ] {
         let text = located.text.replacen(from, to, 1);
         let line = text.lines().position(|line| line.contains(to)).unwrap() + 1;
-        let error = parse(&Located { path: PathBuf::from("job.yaml"), text }, &[]).unwrap_err().to_string();
+        let error = parse(&Located::new("job.yaml", text), &[]).unwrap_err().to_string();
         assert!(
             error.starts_with(&format!("job.yaml:{line}: ")) && error.contains(to.split(':').next().unwrap()),
             "{error}"
@@ -184,7 +183,7 @@ fn every_file_that_is_named_is_in_the_hash() {
     let at = located.text.find("        segments:").unwrap();
     let end = located.text.find("    - name: low").unwrap();
     let text = format!("{}        table: own.csv\n{}", &located.text[..at], &located.text[end..]);
-    let job = Located { path: folder.join("job.yaml"), text };
+    let job = Located::new(folder.join("job.yaml"), text);
     let hash = |lift_mm: f64| {
         let row = |k: u32| format!("{k},{:.6}\n", 0.5 * lift_mm * (1.0 - f64::from(k).to_radians().cos()));
         let rows: String = (0..360).map(row).collect();

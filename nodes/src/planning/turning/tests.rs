@@ -57,7 +57,7 @@ fn a_refusal_points_to_the_line_of_the_file_that_was_read() {
         let text = located.text.replacen(from, to, 1);
         assert_ne!(text, located.text, "{from}");
         let line = text.lines().position(|line| line.contains(to.trim_end())).expect("what was put in") + 1;
-        let read = Located { path: located.path.clone(), text };
+        let read = Located::new(located.path.clone(), text);
         let error = turning_file::parse(&read, &[]).and_then(|job| plan_turned(job, None)).expect_err("refused");
         (error, u64::try_from(line).expect("a line"))
     };
