@@ -1,10 +1,11 @@
 //! The readers that other people use, as judges of bags: rosbags and mcap, and the JavaScript reader that Foxglove uses.
 #![allow(missing_docs, reason = "a helper of tests")]
+#![allow(dead_code, reason = "each test target uses its part")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 
 use super::support::{Domain, in_ci, peer_env, repository, target_directory};
 use std::fs::{self, File};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What rosbags and mcap saw in a bag, every message decoded, or nothing where there are no peers. What is refused fails the test.
@@ -14,9 +15,38 @@ pub fn rosbags_counts(bag: &Path, domain: &Domain) -> Option<serde_json::Value> 
     Some(serde_json::from_slice(&output.stdout).expect("one JSON object"))
 }
 
+/// What rosbags and mcap make of bags that may be wrong, one after the other, or nothing where there are no peers.
+pub fn python_verdicts(bags: &[PathBuf], domain: &Domain) -> Option<Vec<serde_json::Value>> {
+    let output = peer_env()?.python("judge_faults.py", domain).args(bags).output().expect("the interpreter is there");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    Some(lines(&output.stdout))
+}
+
+/// What Foxglove's reader makes of bags that may be wrong, one after the other, or nothing where there is no node to run it.
+pub fn foxglove_verdicts(bags: &[PathBuf]) -> Option<Vec<serde_json::Value>> {
+    let home = foxglove_home()?;
+    let output = Command::new("node").arg(home.join("judge_faults.mjs")).args(bags).output();
+    let output = output.expect("node can be started");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    Some(lines(&output.stdout))
+}
+
+fn lines(stdout: &[u8]) -> Vec<serde_json::Value> {
+    let text = String::from_utf8_lossy(stdout);
+    text.lines().map(|line| serde_json::from_str(line).expect("a JSON object a line")).collect()
+}
+
 /// What the judge counted in a bag, by topic, or nothing where there is no node to run it (in CI there has to be one). What is refused
 /// fails the test.
 pub fn foxglove_counts(bag: &Path) -> Option<serde_json::Value> {
+    let home = foxglove_home()?;
+    let output = Command::new("node").arg(home.join("judge_bag.mjs")).arg(bag).output().expect("node can be started");
+    assert!(output.status.success(), "Foxglove's reader refuses the bag: {}", String::from_utf8_lossy(&output.stderr));
+    Some(serde_json::from_slice(&output.stdout).expect("one JSON object"))
+}
+
+/// Where the judge and its modules lie, made once under `target/`.
+fn foxglove_home() -> Option<PathBuf> {
     let home = target_directory().join("foxglove-judge");
     let has =
         |program: &str| Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success());
@@ -41,9 +71,8 @@ pub fn foxglove_counts(bag: &Path) -> Option<serde_json::Value> {
         fs::write(&stamp, wanted).expect("the target directory can be written");
     }
     // Modules are looked for beside the script.
-    fs::copy(source.join("judge_bag.mjs"), home.join("judge_bag.mjs")).expect("the target directory can be written");
-    drop(lock);
-    let output = Command::new("node").arg(home.join("judge_bag.mjs")).arg(bag).output().expect("node can be started");
-    assert!(output.status.success(), "Foxglove's reader refuses the bag: {}", String::from_utf8_lossy(&output.stderr));
-    Some(serde_json::from_slice(&output.stdout).expect("one JSON object"))
+    for script in ["reader.mjs", "judge_bag.mjs", "judge_faults.mjs"] {
+        fs::copy(source.join(script), home.join(script)).expect("the target directory can be written");
+    }
+    Some(home)
 }

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use super::check::{self, Severity};
 use super::info::BagInfo;
 use super::recover;
-use super::{Bag, export};
+use super::{Bag, Preset, export};
 
 /// Arguments of `camwright bag`.
 #[derive(Debug, Clone, clap::Args)]
@@ -37,10 +37,10 @@ pub enum BagCommand {
 pub struct ExportArgs {
     /// Directory of the bag, or one MCAP file
     pub bag: PathBuf,
-    /// csv: a table of each topic; zstd: the same bag with compressed chunks
+    /// csv: a table of each topic; zstd and its like: the same bag with compressed chunks
     #[arg(long, value_enum, default_value_t = Format::Csv)]
     pub to: Format,
-    /// Directory that is made; left out: beside the bag, under its name with `_csv` or `_zstd`
+    /// Directory that is made; left out: beside the bag, under its name with `_csv`, `_zstd`, …
     #[arg(long, value_name = "DIR")]
     pub into: Option<PathBuf>,
     /// Elements of an array that have a column each; a longer array is one text
@@ -55,6 +55,12 @@ pub enum Format {
     Csv,
     /// The same bag with compressed chunks.
     Zstd,
+    /// The same, compressed as fast as it can be.
+    #[value(name = "zstd_fast")]
+    ZstdFast,
+    /// The same, as small as it can be.
+    #[value(name = "zstd_small")]
+    ZstdSmall,
 }
 
 /// What is to be recovered, and where to.
@@ -150,9 +156,12 @@ fn recover_bag(bag: &Path, into: Option<&Path>, json: bool) -> Result<(String, u
 fn export_bag(args: &ExportArgs) -> Result<(String, u8), super::BagError> {
     let bag = Bag::open(&args.bag)?;
     let beside = |word: &str| args.into.clone().unwrap_or_else(|| super::named_beside(&args.bag, word));
+    let copy = |preset: Preset| export::to_bag(&bag, &beside(preset.name()), preset);
     let exported = match args.to {
         Format::Csv => export::to_csv(&bag, &beside("csv"), args.longest)?,
-        Format::Zstd => export::to_zstd(&bag, &beside("zstd"))?,
+        Format::Zstd => copy(Preset::Zstd)?,
+        Format::ZstdFast => copy(Preset::ZstdFast)?,
+        Format::ZstdSmall => copy(Preset::ZstdSmall)?,
     };
     let mut text = String::new();
     for path in &exported.paths {

@@ -19,7 +19,8 @@ pub(super) enum Kind {
     Uint64,
     Float32,
     Float64,
-    Text,
+    /// So many bytes at most, where a bound is told.
+    Text(Option<usize>),
     /// Another type, by its number in [`Definition::types`].
     Nested(usize),
 }
@@ -29,8 +30,8 @@ pub(super) enum Kind {
 pub(super) enum Count {
     One,
     Array(usize),
-    /// As many as the message says.
-    Sequence,
+    /// As many as the message says, and at most so many where a bound is told.
+    Sequence(Option<usize>),
 }
 
 /// A field of a type.
@@ -130,16 +131,28 @@ fn field(line: &str, package: &str, numbers: &BTreeMap<String, usize>) -> Result
         None => (kind, Count::One),
         Some((base, bound)) => {
             let bound = bound.strip_suffix(']').ok_or_else(|| format!("'{line}': a bracket is open"))?;
-            let exact = bound.parse().ok().filter(|_| !bound.is_empty());
-            (base, exact.map_or(Count::Sequence, Count::Array))
+            (base, count(bound).ok_or_else(|| format!("'{line}': '{bound}' is no number of elements"))?)
         }
     };
-    let base = base.split('<').next().unwrap_or_default();
+    let (base, most) = match base.split_once("<=") {
+        None => (base, None),
+        Some((base, most)) => (base, Some(most.parse().map_err(|_| format!("'{line}': '{most}' is no length"))?)),
+    };
     let kind = match primitive(base) {
+        Some(Kind::Text(_)) => Kind::Text(most),
         Some(kind) => kind,
         None => nested(&full_name(base, package), numbers)?,
     };
     Ok(Some(Field { name, kind, count }))
+}
+
+/// What stands in the brackets of a field. ROS has no arrays of no elements, which would hold any number of types in no byte.
+fn count(bound: &str) -> Option<Count> {
+    match bound.strip_prefix("<=") {
+        Some(most) => most.parse().ok().map(|most| Count::Sequence(Some(most))),
+        None if bound.is_empty() => Some(Count::Sequence(None)),
+        None => bound.parse().ok().filter(|count| *count > 0).map(Count::Array),
+    }
 }
 
 /// What is no type of a package.
@@ -156,7 +169,7 @@ fn primitive(base: &str) -> Option<Kind> {
         "uint64" => Kind::Uint64,
         "float32" => Kind::Float32,
         "float64" => Kind::Float64,
-        "string" => Kind::Text,
+        "string" => Kind::Text(None),
         _ => return None,
     })
 }
@@ -214,6 +227,11 @@ mod tests {
         let good =
             Definition::parse("a/msg/A", "int8 X = 3\nint8[<=4] b 1 # c\nstring<=3[2] s\n").expect("it is right");
         let field = |name: &str, kind, count| Field { name: name.into(), kind, count };
-        assert_eq!(good.types, [[field("b", Kind::Int8, Count::Sequence), field("s", Kind::Text, Count::Array(2))]]);
+        let fields =
+            [field("b", Kind::Int8, Count::Sequence(Some(4))), field("s", Kind::Text(Some(3)), Count::Array(2))];
+        assert_eq!(good.types, [fields]);
+        assert_eq!(parse("int8[0] a\n"), "'int8[0] a': '0' is no number of elements");
+        assert_eq!(parse("int8[<=x] a\n"), "'int8[<=x] a': '<=x' is no number of elements");
+        assert_eq!(parse("string<=x a\n"), "'string<=x a': 'x' is no length");
     }
 }

@@ -1,4 +1,4 @@
-//! What other programs want of a bag: tables (CSV), one of each topic, or a smaller copy (Zstandard).
+//! What other programs want of a bag: tables (CSV), one of each topic, or a copy in another layout, a smaller one (Zstandard).
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -143,12 +143,12 @@ fn line(file: &mut impl Write, times: [String; 2], values: &[String]) -> std::io
     file.write_all(b"\r\n")
 }
 
-/// A copy of `bag` in chunks that are compressed with Zstandard: the same messages with the same times and numbers, in one file.
+/// A copy of `bag` in another layout, compressed for example: the same messages with the same times and numbers, in one file.
 ///
 /// # Errors
 /// The bag cannot be read, or the new one exists already or cannot be written; then none is left.
-pub fn to_zstd(bag: &Bag, into: &Path) -> Result<Exported, BagError> {
-    let mut writer = BagWriter::create(into, &WriterOptions { preset: Preset::Zstd, ..WriterOptions::default() })?;
+pub fn to_bag(bag: &Bag, into: &Path, preset: Preset) -> Result<Exported, BagError> {
+    let mut writer = BagWriter::create(into, &WriterOptions { preset, ..WriterOptions::default() })?;
     let progress = progress(bag.message_counts().iter().sum());
     let mut copy = || {
         let ids: Vec<_> = bag.topics().iter().map(|topic| writer.add_topic(topic)).collect::<Result<_, _>>()?;

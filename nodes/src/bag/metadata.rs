@@ -244,12 +244,16 @@ struct RawInformation {
     topics_with_message_count: Vec<RawTopicCount>,
     compression_format: Option<String>,
     compression_mode: Option<String>,
-    #[serde(default)]
-    relative_file_paths: Vec<String>,
-    #[serde(default)]
-    files: Vec<RawFileEntry>,
-    custom_data: Option<BTreeMap<String, String>>,
+    relative_file_paths: Option<Vec<String>>,
+    files: Option<Vec<RawFileEntry>>,
+    /// Twice, since nothing may stand behind the key, but the key has to.
+    #[serde(default, deserialize_with = "present")]
+    custom_data: Option<Option<BTreeMap<String, String>>>,
     ros_distro: Option<String>,
+}
+
+fn present<'de, T: Deserialize<'de>, D: serde::Deserializer<'de>>(value: D) -> Result<Option<T>, D::Error> {
+    T::deserialize(value).map(Some)
 }
 
 #[derive(Deserialize)]
@@ -299,10 +303,16 @@ impl RawInformation {
             return Err(format!("metadata version {} is newer than {VERSION}, the newest known here", self.version));
         }
         if self.version == VERSION {
+            let topics = || self.topics_with_message_count.iter().map(|entry| &entry.topic_metadata);
             let missing = [
                 (self.compression_format.is_none(), "compression_format"),
                 (self.compression_mode.is_none(), "compression_mode"),
+                (self.relative_file_paths.is_none(), "relative_file_paths"),
+                (self.files.is_none(), "files"),
+                (self.custom_data.is_none(), "custom_data"),
                 (self.ros_distro.is_none(), "ros_distro"),
+                (topics().any(|t| t.offered_qos_profiles.is_none()), "offered_qos_profiles of every topic"),
+                (topics().any(|t| t.type_description_hash.is_none()), "type_description_hash of every topic"),
             ];
             if let Some((_, key)) = missing.iter().find(|(is_missing, _)| *is_missing) {
                 return Err(format!("version {VERSION} requires the key {key}"));
@@ -340,9 +350,10 @@ impl RawInformation {
             topics,
             compression_format: self.compression_format.unwrap_or_default(),
             compression_mode: self.compression_mode.unwrap_or_default(),
-            relative_file_paths: self.relative_file_paths,
+            relative_file_paths: self.relative_file_paths.unwrap_or_default(),
             files: self
                 .files
+                .unwrap_or_default()
                 .into_iter()
                 .map(|f| FileEntry {
                     path: f.path,
@@ -351,7 +362,7 @@ impl RawInformation {
                     message_count: f.message_count,
                 })
                 .collect(),
-            custom_data: self.custom_data.unwrap_or_default(),
+            custom_data: self.custom_data.flatten().unwrap_or_default(),
             ros_distro: self.ros_distro.unwrap_or_default(),
         })
     }

@@ -4,7 +4,7 @@
 //!   topics, messages ──► Recording ──queue──► BagWriter ──► <bag>/metadata.yaml
 //!   (the node's thread)   (counts)  (thread)               <bag>/<bag>_0.mcap, _1 …
 //!                                                                │
-//!                        info, check, replay ◄── Bag ◄───────────┤
+//!          info, check, export, report, replay ◄── Bag ◄───────────┤
 //!                        recover: a new bag ◄── Salvage ◄────────┘  (not closed, or damaged)
 //! ```
 //!
@@ -19,6 +19,7 @@ mod json;
 mod latched;
 pub mod metadata;
 mod numbers;
+mod preset;
 pub mod qos;
 pub mod reader;
 pub mod recording;
@@ -29,6 +30,7 @@ mod snapshot;
 pub mod spare;
 mod storage_file;
 mod values;
+mod well_formed;
 pub mod writer;
 mod writer_task;
 
@@ -39,11 +41,12 @@ use std::path::{Path, PathBuf};
 mod tests;
 
 pub use metadata::{BagMetadata, FileEntry, TopicEntry};
+pub use preset::Preset;
 pub use qos::QosProfile;
 pub use reader::{Bag, Message, Messages};
 pub use recording::{Counts, Recording, TopicCounts};
 pub use snapshot::SnapshotOptions;
-pub use writer::{BagWriter, Outcome, Preset, Split, TopicId, WriterOptions};
+pub use writer::{BagWriter, Outcome, Split, TopicId, WriterOptions};
 
 /// One topic as a bag knows it.
 #[derive(Debug, Clone, PartialEq, Eq)]

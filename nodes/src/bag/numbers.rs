@@ -22,6 +22,11 @@ pub(super) struct Numbers {
 }
 
 impl Numbers {
+    /// The largest number so far; 0 where none came.
+    pub(super) fn largest(&self) -> u32 {
+        self.largest
+    }
+
     /// Takes the number of the next message. What may be missing before the first one is not told: a file may begin anywhere.
     pub(super) fn take(&mut self, number: u32) -> Told {
         if number > self.largest {
@@ -35,9 +40,9 @@ impl Numbers {
         if number == 0 {
             return Told::New(0);
         }
-        let Some((from, to)) = self.left_out.iter().copied().find(|(from, to)| (*from..=*to).contains(&number)) else {
-            return Told::Again;
-        };
+        // Gaps do not overlap, so that only the last one that begins at or before the number can hold it.
+        let gap = self.left_out.range(..=(number, u32::MAX)).next_back().copied();
+        let Some((from, to)) = gap.filter(|(_, to)| number <= *to) else { return Told::Again };
         self.left_out.remove(&(from, to));
         self.left_out.extend([(from, number - 1), (number + 1, to)].iter().filter(|(from, to)| from <= to));
         Told::Missed

@@ -185,6 +185,14 @@ pub fn from_yaml(text: &str) -> Result<Vec<QosProfile>, String> {
     raw.into_iter().map(RawProfile::parsed).collect()
 }
 
+/// Whether profiles that can be read have numbers in the place of words, as before metadata version 9.
+#[must_use]
+pub fn is_of_old_form(text: &str) -> bool {
+    let raw: Vec<RawProfile> = serde_saphyr::from_str(text).unwrap_or_default();
+    let is_number = |policy: &WordOrNumber| matches!(policy, WordOrNumber::Number(_));
+    raw.iter().any(|p| [&p.history, &p.reliability, &p.durability, &p.liveliness].into_iter().any(is_number))
+}
+
 #[derive(Debug, Clone, Deserialize)]
 #[serde(untagged)]
 enum WordOrNumber {

@@ -241,25 +241,34 @@ fn chunk(body: &[u8]) -> Result<Vec<Record<'static>>, String> {
 
 /// Unpacks a chunk, its check sum first: what it does not prove may have lengths that no memory holds.
 fn records_of(body: &[u8]) -> Result<Vec<Record<'static>>, McapError> {
+    let mut records = Vec::new();
+    walk_chunk(body, |opcode, data| {
+        records.push(mcap::parse_record(opcode, data)?.into_owned());
+        Ok(())
+    })?;
+    Ok(records)
+}
+
+/// Unpacks a chunk, its check sum first, and tells operation code and content of each of its records.
+pub(super) fn walk_chunk(
+    body: &[u8],
+    mut told: impl FnMut(u8, &[u8]) -> Result<(), McapError>,
+) -> Result<(), McapError> {
     let mut record = vec![op::CHUNK];
     record.extend_from_slice(&(body.len() as u64).to_le_bytes());
     record.extend_from_slice(body);
     let mut left = record.as_slice();
     let mut reader = LinearReader::new_with_options(tolerant().with_skip_start_magic(true).with_skip_end_magic(true));
-    let mut records = Vec::new();
     while let Some(event) = reader.next_event() {
-        match event {
-            Ok(LinearReadEvent::ReadRequest(need)) => {
+        match event? {
+            LinearReadEvent::ReadRequest(need) => {
                 let (now, later) = left.split_at(need.min(left.len()));
                 reader.insert(now.len()).copy_from_slice(now);
                 reader.notify_read(now.len());
                 left = later;
             }
-            Ok(LinearReadEvent::Record { data, opcode }) => {
-                records.push(mcap::parse_record(opcode, data)?.into_owned());
-            }
-            Err(error) => return Err(error),
+            LinearReadEvent::Record { data, opcode } => told(opcode, data)?,
         }
     }
-    Ok(records)
+    Ok(())
 }

@@ -11,8 +11,7 @@ use mcap::write::NoSeek;
 
 use super::metadata::{BagMetadata, FileEntry, NO_START_NS, RECORD_KEY, RECORD_NAME};
 use super::spare::{Level, SPARE_BYTES, Spare, SpareWriter};
-use super::writer::Preset;
-use super::{BagError, Topic, qos};
+use super::{BagError, Preset, Topic, qos};
 
 /// What is gathered before a write to the file (B); a flush empties it, so it adds nothing to what a kill can cost.
 const BUFFER_BYTES: usize = 256 << 10;

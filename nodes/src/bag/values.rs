@@ -23,24 +23,30 @@ pub(super) fn read(
     longest: usize,
     told: &mut dyn FnMut(&str, Value),
 ) -> Result<(), String> {
-    let (head, body) = data.split_at_checked(4).ok_or("it has no four bytes of CDR")?;
-    let is_little = match head[..2] {
-        [0, 1] => true,
-        [0, 0] => false,
-        _ => return Err(format!("its representation 0x{:02x}{:02x} is not plain CDR", head[0], head[1])),
-    };
-    let mut cursor = Cursor { body, at: 0, is_little };
+    let mut cursor = Cursor::new(data)?;
     let mut path = String::new();
     cursor.fields(definition, 0, &mut path, longest, told)
 }
 
-struct Cursor<'a> {
-    body: &'a [u8],
-    at: usize,
+/// A place in the CDR of a message.
+pub(super) struct Cursor<'a> {
+    pub(super) body: &'a [u8],
+    pub(super) at: usize,
     is_little: bool,
 }
 
-impl Cursor<'_> {
+impl<'a> Cursor<'a> {
+    /// At the beginning of a message, behind the four bytes that say which CDR it is.
+    pub(super) fn new(data: &'a [u8]) -> Result<Self, String> {
+        let (head, body) = data.split_at_checked(4).ok_or("it has no four bytes of CDR")?;
+        let is_little = match head[..2] {
+            [0, 1] => true,
+            [0, 0] => false,
+            _ => return Err(format!("its representation 0x{:02x}{:02x} is not plain CDR", head[0], head[1])),
+        };
+        Ok(Self { body, at: 0, is_little })
+    }
+
     fn fields(
         &mut self,
         definition: &Definition,
@@ -76,15 +82,8 @@ impl Cursor<'_> {
     ) -> Result<(), String> {
         let count = match field.count {
             Count::One => return self.one(definition, &field.kind, path, longest, told),
-            Count::Array(count) => count,
-            Count::Sequence => usize::try_from(self.length()?).map_err(|error| error.to_string())?,
+            Count::Array(_) | Count::Sequence(_) => self.count(field.count)?,
         };
-        if count > self.body.len() - self.at.min(self.body.len()) {
-            return Err(format!(
-                "{count} elements are told, {} bytes are left",
-                self.body.len().saturating_sub(self.at)
-            ));
-        }
         if count <= longest {
             for element in 0..count {
                 let length = path.len();
@@ -130,7 +129,7 @@ impl Cursor<'_> {
             Kind::Uint64 => Value::Unsigned(u64::from_le_bytes(self.number()?)),
             Kind::Float32 => Value::Float32(f32::from_le_bytes(self.number()?)),
             Kind::Float64 => Value::Float64(f64::from_le_bytes(self.number()?)),
-            Kind::Text => {
+            Kind::Text(_) => {
                 let length = usize::try_from(self.length()?).map_err(|error| error.to_string())?;
                 let bytes = self.take(length)?;
                 // The length counts the zero at the end.
@@ -142,12 +141,28 @@ impl Cursor<'_> {
         Ok(())
     }
 
-    fn length(&mut self) -> Result<u32, String> {
+    /// How many elements follow: no more than there are bytes left, since each has one at least.
+    pub(super) fn count(&mut self, count: Count) -> Result<usize, String> {
+        let count = match count {
+            Count::One => 1,
+            Count::Array(count) => count,
+            Count::Sequence(_) => usize::try_from(self.length()?).map_err(|error| error.to_string())?,
+        };
+        let left = self.left();
+        if count > left { Err(format!("{count} elements are told, {left} bytes are left")) } else { Ok(count) }
+    }
+
+    /// Bytes that have not been read.
+    pub(super) fn left(&self) -> usize {
+        self.body.len().saturating_sub(self.at)
+    }
+
+    pub(super) fn length(&mut self) -> Result<u32, String> {
         self.number().map(u32::from_le_bytes)
     }
 
     /// The bytes of a number, the least first.
-    fn number<const N: usize>(&mut self) -> Result<[u8; N], String> {
+    pub(super) fn number<const N: usize>(&mut self) -> Result<[u8; N], String> {
         self.at = self.at.next_multiple_of(N);
         let mut bytes: [u8; N] = self.take(N)?.try_into().map_err(|_| "too few bytes".to_owned())?;
         if !self.is_little {
@@ -156,7 +171,7 @@ impl Cursor<'_> {
         Ok(bytes)
     }
 
-    fn take(&mut self, count: usize) -> Result<&[u8], String> {
+    pub(super) fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
         let end = self.at.checked_add(count).filter(|end| *end <= self.body.len());
         let end = end.ok_or_else(|| format!("the message ends after {} bytes", self.body.len()))?;
         let bytes = &self.body[self.at..end];

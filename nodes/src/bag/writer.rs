@@ -7,66 +7,16 @@ use std::time::Duration;
 
 use super::latched::{Kept, Latched};
 use super::metadata::{BagMetadata, FileEntry, NO_START_NS, TopicEntry, VERSION};
+use super::preset::Preset;
 use super::storage_file::StorageFile;
 use super::{BagError, Message, Topic};
 
-/// rosbag2's `DefaultChunkSize` (B).
-const CHUNK_BYTES: u64 = 786_432;
 /// The key of the custom data that tells a bag of ours.
 pub(super) const OURS: &str = "camwright.version";
 /// The key under which a bag tells how many latched messages it has more than once.
 pub(super) const REPEATED: &str = "camwright.repeated_total";
 /// The smallest log time: a message at 0 makes viewers refuse the whole bag.
 const FIRST_LOG_TIME_NS: u64 = 1;
-
-/// How the file is laid out, with rosbag2's names for it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Preset {
-    /// Chunks of 768 KiB without compression, with check sums.
-    #[default]
-    Default,
-    /// The same chunks, compressed with Zstandard at its fast level 1.
-    Zstd,
-    /// No chunks, hence no index: least work while recording, no seeking afterwards.
-    FastWrite,
-}
-
-impl Preset {
-    /// The preset of that name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        match name {
-            "default" => Some(Self::Default),
-            "zstd" => Some(Self::Zstd),
-            "fastwrite" => Some(Self::FastWrite),
-            _ => None,
-        }
-    }
-
-    pub(super) fn write_options(self) -> mcap::WriteOptions {
-        // Everything is said here: the library's own defaults compress on as many threads as the machine has.
-        let options = mcap::WriteOptions::new()
-            .profile("ros2")
-            .library(concat!("camwright ", env!("CARGO_PKG_VERSION")))
-            .compression(None)
-            .compression_level(1)
-            .compression_threads(0)
-            .chunk_size(Some(CHUNK_BYTES))
-            .use_chunks(true)
-            // A chunk under way stays in memory, so that a kill leaves whole records and at most one torn one.
-            .disable_seeking(true)
-            .calculate_chunk_crcs(true)
-            .calculate_data_section_crc(true)
-            .calculate_summary_section_crc(true);
-        match self {
-            Self::Default => options,
-            Self::Zstd => options.compression(Some(mcap::Compression::Zstd)),
-            Self::FastWrite => {
-                options.use_chunks(false).emit_message_indexes(false).calculate_summary_section_crc(false)
-            }
-        }
-    }
-}
 
 /// When a bag goes on in its next file. Nothing set: never by itself, which viewers that read one file only are thankful for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

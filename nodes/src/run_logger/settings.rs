@@ -50,7 +50,7 @@ pub(super) fn parameters() -> Vec<Parameter> {
             .constraints("every entry has a key, a '=' and a value"),
         Parameter::string("preset", "default")
             .describe("layout of the bag as rosbag2 names them")
-            .constraints("default, zstd or fastwrite"),
+            .constraints("default, zstd, zstd_fast, zstd_small or fastwrite"),
         Parameter::string_array("topics", &[])
             .describe("topics to record, '*' stands for anything; nothing of topics, regex and types: all of the cell"),
         Parameter::string("regex", "").describe("record topics too in whose name this regular expression is found"),
@@ -123,7 +123,10 @@ pub(super) fn check(changes: &ParameterChanges) -> Result<(), String> {
 }
 
 fn parse_preset(name: &str) -> Result<Preset, String> {
-    Preset::from_name(name).ok_or_else(|| format!("preset '{name}' is not default, zstd or fastwrite"))
+    Preset::from_name(name).ok_or_else(|| {
+        let known: Vec<&str> = Preset::NAMES.iter().map(|(known, _)| *known).collect();
+        format!("preset '{name}' is none of {}", known.join(", "))
+    })
 }
 
 fn parse_custom_data(entries: &[String]) -> Result<BTreeMap<String, String>, String> {
@@ -206,7 +209,10 @@ mod tests {
         assert_eq!(pairs, BTreeMap::from([("a".into(), "1".into()), ("b".into(), " x=y".into())]));
         assert_eq!(parse_custom_data(&["=1".into()]), Err("custom_data entry '=1' is not key=value".into()));
         let change = [("preset".to_owned(), ParameterValue::String("lz4".into()))];
-        assert_eq!(check(&change), Err("preset 'lz4' is not default, zstd or fastwrite".into()));
+        assert_eq!(
+            check(&change),
+            Err("preset 'lz4' is none of default, zstd, zstd_fast, zstd_small, fastwrite".into())
+        );
         assert_eq!(check(&[("preset".to_owned(), ParameterValue::String("zstd".into()))]), Ok(()));
     }
 }

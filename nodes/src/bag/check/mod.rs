@@ -1,0 +1,82 @@
+//! Whether a bag is what a rosbag2 bag should be.
+//!
+//! ```text
+//! directory ─► files ─► walk: records and check sums ─► types, topics, order, numbers, values by their definitions ─┐
+//!     │          └────► layout: index against what stands where it points ──────────────────────────────────────────┼─► Report
+//!     └─► metadata.yaml ─► accounts: what the bag says of itself against what was seen ─────────────────────────────┘
+//! ```
+//! `bags/FAULTS.md` lists what is found, and which of the readers that others use find it.
+
+mod accounts;
+mod layout;
+mod order;
+mod report;
+mod topics;
+mod walk;
+
+use std::path::{Component, Path, PathBuf};
+
+pub use report::{Finding, Report, Severity};
+
+use super::BagError;
+use super::metadata::{self, BagMetadata};
+use walk::Walk;
+
+/// The only storage that is read here.
+const STORAGE: &str = "mcap";
+
+/// Checks the bag at `path`: a directory, or one MCAP file.
+///
+/// # Errors
+/// Only when there is nothing to check; whatever is wrong with a bag is a finding.
+pub fn check(path: &Path) -> Result<Report, BagError> {
+    let is_file = std::fs::metadata(path).map_err(|e| BagError::io("open", path, e))?.is_file();
+    let mut walk = Walk::default();
+    let (files, yaml) = if is_file { (vec![path.to_owned()], None) } else { directory(&mut walk.report, path) };
+    walk.is_damaged = yaml.as_ref().is_some_and(|yaml| yaml.storage_identifier != STORAGE);
+    for file in &files {
+        walk.file(file);
+    }
+    accounts::agree(&mut walk, yaml.as_ref());
+    walk.report.topic_count = walk.counts.len();
+    Ok(walk.report)
+}
+
+/// The storage files, and what `metadata.yaml` says.
+fn directory(report: &mut Report, path: &Path) -> (Vec<PathBuf>, Option<BagMetadata>) {
+    const PLACE: &str = metadata::FILE_NAME;
+    let lying = super::reader::files_in(path).unwrap_or_default();
+    let yaml = match BagMetadata::read_from(path) {
+        Ok(yaml) => yaml,
+        Err(error) => {
+            report.error(PLACE, error.to_string());
+            return (lying, None);
+        }
+    };
+    if yaml.version != metadata::VERSION {
+        report.warning(PLACE, format!("version {} is older than Jazzy's {}", yaml.version, metadata::VERSION));
+    }
+    if yaml.storage_identifier != STORAGE {
+        report.error(PLACE, format!("storage '{}' is not mcap", yaml.storage_identifier));
+        return (Vec::new(), Some(yaml));
+    }
+    let listed: Vec<&String> = yaml.files.iter().map(|f| &f.path).collect();
+    if listed != yaml.relative_file_paths.iter().collect::<Vec<_>>() {
+        report.error(PLACE, "files and relative_file_paths do not list the same files");
+    }
+    for listed in &yaml.relative_file_paths {
+        if !Path::new(listed).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
+            report.error(PLACE, format!("file '{listed}' does not lie in the bag's directory"));
+        }
+    }
+    let files: Vec<PathBuf> = yaml.relative_file_paths.iter().map(|p| path.join(p)).collect();
+    for file in lying.iter().filter(|file| !files.contains(file)) {
+        report.error(PLACE, format!("it does not list {}, which lies in the bag", name_of(file)));
+    }
+    (files, Some(yaml))
+}
+
+/// The name of a file, as a place in a finding.
+fn name_of(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
+}
