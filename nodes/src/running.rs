@@ -71,12 +71,12 @@ pub mod autostart {
     }
 }
 
-/// The `main` of a node's binary: starts it, waits for a signal, ends it. Exit 0 after a signal, 1 if it could not start,
-/// 2 if its arguments are malformed.
-pub fn main<N>(
+/// The `main` of a node's binary: starts it, waits for a signal, ends it. Exit 0 after a signal unless `stop` says otherwise, 1 if it could
+/// not start, 2 if its arguments are malformed.
+pub fn main<N, E: std::process::Termination>(
     name: &str,
     start: impl FnOnce(&crate::ros::RosArgs) -> Result<N, NodeError>,
-    stop: impl FnOnce(N),
+    stop: impl FnOnce(N) -> E,
 ) -> std::process::ExitCode {
     use crate::ros::{RosArgs, RosLayer, Shutdown};
     use std::process::ExitCode;
@@ -104,8 +104,7 @@ pub fn main<N>(
     match node {
         Ok((node, shutdown)) => {
             shutdown.wait();
-            stop(node);
-            ExitCode::SUCCESS
+            stop(node).report()
         }
         Err(error) => {
             eprintln!("{name}: {error}");

@@ -13,6 +13,7 @@
 pub mod check;
 pub mod cli;
 pub(crate) mod definition;
+mod durations;
 pub mod export;
 pub mod info;
 mod json;
@@ -40,6 +41,7 @@ use std::path::{Path, PathBuf};
 #[cfg(test)]
 mod tests;
 
+pub use durations::DurationsTold;
 pub use metadata::{BagMetadata, FileEntry, TopicEntry};
 pub use preset::Preset;
 pub use qos::QosProfile;

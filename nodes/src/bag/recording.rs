@@ -3,14 +3,20 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, mpsc};
-use std::thread::JoinHandle;
-use std::time::Duration;
+use std::thread::{JoinHandle, Thread};
+use std::time::{Duration, Instant};
 
+use super::durations::{Durations, DurationsTold};
 use super::metadata::BagMetadata;
 use super::snapshot::SnapshotOptions;
 use super::writer::{BagWriter, Outcome, WriterOptions};
 use super::writer_task::WriterTask;
 use super::{BagError, Topic};
+
+/// What share of the queue (one part of so many) a topic may always have, and what share is kept free for those that have no more.
+/// 64 topics fit into it that have all they may; a cell has some forty, of which a handful is fast.
+const RARE: u64 = 256;
+const KEPT_FOR_RARE: u64 = 4;
 
 /// What a recording is to be.
 #[derive(Debug, Clone)]
@@ -26,7 +32,8 @@ pub struct RecordingOptions {
     pub min_free_bytes: u64,
     /// Hold the last messages in memory, and write them on [`Recording::snapshot`] only.
     pub snapshot: Option<SnapshotOptions>,
-    /// Most bytes waiting in the queue. One topic may take half of them, so that a fast one cannot push out a rare one.
+    /// Most bytes waiting in the queue. One topic may take half of them, all that are fast three quarters together: the last quarter is
+    /// for topics of which little waits (each up to a 256th of the queue), so that commands and events have room whatever else comes.
     pub queue_bytes: u64,
 }
 
@@ -70,6 +77,12 @@ pub struct Counts {
     pub written: u64,
     /// Messages lost between the two.
     pub dropped: u64,
+    /// Those of them for which the queue had no room; the others the bag did not take.
+    pub queue_full: u64,
+    /// Messages that are known to have been lost before they could be handed over; they are not among those received.
+    pub missed: u64,
+    /// How long it took to hand one over.
+    pub enqueue: DurationsTold,
     /// Messages that no snapshot asked for while they were held.
     pub passed: u64,
     /// Latched messages that stand at the head of a later file once more.
@@ -111,6 +124,10 @@ pub(super) struct Shared {
     pub(super) splits: Mutex<Vec<(String, String)>>,
     /// Messages known to have been lost before they were handed over.
     missed: AtomicU64,
+    /// Messages for which the queue had no room.
+    queue_full: AtomicU64,
+    /// How long it took to hand each message over.
+    enqueue: Durations,
     /// Guards the list only; it is locked to add a topic or to read the counts, never while writing.
     topics: Mutex<Vec<Arc<TopicState>>>,
 }
@@ -120,10 +137,30 @@ impl Shared {
         self.topics.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    pub(super) fn lost(&self) -> u64 {
-        let dropped: u64 = self.topics().iter().map(|t| t.dropped.load(Ordering::Acquire)).sum();
-        dropped + self.missed.load(Ordering::Acquire)
+    /// What was lost, and where.
+    pub(super) fn losses(&self) -> Losses {
+        Losses {
+            dropped: self.topics().iter().map(|t| t.dropped.load(Ordering::Acquire)).sum(),
+            queue_full: self.queue_full.load(Ordering::Acquire),
+            missed: self.missed.load(Ordering::Acquire),
+        }
     }
+
+    /// How long it took to hand a message over.
+    pub(super) fn enqueue(&self) -> DurationsTold {
+        self.enqueue.told()
+    }
+}
+
+/// Messages that were published and are not in the bag.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Losses {
+    /// Handed over and not written.
+    pub(super) dropped: u64,
+    /// Those of them for which the queue had no room.
+    pub(super) queue_full: u64,
+    /// Never handed over.
+    pub(super) missed: u64,
 }
 
 /// Hears how something went that the writer was asked for.
@@ -184,7 +221,9 @@ pub struct Recording {
     commands: mpsc::Sender<Command>,
     shared: Arc<Shared>,
     queue_bytes: u64,
-    /// The writer's thread until somebody has waited for its end.
+    /// The writer's thread, to wake it for what is asked of it.
+    writer: Thread,
+    /// The same until somebody has waited for its end.
     thread: Mutex<Option<JoinHandle<Result<BagMetadata, BagError>>>>,
 }
 
@@ -207,6 +246,7 @@ impl Recording {
             commands,
             shared,
             queue_bytes: options.queue_bytes,
+            writer: thread.thread().clone(),
             thread: Mutex::new(Some(thread)),
         })
     }
@@ -239,20 +279,38 @@ impl Recording {
     /// Hands over one message: the CDR bytes as they travelled, the log time and the publication time (ns since 1970).
     /// Never waits. Returns whether the message is in the writer's queue; otherwise it is counted as dropped.
     pub fn record(&self, topic: &RecordedTopic, log_time_ns: u64, publish_time_ns: u64, data: Vec<u8>) -> bool {
+        let begun = Instant::now();
+        let is_queued = self.enqueue(topic, log_time_ns, publish_time_ns, data);
+        self.shared.enqueue.add(begun.elapsed());
+        is_queued
+    }
+
+    fn enqueue(&self, topic: &RecordedTopic, log_time_ns: u64, publish_time_ns: u64, data: Vec<u8>) -> bool {
         let state = &topic.state;
         let size = data.len() as u64;
         state.received.fetch_add(1, Ordering::Relaxed);
         let mine = state.queued_bytes.fetch_add(size, Ordering::AcqRel) + size;
         let all = self.shared.queued_bytes.fetch_add(size, Ordering::AcqRel) + size;
-        let has_room = all <= self.queue_bytes && mine <= self.queue_bytes / 2;
+        let is_open = self.shared.fault.get().is_none();
+        let has_room = self.has_room(mine, all);
         let message = Command::Message { topic: topic.index, log_time_ns, publish_time_ns, data };
-        if has_room && self.shared.fault.get().is_none() && self.commands.send(message).is_ok() {
+        if is_open && has_room && self.commands.send(message).is_ok() {
             return true;
         }
         self.shared.queued_bytes.fetch_sub(size, Ordering::AcqRel);
         state.queued_bytes.fetch_sub(size, Ordering::AcqRel);
+        if is_open && !has_room {
+            self.shared.queue_full.fetch_add(1, Ordering::AcqRel);
+        }
         state.dropped.fetch_add(1, Ordering::AcqRel);
         false
+    }
+
+    /// Whether a message may wait with which `mine` bytes of its topic and `all` bytes of all topics do.
+    fn has_room(&self, mine: u64, all: u64) -> bool {
+        let most = self.queue_bytes;
+        let is_rare = mine <= most / RARE;
+        all <= most && (is_rare || (mine <= most / 2 && all <= most - most / KEPT_FOR_RARE))
     }
 
     /// Notes that `count` messages were lost before they could be handed over; they enter `camwright.lost_total`. Returns whether
@@ -260,6 +318,11 @@ impl Recording {
     pub fn report_missed(&self, count: u64) -> bool {
         let before = self.shared.missed.fetch_add(count, Ordering::AcqRel);
         before == 0 || (before + count).ilog2() > before.ilog2()
+    }
+
+    /// Takes back that a message was lost: it came late.
+    pub fn withdraw_missed(&self) {
+        self.shared.missed.fetch_sub(1, Ordering::AcqRel);
     }
 
     /// Goes on in the next file once what is queued has been written. Then `answer` is told, on the writer's thread, whether there is one.
@@ -273,8 +336,9 @@ impl Recording {
     }
 
     fn ask(&self, command: Command) {
-        if let Err(mpsc::SendError(command)) = self.commands.send(command) {
-            command.refuse();
+        match self.commands.send(command) {
+            Ok(()) => self.writer.unpark(),
+            Err(mpsc::SendError(command)) => command.refuse(),
         }
     }
 
@@ -294,6 +358,9 @@ impl Recording {
     #[must_use]
     pub fn counts(&self) -> Counts {
         let mut counts = Counts {
+            queue_full: self.shared.queue_full.load(Ordering::Acquire),
+            missed: self.shared.missed.load(Ordering::Acquire),
+            enqueue: self.shared.enqueue(),
             bytes: self.shared.bytes.load(Ordering::Relaxed),
             queued_bytes: self.shared.queued_bytes.load(Ordering::Relaxed),
             free_bytes: self.shared.free_bytes.load(Ordering::Relaxed),
@@ -332,7 +399,7 @@ impl Recording {
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
         let Some(thread) = thread else { return Err(lost()) };
         // When the writer is gone already, joining says why.
-        let _ = self.commands.send(Command::Stop(outcome));
+        self.ask(Command::Stop(outcome));
         thread.join().map_err(|_| lost())?
     }
 }

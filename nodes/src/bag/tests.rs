@@ -265,6 +265,41 @@ fn what_the_queue_cannot_take_is_counted_and_a_fast_topic_leaves_room_for_a_rare
     assert_eq!(counts.topics[1].written, 200);
 }
 
+/// A disk that does nothing for a while: the writer's thread waits in the answer to what it was asked.
+#[test]
+fn while_the_disk_stands_still_rare_topics_have_room_and_every_drop_is_counted_with_its_reason() {
+    let dir = TestDir::new();
+    let path = dir.path().join("run");
+    let options = RecordingOptions { queue_bytes: 1 << 20, ..RecordingOptions::default() };
+    let recording = Recording::start(&path, &options).expect("the directory is free");
+    let [a, b, c, commands] =
+        ["/a", "/b", "/c", "/commands"].map(|name| recording.add_topic(topic(name, "std_msgs/msg/String")));
+    let (disk, goes_on) = std::sync::mpsc::channel::<()>();
+    recording.split(move |_| {
+        let _disk = goes_on.recv();
+    });
+    // 1 KiB each: half of the queue is 512 of them, three quarters are 768, and a 256th, which every topic may have, is four.
+    let kilobyte = string_cdr(&"x".repeat(1024 - 9));
+    assert_eq!(kilobyte.len(), 1024);
+    let give = |topic, count: u64| (1..=count).filter(|&n| recording.record(topic, n, n, kilobyte.clone())).count();
+    assert_eq!([give(&a, 2000), give(&b, 2000), give(&c, 2000)], [512, 256, 4], "what of the fast topics has room");
+    assert_eq!(give(&commands, 4), 4, "commands have room whatever else waits");
+    assert!(recording.report_missed(2) && !recording.report_missed(1));
+    recording.withdraw_missed();
+    drop(disk);
+    let (metadata, counts) = recording.stop(Outcome::Complete).expect("the disk has room");
+    let told: Vec<(u64, u64, u64)> = counts.topics.iter().map(|t| (t.received, t.written, t.dropped)).collect();
+    assert_eq!(told, [(2000, 512, 1488), (2000, 256, 1744), (2000, 4, 1996), (4, 4, 0)]);
+    assert_eq!((counts.dropped, counts.queue_full, counts.missed), (5228, 5228, 2));
+    let custom = |key: &str| metadata.custom_data[&format!("camwright.{key}")].parse::<u64>().expect("a number");
+    let lost = ["lost_total", "lost_queue_full", "lost_not_taken", "lost_on_the_way"].map(custom);
+    assert_eq!(lost, [5230, 5228, 0, 2]);
+    let enqueue =
+        ["enqueue_count", "enqueue_p50_ns", "enqueue_p99_ns", "enqueue_p99_9_ns", "enqueue_max_ns"].map(custom);
+    assert!(enqueue[0] == 6004 && enqueue[1..].is_sorted() && enqueue[1] > 0, "{enqueue:?}");
+    assert_eq!(metadata.message_count, 776);
+}
+
 #[test]
 fn what_is_recorded_reaches_the_file_within_the_flush_interval() {
     let dir = TestDir::new();

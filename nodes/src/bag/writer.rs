@@ -361,6 +361,11 @@ impl BagWriter {
         self.current.sync()
     }
 
+    /// Adds something to what is to be known about the run.
+    pub fn tell(&mut self, key: &str, value: String) {
+        self.custom_data.insert(key.to_owned(), value);
+    }
+
     /// Closes the bag: the index and both metadata. `lost` is the number of messages that were received and are not in it.
     /// After a fault everything that reached the file whole stays readable.
     ///

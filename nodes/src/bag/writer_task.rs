@@ -2,7 +2,8 @@
 
 use std::path::Path;
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, PoisonError, mpsc};
+use std::sync::mpsc::{self, TryRecvError};
+use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::metadata::BagMetadata;
@@ -10,6 +11,11 @@ use super::recording::{Command, RecordingOptions, Shared, TopicState};
 use super::snapshot::{Held, Ring};
 use super::writer::{BagWriter, Outcome};
 use super::{BagError, Topic, TopicId};
+
+/// How often an idle writer looks into its queue. Messages do not wake it: a wake costs whoever hands one over a system call and, where
+/// processors are short, its own turn; 5000 messages a second took 14 µs (p50) and 45 µs (p99) each into the queue, and take 0.2 and 1.3 µs
+/// without (`tests/recorder_load.rs` on two loaded processors). What is asked of the writer wakes it.
+const LOOK: Duration = Duration::from_millis(5);
 
 /// What the thread has.
 pub(super) struct WriterTask {
@@ -57,7 +63,7 @@ impl WriterTask {
         let mut next_flush = Instant::now() + self.flush_interval;
         let mut next_sync = Instant::now() + self.sync_interval;
         let outcome = loop {
-            match queue.recv_timeout(next_flush.saturating_duration_since(Instant::now())) {
+            match queue.try_recv() {
                 Ok(Command::Topic(topic)) => self.add(&topic),
                 Ok(Command::Message { topic, log_time_ns, publish_time_ns, data }) => {
                     self.take(Held { topic, log_time_ns, publish_time_ns, data });
@@ -65,8 +71,10 @@ impl WriterTask {
                 Ok(Command::Split(answer)) => answer(self.step(BagWriter::split).is_some()),
                 Ok(Command::Snapshot(answer)) => answer(self.snapshot()),
                 Ok(Command::Stop(outcome)) => break outcome,
-                Err(mpsc::RecvTimeoutError::Timeout) => {}
-                Err(mpsc::RecvTimeoutError::Disconnected) => break Outcome::Complete,
+                Err(TryRecvError::Empty) => {
+                    std::thread::park_timeout(LOOK.min(next_flush.saturating_duration_since(Instant::now())));
+                }
+                Err(TryRecvError::Disconnected) => break Outcome::Complete,
             }
             let now = Instant::now();
             if now >= next_flush {
@@ -186,9 +194,22 @@ impl WriterTask {
     }
 
     fn close(&mut self, outcome: Outcome) {
-        if let Some(writer) = self.writer.take() {
-            self.closed = Some(writer.close(outcome, self.shared.lost()));
+        let Some(mut writer) = self.writer.take() else { return };
+        let (losses, enqueue) = (self.shared.losses(), self.shared.enqueue());
+        let told = [
+            ("camwright.lost_on_the_way", losses.missed),
+            ("camwright.lost_queue_full", losses.queue_full),
+            ("camwright.lost_not_taken", losses.dropped.saturating_sub(losses.queue_full)),
+            ("camwright.enqueue_count", enqueue.count),
+            ("camwright.enqueue_p50_ns", enqueue.p50_ns),
+            ("camwright.enqueue_p99_ns", enqueue.p99_ns),
+            ("camwright.enqueue_p99_9_ns", enqueue.p99_9_ns),
+            ("camwright.enqueue_max_ns", enqueue.longest_ns),
+        ];
+        for (key, value) in told {
+            writer.tell(key, value.to_string());
         }
+        self.closed = Some(writer.close(outcome, losses.dropped + losses.missed));
     }
 }
 

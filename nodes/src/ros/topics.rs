@@ -4,11 +4,14 @@ use std::{
     collections::BTreeMap,
     fmt,
     marker::PhantomData,
+    pin::pin,
     sync::{Arc, Mutex, PoisonError, Weak},
+    task::{Context, Poll, Waker},
     time::{Duration, Instant},
 };
 
 use camwright_msgs::Message;
+use futures::Stream;
 use rustdds::{GUID, bytes::Bytes};
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -306,16 +309,26 @@ impl Node {
             .executor()
             .add_source(reader, |reader| {
                 Box::new(move |budget| {
+                    // Taking empties the reader's doorbell each time, two system calls; for what came with the first that is done once.
+                    let mut first = Some(reader.take());
+                    let mut rest = pin!(reader.async_stream());
                     for _ in 0..budget {
-                        match reader.take() {
-                            Ok(Some((message, info))) => {
+                        let next = match first.take() {
+                            Some(first) => first.transpose(),
+                            None => match rest.as_mut().poll_next(&mut Context::from_waker(Waker::noop())) {
+                                Poll::Ready(next) => next,
+                                Poll::Pending => None,
+                            },
+                        };
+                        match next {
+                            Some(Ok((message, info))) => {
                                 let info = SampleInfo::from(&info);
                                 if info.writer.prefix != own && types.fit(&info.writer) && !earlier.has(&info) {
                                     delivery.lock().unwrap_or_else(PoisonError::into_inner).deliver(message, info);
                                 }
                             }
-                            Ok(None) => return false,
-                            Err(error) => logger.debug(&format!("message on {topic} cannot be read: {error}")),
+                            None => return false,
+                            Some(Err(error)) => logger.debug(&format!("message on {topic} cannot be read: {error}")),
                         }
                     }
                     true

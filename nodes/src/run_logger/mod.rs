@@ -9,6 +9,7 @@
 //! Active means recording: activation opens the bag, deactivation closes it. `~/pause`, `~/resume`, `~/is_paused`, `~/split_bagfile`,
 //! `~/snapshot` and `events/write_split` are those of rosbag2's recorder.
 
+mod arrivals;
 mod definitions;
 mod retention;
 mod selection;
@@ -16,6 +17,8 @@ mod session;
 mod settings;
 mod ticks;
 
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -26,7 +29,7 @@ use camwright_msgs::rosbag2_interfaces::srv::{
     SplitBagfileResponse,
 };
 
-use crate::bag::Counts;
+use crate::bag::{Counts, DurationsTold};
 use crate::ros::{
     Diagnostics, GraphListener, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos, RosArgs, ServiceHandle,
     SpinThread, TimerHandle, Transition, diagnostic_status,
@@ -57,6 +60,8 @@ struct Shared {
     /// Locked for the moments of activation and deactivation (the life cycle's thread) and by services (the executor's); never
     /// while waiting for the other.
     active: Mutex<Option<Active>>,
+    /// A recording ended before it was told to, or could not be closed.
+    has_failed: AtomicBool,
 }
 
 /// The recorder's node.
@@ -141,22 +146,42 @@ impl Shared {
         }
         drop((_status, _graph));
         let bag = session.bag().display().to_string();
+        let ended_early = session.fault().is_some();
         match session.stop() {
             Ok((metadata, counts)) => {
-                let Counts { received, dropped, .. } = counts;
                 let (written, topics) = (metadata.message_count, metadata.topics.len());
-                let text = format!("closed {bag}: {written} messages on {topics} topics");
-                match dropped {
-                    0 => self.node.logger().info(&text),
-                    _ => self.node.logger().warn(&format!("{text}; {dropped} of {received} received were dropped")),
-                }
+                self.tell_end(&format!("closed {bag}: {written} messages on {topics} topics"), &counts);
+                // That was told when it ended.
+                self.has_failed.fetch_or(ended_early, Ordering::AcqRel);
                 Ok(())
             }
             Err(error) => {
+                self.has_failed.store(true, Ordering::Release);
                 let text = format!("{bag} could not be closed properly: {error}");
                 self.node.logger().error(&text);
                 Err(text)
             }
+        }
+    }
+
+    /// Logs what became of all that was published, and how long it took to hand a message over.
+    fn tell_end(&self, closed: &str, counts: &Counts) {
+        let Counts { received, dropped, queue_full, missed, enqueue, .. } = counts;
+        let us = |ns: u64| Duration::from_nanos(ns);
+        let DurationsTold { p50_ns, p99_ns, longest_ns, .. } = *enqueue;
+        let took = format!(
+            "each took {:?} (p50), {:?} (p99), {:?} (most) into the queue",
+            us(p50_ns),
+            us(p99_ns),
+            us(longest_ns)
+        );
+        let logger = self.node.logger();
+        if (*dropped, *missed) == (0, 0) {
+            logger.info(&format!("{closed}; {took}"));
+        } else {
+            let not_taken = dropped.saturating_sub(*queue_full);
+            let lost = format!("{missed} were lost on their way here, {dropped} of {received} received were dropped");
+            logger.warn(&format!("{closed}; {lost}: {queue_full} by a full queue, {not_taken} by the bag; {took}"));
         }
     }
 
@@ -263,7 +288,12 @@ impl RunLogger {
         let status = node.publisher::<RecorderStatus>("~/status", &Qos::default_topic())?;
         let splits = node.publisher("events/write_split", &Qos::default_topic())?;
         let outlets = Outlets { status, splits };
-        let shared = Arc::new(Shared { node: node.clone(), outlets, active: Mutex::default() });
+        let shared = Arc::new(Shared {
+            node: node.clone(),
+            outlets,
+            active: Mutex::default(),
+            has_failed: AtomicBool::default(),
+        });
         let mut services = Vec::new();
         for (name, is_paused) in [("~/pause", true), ("~/resume", false)] {
             let weak = Arc::downgrade(&shared);
@@ -308,11 +338,12 @@ impl RunLogger {
         &self.lifecycle
     }
 
-    /// Closes the bag, then ends the node.
-    pub fn stop(self) {
+    /// Closes the bag, then ends the node. A failure, unless all that was received before its end is in a bag that was closed properly.
+    pub fn stop(self) -> ExitCode {
         // What could not be closed has been logged, and a node that was shut down before has nothing to close.
         drop(self.lifecycle.trigger(Transition::Shutdown));
         self.shared.node.shutdown();
+        ExitCode::from(u8::from(self.shared.has_failed.load(Ordering::Acquire)))
     }
 }
 

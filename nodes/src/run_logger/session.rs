@@ -9,13 +9,14 @@ use std::time::Instant;
 use camwright_msgs::camwright_msgs::msg::{Alarm, MachineAlarms, RecorderStatus, TopicRecord};
 use camwright_msgs::rosbag2_interfaces::msg::WriteSplitEvent;
 
+use super::arrivals::{Arrival, Arrivals};
 use super::definitions::{Definition, Definitions, Known};
 use super::selection::{Selection, recorded_qos, subscription_qos};
 use super::settings::Settings;
 use super::ticks::TickWatch;
 use crate::bag::recording::RecordedTopic;
 use crate::bag::{BagError, BagMetadata, Counts, Outcome, Recording, Topic};
-use crate::ros::{Guid, MessageInfo, Node, Publisher, Qos, RosError, Subscription, TopicInfo};
+use crate::ros::{MessageInfo, Node, Publisher, Qos, RosError, Subscription, TopicInfo};
 
 /// Most that waits for the first `/clock` (B); what comes then is stamped with its time of receipt.
 const HELD_BYTES: usize = 64 << 20;
@@ -281,15 +282,16 @@ impl Session {
             _ => Meaning::Other,
         };
         let weak = Arc::downgrade(self);
-        // The number of the last message of each publisher: a jump is a loss on the way here.
-        let mut last_numbers: BTreeMap<Guid, i64> = BTreeMap::new();
+        let mut arrivals = Arrivals::default();
         let qos = subscription_qos(&offers, self.settings.depth);
         let subscription = self
             .node
             .subscribe_raw(&found.name, &found.type_name, &qos, move |cdr, message| {
                 let Some(session) = weak.upgrade() else { return };
-                if let Some(last) = last_numbers.insert(message.writer, message.sequence_number) {
-                    session.note_missing(message.sequence_number.saturating_sub(last).saturating_sub(1), &recorded);
+                match arrivals.take(message.writer, message.sequence_number) {
+                    Arrival::After(missing) => session.note_missing(missing, &recorded),
+                    Arrival::Late => session.recording.withdraw_missed(),
+                    Arrival::Older => {}
                 }
                 session.take(&recorded, meaning, cdr, message);
             })
@@ -297,8 +299,7 @@ impl Session {
         Ok(Entry { type_name: found.type_name.clone(), subscription, was_matched: false })
     }
 
-    fn note_missing(&self, count: i64, topic: &RecordedTopic) {
-        let count = unsigned(count);
+    fn note_missing(&self, count: u64, topic: &RecordedTopic) {
         if count > 0 && self.recording.report_missed(count) {
             let name = topic.name();
             self.node.logger().warn(&format!("{count} messages of {name} were lost on their way to the recorder"));

@@ -1,0 +1,117 @@
+//! What became of every message of a load: from the bag, from the recorder's own words, and whether the two agree.
+
+use super::load::{Sent, TOPIC, number};
+use camwright_nodes::bag::check::{Severity, check};
+use camwright_nodes::bag::{Bag, Message};
+use std::path::Path;
+
+/// What the recorder says of the topic.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Told {
+    pub received: u64,
+    pub written: u64,
+    pub dropped: u64,
+}
+
+/// The numbers of the load's messages in a bag.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Found {
+    pub messages: u64,
+    /// Numbers between the first and the last that are not there.
+    pub missing: u64,
+    pub first: u64,
+    pub last: u64,
+    /// Messages whose number is not greater than the one before: there twice, or out of order.
+    pub disordered: u64,
+    /// Messages without a number.
+    pub foreign: u64,
+}
+
+impl Found {
+    fn take(&mut self, message: &Message) {
+        let Some(number) = number(&message.data) else {
+            self.foreign += 1;
+            return;
+        };
+        if self.messages == 0 {
+            self.first = number;
+        } else if number <= self.last {
+            self.disordered += 1;
+        } else {
+            self.missing += number - self.last - 1;
+        }
+        self.messages += 1;
+        self.last = self.last.max(number);
+    }
+}
+
+/// Reads a bag: of the messages of the load, their numbers.
+pub fn find(bag: &Bag) -> Found {
+    let topic = bag.topics().iter().position(|topic| topic.name == TOPIC);
+    let (mut messages, mut found) = (bag.messages(), Found::default());
+    while let Some(message) = messages.next_message().expect("the bag is readable") {
+        if Some(message.topic) == topic {
+            found.take(&message);
+        }
+    }
+    found
+}
+
+/// Why messages are not in the bag, as the recorder says in it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Lost {
+    pub total: u64,
+    pub on_the_way: u64,
+    pub queue_full: u64,
+    pub not_taken: u64,
+}
+
+/// How long handing a message over took (ns): p50, p99, p99.9, the longest.
+pub type Enqueue = [u64; 4];
+
+fn told_in(bag: &Bag, key: &str) -> u64 {
+    let text = bag.custom_data().get(&format!("camwright.{key}"));
+    text.and_then(|text| text.parse().ok()).unwrap_or_else(|| panic!("the bag does not tell camwright.{key}"))
+}
+
+pub fn lost(bag: &Bag) -> Lost {
+    let told = |key| told_in(bag, key);
+    Lost {
+        total: told("lost_total"),
+        on_the_way: told("lost_on_the_way"),
+        queue_full: told("lost_queue_full"),
+        not_taken: told("lost_not_taken"),
+    }
+}
+
+pub fn enqueue(bag: &Bag) -> Enqueue {
+    ["enqueue_p50_ns", "enqueue_p99_ns", "enqueue_p99_9_ns", "enqueue_max_ns"].map(|key| told_in(bag, key))
+}
+
+/// What does not add up of a bag that our recorder has made; nothing when every message is accounted for, once.
+pub fn disagreements(path: &Path, sent: &Sent, told: Told) -> Vec<String> {
+    let bag = Bag::open(path).expect("it is closed");
+    let (found, lost) = (find(&bag), lost(&bag));
+    let mut wrong = Vec::new();
+    let mut equal = |what: &str, one: u64, other: u64| {
+        if one != other {
+            wrong.push(format!("{what}: {one} is not {other}"));
+        }
+    };
+    equal("sent = received + lost on the way", sent.sent, told.received + lost.on_the_way);
+    equal("received = written + dropped", told.received, told.written + told.dropped);
+    equal("written = in the bag", told.written, found.messages);
+    equal("dropped = by a full queue + by the bag", told.dropped, lost.queue_full + lost.not_taken);
+    equal("lost in all = on the way + dropped", lost.total, lost.on_the_way + told.dropped);
+    equal("missing numbers = lost in all", found.missing, lost.total);
+    equal("first number", found.first, 1);
+    equal("last number = sent", found.last, sent.sent);
+    equal("twice, out of order or foreign", found.disordered + found.foreign, 0);
+    let report = check(path).expect("there is a bag");
+    // That messages were lost is itself a finding.
+    let is_clean = if lost.total == 0 { report.findings.is_empty() } else { report.worst() != Some(Severity::Error) };
+    if !is_clean {
+        wrong.push(format!("bag check: {}", report.to_text()));
+    }
+    wrong
+}

@@ -1,0 +1,231 @@
+//! The cell's own traffic at the wall clock's pace: jobs one after the other, and a proof from the bag that no message of it is missing.
+
+use super::recorders::Ours;
+use super::support::{Domain, Guarded, PATIENCE, processes::in_domain};
+use camwright_msgs::camwright_msgs::action::{MoveTo, MoveToGoal, RunJob, RunJobGoal};
+use camwright_msgs::camwright_msgs::msg::{MachineInput, MachineStream, RecorderStatus};
+use camwright_msgs::sensor_msgs::msg::JointState;
+use camwright_nodes::bag::check::check;
+use camwright_nodes::bag::{Bag, Message};
+use camwright_nodes::convert::time::ns_from_time;
+use camwright_nodes::rerun;
+use camwright_nodes::ros::{Node, message_from_sample};
+use std::os::unix::process::CommandExt;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// The cycle of the machine that is used.
+const CYCLE_NS: i64 = 1_000_000;
+/// A job with one lobe, which takes a minute or so.
+const JOB: &str = "brake_cam";
+/// What must be recorded before the first job, or its run could not be computed again.
+const RECORDED: [&str; 6] = [
+    "/joint_states",
+    "/machine/stream",
+    "/machine/setpoints",
+    "/machine/inputs",
+    "/axis_interpolator/inputs",
+    "/job_planner/plan",
+];
+/// How long a job may take.
+const LONGEST: Duration = Duration::from_secs(1200);
+
+fn start_nodes(domain: &Domain) -> [Guarded; 3] {
+    let nodes: [(&str, &str, &[&str]); 3] = [
+        ("machine_sim", env!("CARGO_BIN_EXE_machine_sim"), &["pace:=realtime", "state_file:=none"]),
+        ("axis_interpolator", env!("CARGO_BIN_EXE_axis_interpolator"), &[]),
+        ("job_planner", env!("CARGO_BIN_EXE_job_planner"), &[]),
+    ];
+    nodes.map(|(name, binary, parameters)| {
+        let mut command = in_domain(binary, domain);
+        command.args(["--ros-args", "--log-level", "warn"]).process_group(0);
+        for parameter in parameters {
+            command.args(["-p", parameter]);
+        }
+        Guarded::start(name, &mut command)
+    })
+}
+
+/// Runs a job to its end.
+fn run_job(node: &Node) -> Result<(), String> {
+    let client = node.action_client::<RunJob>("job_planner/run_job").map_err(|error| error.to_string())?;
+    client.wait_for_server(PATIENCE).map_err(|error| error.to_string())?;
+    let goal = RunJobGoal { job: JOB.to_owned(), ..RunJobGoal::default() };
+    let sent = client.send_goal(goal, drop, PATIENCE).map_err(|error| error.to_string())?;
+    if !sent.accepted() {
+        return Err(format!("{JOB} is refused"));
+    }
+    let (_, result) = sent.result(LONGEST).map_err(|error| error.to_string())?;
+    if result.success { Ok(()) } else { Err(result.message) }
+}
+
+/// Runs jobs until the time is over, the last one to its end.
+fn run_jobs(node: &Node, time: Duration) -> Vec<String> {
+    let (begun, mut jobs) = (Instant::now(), 0);
+    while begun.elapsed() < time {
+        if let Err(error) = run_job(node) {
+            return vec![format!("job {}: {error}", jobs + 1)];
+        }
+        jobs += 1;
+        eprintln!("{jobs} jobs, {:.0} of {:.0} s", begun.elapsed().as_secs_f64(), time.as_secs_f64());
+    }
+    println!("{jobs} jobs {JOB} in {:.0} s", begun.elapsed().as_secs_f64());
+    Vec::new()
+}
+
+/// Moves X and Z to and fro until the time is over: a motion like that of a job, and shorter.
+pub fn move_to_and_fro(node: &Node, time: Duration) -> Vec<String> {
+    let client = node.action_client::<MoveTo>("axis_interpolator/move_to").expect("a client");
+    client.wait_for_server(PATIENCE).expect("the interpolator offers it");
+    let (begun, mut moves) = (Instant::now(), 0);
+    while begun.elapsed() < time {
+        let positions = if moves % 2 == 0 { [0.12, 0.08] } else { [0.15, 0.0] };
+        let joints = ["x_axis", "z_axis"].map(str::to_owned).into();
+        let goal = MoveToGoal { joints, positions: positions.into(), speed_factor: 0.5, ..MoveToGoal::default() };
+        let sent = client.send_goal(goal, drop, PATIENCE).expect("a decision");
+        if sent.accepted() {
+            let (_, result) = sent.result(LONGEST).expect("a result");
+            assert!(result.success, "{}", result.message);
+            moves += 1;
+        } else {
+            // It has not heard yet that the machine is ready.
+            assert!(begun.elapsed() < PATIENCE, "the interpolator accepts no move");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+    println!("{moves} moves in {:.0} s", begun.elapsed().as_secs_f64());
+    Vec::new()
+}
+
+/// Ends the nodes from the top down, each well.
+fn end(nodes: [Guarded; 3]) {
+    for mut node in nodes.into_iter().rev() {
+        node.interrupt();
+        let status = node.wait(PATIENCE);
+        assert!(status.success(), "a node ends with {status}{}", node.complaint());
+    }
+}
+
+/// Jobs one after the other for so long.
+pub fn campaign(bag: &Path, time: Duration) -> Vec<String> {
+    record(bag, |node| run_jobs(node, time))
+}
+
+/// Records the cell while it works; prints what was recorded, and gives what is not as it should be, of the work too.
+pub fn record(bag: &Path, work: impl FnOnce(&Node) -> Vec<String>) -> Vec<String> {
+    let domain = Domain::take();
+    let recorder = Ours::start(&domain, bag, &[]);
+    assert!(recorder.wait_status(PATIENCE, |status| status.recording), "the recorder does not record");
+    let nodes = start_nodes(&domain);
+    recorder.wait_for_topics(&RECORDED);
+    let mut wrong = work(&recorder.node);
+    end(nodes);
+    // The last words of the nodes are on their way; the status is told ten times a second.
+    std::thread::sleep(Duration::from_secs(1));
+    let status = recorder.status();
+    let (bag, used) = recorder.end();
+    println!("recorder: {:.1} s of CPU, {} kB at most", used.cpu_s, used.peak_kb);
+    wrong.extend(judge(&bag, &status));
+    wrong
+}
+
+/// A message that follows its like by an even step.
+struct Steps {
+    what: &'static str,
+    step: Option<i64>,
+    last: Option<i64>,
+    count: u64,
+    breaks: Vec<String>,
+}
+
+impl Steps {
+    fn new(what: &'static str, step: Option<i64>) -> Self {
+        Self { what, step, last: None, count: 0, breaks: Vec::new() }
+    }
+
+    fn take(&mut self, value: i64) {
+        let fits = self.last.is_none_or(|last| self.step.map_or(value > last, |step| value == last + step));
+        if !fits {
+            self.breaks.push(format!("{}: {value} after {:?}", self.what, self.last));
+        }
+        self.last = Some(value);
+        self.count += 1;
+    }
+}
+
+fn decode<M: serde::de::DeserializeOwned>(message: &Message) -> M {
+    message_from_sample(&message.data).expect("the bag's messages are of their types")
+}
+
+/// What is not as it should be of a bag of the cell; prints what is.
+fn judge(path: &Path, status: &RecorderStatus) -> Vec<String> {
+    let bag = Bag::open(path).expect("it is closed");
+    let mut wrong = Vec::new();
+    let mut joints = Steps::new("stamp of joint_states (ns)", Some(CYCLE_NS));
+    let mut stream = Steps::new("tick of machine/stream", None);
+    let mut inputs = Steps::new("sequence of machine/inputs", Some(1));
+    let mut numbers: Vec<Steps> = bag.topics().iter().map(|_| Steps::new("number in its topic", Some(1))).collect();
+    let mut messages = bag.messages();
+    let (mut joints_ns, mut last_tick) = (0, 0);
+    while let Some(message) = messages.next_message().expect("the bag is readable") {
+        numbers[message.topic].take(i64::from(message.sequence));
+        match bag.topics()[message.topic].name.as_str() {
+            "/joint_states" => {
+                joints_ns = ns_from_time(&decode::<JointState>(&message).header.stamp);
+                joints.take(joints_ns);
+            }
+            "/machine/stream" => {
+                let said: MachineStream = decode(&message);
+                last_tick = said.tick;
+                stream.take(i64::try_from(said.tick).unwrap_or(i64::MAX));
+                let epoch_ns = ns_from_time(&said.epoch);
+                let of_joints = u64::try_from((joints_ns - epoch_ns) / CYCLE_NS).unwrap_or(0);
+                if of_joints > said.tick + 1000 {
+                    wrong.push(format!("machine/stream says {} while joint_states are at {of_joints}", said.tick));
+                }
+            }
+            "/machine/inputs" => {
+                let sequence = decode::<MachineInput>(&message).sequence;
+                inputs.take(i64::try_from(sequence).unwrap_or(i64::MAX));
+            }
+            _ => {}
+        }
+    }
+    println!(
+        "{} joint states, {} words of machine/stream up to tick {last_tick}, {} inputs",
+        joints.count, stream.count, inputs.count
+    );
+    println!("| topic | received | written | dropped | in the bag |\n|---|---:|---:|---:|---:|");
+    for (topic, &count) in bag.topics().iter().zip(bag.message_counts()) {
+        let Some(told) = status.topics.iter().find(|record| record.topic == topic.name) else { continue };
+        println!("| {} | {} | {} | {} | {count} |", topic.name, told.received, told.written, told.dropped);
+        // What came after that status is in the bag too.
+        if told.received != told.written + told.dropped || told.dropped != 0 || told.written > count {
+            wrong.push(format!("{}: {told:?}, {count} in the bag", topic.name));
+        }
+    }
+    for steps in [joints, stream, inputs].into_iter().chain(numbers) {
+        wrong.extend(steps.breaks.into_iter().take(3));
+    }
+    let lost = super::account::lost(&bag);
+    let [p50, p99, p99_9, most] = super::account::enqueue(&bag);
+    println!("{lost:?}; enqueue {p50} ns (p50), {p99} ns (p99), {p99_9} ns (p99.9), {most} ns (max)");
+    if lost.total != 0 {
+        wrong.push(format!("the recorder says: {lost:?}"));
+    }
+    let report = check(path).expect("there is a bag");
+    print!("bag check: {}", report.to_text());
+    if !report.findings.is_empty() {
+        wrong.push(report.to_text());
+    }
+    match rerun::again(path) {
+        Ok(verdict) => {
+            println!("replay: {}", verdict.to_text());
+            if !verdict.is_identical() || verdict.lost != 0 {
+                wrong.push("the run computed again is another one".into());
+            }
+        }
+        Err(error) => wrong.push(format!("it cannot be computed again: {error}")),
+    }
+    wrong
+}

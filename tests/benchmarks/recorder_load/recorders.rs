@@ -1,0 +1,168 @@
+//! Who records the load: our node `run_logger`, or a recorder in Python as rosbag2 makes them. Each is a process of its own.
+
+use super::account::{Found, Told, find};
+use super::load::{Load, TOPIC};
+use super::support::{Domain, Guarded, LOOPBACK, PATIENCE, PeerEnv, processes::in_domain};
+use super::usage;
+use camwright_msgs::camwright_msgs::msg::RecorderStatus;
+use camwright_nodes::bag::Bag;
+use camwright_nodes::ros::{Node, NodeOptions, Qos, RosArgs, SpinThread, Subscription};
+use std::io::Write;
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{ChildStdin, Command};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// How many unread messages each recorder's subscription keeps: what `run_logger` has without being told.
+const DEPTH: u32 = 5000;
+/// How long nothing may come before all that comes has come.
+const QUIET: Duration = Duration::from_secs(2);
+
+/// What a recorder's process used.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Used {
+    pub cpu_s: f64,
+    pub peak_kb: u64,
+    pub datagrams_dropped: u64,
+}
+
+fn used(process: &Guarded) -> Used {
+    let id = process.id();
+    Used { cpu_s: usage::cpu_s(id), peak_kb: usage::peak_kb(id), datagrams_dropped: usage::datagrams_dropped(id) }
+}
+
+/// `run_logger` in its process, and a node that hears its status.
+pub struct Ours {
+    process: Guarded,
+    pub bag: PathBuf,
+    status: Arc<(Mutex<RecorderStatus>, Condvar)>,
+    _subscription: Subscription,
+    _spin: SpinThread,
+    pub node: Node,
+}
+
+impl Ours {
+    /// Begins to record into `bag`: `topics`, or all when it names none.
+    pub fn start(domain: &Domain, bag: &Path, topics: &[&str]) -> Self {
+        let mut command = in_domain(env!("CARGO_BIN_EXE_run_logger"), domain);
+        command.arg("--ros-args");
+        Self::start_with(domain, bag, topics, command)
+    }
+
+    /// As [`Ours::start`], by a command that ends with arguments of ROS.
+    pub fn start_with(domain: &Domain, bag: &Path, topics: &[&str], mut command: Command) -> Self {
+        let _not_there = std::fs::remove_dir_all(bag);
+        let node =
+            Node::new(NodeOptions::new("watch", &RosArgs::default().with_domain_id(domain.id()))).expect("a node");
+        let status: Arc<(Mutex<RecorderStatus>, Condvar)> = Arc::default();
+        let into = Arc::clone(&status);
+        let subscription = node
+            .subscribe("run_logger/status", &Qos::default_topic(), move |message, _| {
+                *into.0.lock().unwrap_or_else(PoisonError::into_inner) = message;
+                into.1.notify_all();
+            })
+            .expect("a subscription");
+        let spin = node.spin_in_thread().expect("a thread");
+        command.args(["-p", &format!("bag_dir:={}", bag.display()), "-p", &format!("depth:={DEPTH}")]);
+        if !topics.is_empty() {
+            command.args(["-p", &format!("topics:=[{}]", topics.join(", "))]);
+        }
+        let process = Guarded::start("run_logger", command.process_group(0));
+        Self { process, bag: bag.to_owned(), status, _subscription: subscription, _spin: spin, node }
+    }
+
+    /// Waits until the status fits; `false` if it does not within the time.
+    pub fn wait_status(&self, time: Duration, fits: impl Fn(&RecorderStatus) -> bool) -> bool {
+        let (status, changed) = &*self.status;
+        let status = status.lock().unwrap_or_else(PoisonError::into_inner);
+        let waited = changed.wait_timeout_while(status, time, |status| !fits(status));
+        fits(&waited.unwrap_or_else(PoisonError::into_inner).0)
+    }
+
+    /// Waits until it records these topics.
+    pub fn wait_for_topics(&self, topics: &[&str]) {
+        let has_all = |status: &RecorderStatus| topics.iter().all(|&t| status.topics.iter().any(|r| r.topic == t));
+        assert!(self.wait_status(PATIENCE, has_all), "the recorder does not subscribe{}", self.process.complaint());
+    }
+
+    pub fn status(&self) -> RecorderStatus {
+        self.status.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// What it says of the load.
+    pub fn told(&self) -> Told {
+        let status = self.status();
+        let load = status.topics.iter().find(|record| record.topic == TOPIC);
+        load.map_or_else(Told::default, |t| Told { received: t.received, written: t.written, dropped: t.dropped })
+    }
+
+    /// Waits until it has all of the load, or nothing comes any more, and all that came has gone somewhere.
+    pub fn wait_settled(&self, sent: u64) -> Told {
+        let deadline = Instant::now() + PATIENCE;
+        let (mut last, mut since) = (self.told(), Instant::now());
+        loop {
+            let _wait_for_the_next = self.wait_status(Duration::from_millis(100), |_| false);
+            let told = self.told();
+            if told != last {
+                (last, since) = (told, Instant::now());
+            }
+            let is_through = told.received == told.written + told.dropped;
+            if is_through && (told.received == sent || since.elapsed() > QUIET) {
+                return told;
+            }
+            assert!(Instant::now() < deadline, "the recorder does not come to rest: {told:?}");
+        }
+    }
+
+    /// Its bag and its process, for who ends it otherwise.
+    pub fn leave(self) -> (PathBuf, Guarded) {
+        (self.bag, self.process)
+    }
+
+    /// Ctrl-C: it closes its bag and ends well.
+    pub fn end(mut self) -> (PathBuf, Used) {
+        let used = used(&self.process);
+        self.process.interrupt();
+        let status = self.process.wait(PATIENCE);
+        assert!(status.success(), "run_logger ends with {status}{}", self.process.complaint());
+        (self.bag, used)
+    }
+}
+
+/// The recorder in Python.
+pub struct Twin {
+    process: Guarded,
+    stdin: ChildStdin,
+    bag: PathBuf,
+}
+
+impl Twin {
+    pub fn start(env: &PeerEnv, domain: &Domain, bag: &Path, load: &Load) -> Self {
+        let _not_there = std::fs::remove_dir_all(bag);
+        let mut command = env.python("../benchmarks/recorder_load/record.py", domain);
+        command.env("CYCLONEDDS_URI", LOOPBACK);
+        command.args([TOPIC, &bag.display().to_string(), load.reliability(), &DEPTH.to_string()]);
+        let mut process = Guarded::start("the recorder in Python", command.process_group(0));
+        let stdin = process.take_stdin();
+        Self { process, stdin, bag: bag.to_owned() }
+    }
+
+    pub fn wait_ready(&mut self) {
+        let line = self.process.line(PATIENCE);
+        assert_eq!(line.as_deref(), Some("ready"), "the recorder meets nobody{}", self.process.complaint());
+    }
+
+    /// Has it close its bag; what it says, what is in the bag, and what it used.
+    pub fn end(mut self) -> (Told, Found, PathBuf, Used) {
+        let used = used(&self.process);
+        writeln!(self.stdin, "end").expect("it listens");
+        let line = self.process.line(PATIENCE).expect("it says what it did");
+        let told: serde_json::Value = serde_json::from_str(&line).expect("what it says is JSON");
+        let number = |key: &str| told[key].as_u64().unwrap_or_else(|| panic!("no {key} in {line}"));
+        let told = Told { received: number("received"), written: number("written"), dropped: 0 };
+        let name = self.bag.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let file = Bag::open(&self.bag.join(format!("{name}_0.mcap"))).expect("it is closed");
+        (told, find(&file), self.bag, used)
+    }
+}

@@ -1,0 +1,139 @@
+//! The recorder's process under a load that any computer carries, on a disk that fills, and when it is told to end: every message is
+//! accounted for, once. The benchmark `recorder_load` has the same with more.
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a test shows what it measured")]
+#![allow(unreachable_pub, reason = "a test binary has no outside")]
+#![allow(dead_code, reason = "the benchmark uses its part of these modules")]
+
+#[path = "benchmarks/recorder_load/account.rs"]
+mod account;
+#[path = "benchmarks/recorder_load/cell.rs"]
+mod cell;
+#[path = "benchmarks/recorder_load/load.rs"]
+mod load;
+#[path = "benchmarks/recorder_load/recorders.rs"]
+mod recorders;
+mod support;
+#[path = "benchmarks/recorder_load/usage.rs"]
+mod usage;
+
+use account::{Lost, disagreements, enqueue, lost};
+use camwright_msgs::std_msgs::msg::String as Text;
+use camwright_nodes::bag::Bag;
+use camwright_nodes::bag::check::{Severity, check};
+use camwright_nodes::ros::Qos;
+use load::{LAST, Load, Publisher, Stack, TOPIC};
+use recorders::Ours;
+use std::process::Command;
+use std::time::{Duration, Instant};
+use support::{Domain, Folder, PATIENCE, peer_env, repository};
+
+/// Records a load of Cyclone DDS; what was lost, when all else adds up. None where the peers are to be skipped.
+fn record(name: &str, is_reliable: bool, per_second: u64, seconds: u64) -> Option<Lost> {
+    let env = peer_env()?;
+    let (domain, folder) = (Domain::take(), Folder::new(name));
+    let load = Load { stack: Stack::Cyclone, is_reliable, octets: 200, per_second, seconds };
+    let recorder = Ours::start(&domain, &folder.join("run"), &[TOPIC]);
+    let mut publisher = Publisher::start(load, Some(env), &domain);
+    publisher.wait_matched();
+    recorder.wait_for_topics(&[TOPIC]);
+    let sent = publisher.publish(|| {});
+    assert_eq!(sent.sent, per_second * seconds + LAST);
+    let told = recorder.wait_settled(sent.sent);
+    let (bag, used) = recorder.end();
+    assert_eq!(disagreements(&bag, &sent, told), Vec::<String>::new());
+    let read = Bag::open(&bag).expect("it is closed");
+    println!("{sent:?}, {told:?}, {used:?}, enqueue {:?} ns", enqueue(&read));
+    assert!(enqueue(&read).is_sorted() && enqueue(&read)[0] > 0);
+    Some(lost(&read))
+}
+
+#[test]
+fn every_message_of_another_dds_is_written_or_counted_with_the_reason() {
+    let Some(lost) = record("load", false, 5000, 4) else { return };
+    println!("{lost:?}");
+}
+
+#[test]
+fn nothing_of_a_reliable_publisher_is_lost() {
+    let Some(lost) = record("reliable-load", true, 2000, 4) else { return };
+    assert_eq!(lost, Lost::default());
+}
+
+/// What the cell says at the wall clock's pace is in the bag to the last tick, and is what it is when it is computed again.
+#[test]
+fn the_cells_own_traffic_is_recorded_without_a_gap() {
+    let folder = Folder::new("cell-traffic");
+    let wrong = cell::record(&folder.join("run"), |node| cell::move_to_and_fro(node, Duration::from_secs(6)));
+    assert_eq!(wrong, Vec::<String>::new());
+}
+
+/// Publishes until the condition holds.
+fn publish_until(recorder: &Ours, text: &str, condition: impl Fn(&Ours) -> bool) {
+    let publisher = recorder.node.publisher::<Text>(TOPIC, &Qos::default_topic()).expect("a publisher");
+    recorder.wait_for_topics(&[TOPIC]);
+    let deadline = Instant::now() + PATIENCE;
+    while !condition(recorder) {
+        assert!(Instant::now() < deadline, "waited in vain: {:?}", recorder.status());
+        for _ in 0..20 {
+            publisher.publish(&Text { data: text.to_owned() }).expect("room");
+        }
+        // As fast as the recorder tells what became of it.
+        let _told = recorder.wait_status(Duration::from_millis(100), |_| false);
+    }
+}
+
+#[test]
+fn sigterm_leaves_a_whole_bag_and_exit_code_0() {
+    let (domain, folder) = (Domain::take(), Folder::new("sigterm"));
+    let recorder = Ours::start(&domain, &folder.join("run"), &[TOPIC]);
+    publish_until(&recorder, "as ever", |recorder| recorder.told().written > 100);
+    let (bag, mut process) = recorder.leave();
+    process.terminate();
+    let status = process.wait(PATIENCE);
+    assert!(status.success(), "{status}: {}", process.stderr());
+    let report = check(&bag).expect("there is a bag");
+    assert_eq!(report.findings, [], "{}", report.to_text());
+    assert_eq!(Bag::open(&bag).expect("it is closed").custom_data()["camwright.outcome"], "complete");
+}
+
+/// A disk of 12 MB of its own, in a namespace that ends with the shell, which takes the bag out of it before.
+const ON_A_SMALL_DISK: &str = "mount -t tmpfs -o size=12m tmpfs \"$DISK\" || exit 77; \"$@\" & pid=$!; trap 'kill -TERM $pid' TERM; \
+    wait $pid; wait $pid; code=$?; cp -r \"$DISK/run\" \"$BAG\"; exit $code";
+
+#[test]
+fn a_full_disk_ends_the_recording_with_a_whole_bag_a_clear_sentence_and_exit_code_1() {
+    let (domain, folder) = (Domain::take(), Folder::new("full-disk"));
+    let (disk, bag) = (folder.join("disk"), folder.join("copy"));
+    std::fs::create_dir_all(&disk).expect("the folder is ours");
+    let can_mount = ["--user", "--map-root-user", "--mount", "sh", "-c", "mount -t tmpfs tmpfs \"$0\""];
+    if !Command::new("unshare").args(can_mount).arg(&disk).status().is_ok_and(|status| status.success()) {
+        println!("SKIPPED: this computer lets no test mount a small disk");
+        return;
+    }
+    let mut command = Command::new("unshare");
+    command.args(["--user", "--map-root-user", "--mount", "sh", "-c", ON_A_SMALL_DISK, "sh"]);
+    command.arg(env!("CARGO_BIN_EXE_run_logger")).env("DISK", &disk).env("BAG", &bag);
+    command.current_dir(repository()).env("ROS_DOMAIN_ID", domain.id().to_string()).env_remove("ROS_NAMESPACE");
+    // What fills a disk is not the floor that is left free of it.
+    command.args(["--ros-args", "-p", "min_free_mb:=0"]);
+    let recorder = Ours::start_with(&domain, &disk.join("run"), &[TOPIC], command);
+    publish_until(&recorder, &"x".repeat(30_000), |recorder| recorder.told().dropped > 100);
+    let told = recorder.wait_settled(u64::MAX);
+    assert_eq!(told.received, told.written + told.dropped);
+    assert!(!recorder.status().recording, "it says that it has ended");
+    let (_, mut process) = recorder.leave();
+    process.terminate();
+    let status = process.wait(PATIENCE);
+    let said = process.stderr();
+    assert_eq!(status.code(), Some(1), "{said}");
+    assert_eq!(said.matches("the recording has ended: no room for more in").count(), 1, "{said}");
+
+    // The copy has another name than its storage file, which matters to nobody.
+    let report = check(&bag).expect("the bag was copied");
+    assert_eq!(report.worst(), Some(Severity::Warning), "{}", report.to_text());
+    assert!(report.to_text().contains("the recording ended early: no room"), "{}", report.to_text());
+    assert_eq!(report.message_count, told.written);
+    let read = Bag::open(&bag).expect("it is closed");
+    assert_eq!(read.custom_data()["camwright.outcome"], "fault");
+    assert!(read.files()[0].is_closed);
+}
