@@ -66,7 +66,9 @@ pub(super) fn parameters() -> Vec<Parameter> {
         Parameter::integer("credit_ticks", 100)
             .describe("machine ticks after which ~/status is published besides ten times a second")
             .integer_range(1, 1_000_000),
-        Parameter::integer("depth", 5000).describe("unread messages each subscription keeps").integer_range(1, 65_536),
+        Parameter::integer("depth", 20_000)
+            .describe("messages each subscription keeps, read ones too: so many unread ones are not lost when this process does not get its turn")
+            .integer_range(1, 65_536),
         Parameter::integer("queue_mb", 256)
             .describe("most that waits for the disk (MB); what exceeds it is dropped and counted")
             .integer_range(1, 65_536),

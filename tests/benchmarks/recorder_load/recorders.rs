@@ -15,7 +15,7 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How many unread messages each recorder's subscription keeps: what `run_logger` has without being told.
-const DEPTH: u32 = 5000;
+const DEPTH: u32 = 20_000;
 /// How long nothing may come before all that comes has come.
 const QUIET: Duration = Duration::from_secs(2);
 
