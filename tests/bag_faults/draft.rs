@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::Path;
+use std::rc::Rc;
 
 use camwright_msgs::camwright_msgs::msg::{MachineInput, RecorderStatus};
 use camwright_msgs::sensor_msgs::msg::JointState;
@@ -25,11 +26,12 @@ pub const PAGES: usize = 1;
 pub const INPUTS: usize = 2;
 pub const STATUS: usize = 3;
 
+#[derive(Clone)]
 pub struct DraftTopic {
     pub name: String,
     pub type_name: String,
     pub encoding: String,
-    pub text: String,
+    pub text: Rc<str>,
     pub message_encoding: String,
     pub metadata: BTreeMap<String, String>,
     profile: QosProfile,
@@ -84,6 +86,13 @@ pub fn cdr<T: camwright_msgs::Message>(message: &T) -> Vec<u8> {
     let mut data = [&[0, 1, 0, 0][..], &body].concat();
     data.resize(data.len().next_multiple_of(4), 0);
     data
+}
+
+impl DraftTopic {
+    /// The same topic under another name.
+    pub fn named(&self, name: &str) -> Self {
+        Self { name: name.into(), ..self.clone() }
+    }
 }
 
 impl Draft {

@@ -5,6 +5,7 @@
 #[path = "../support/bag_judges.rs"]
 mod bag_judges;
 mod draft;
+mod hostile;
 #[path = "../support/mod.rs"]
 mod support;
 mod table;
@@ -94,6 +95,68 @@ fn every_fault_is_named_with_its_place_and_a_good_bag_is_clean() {
         assert_eq!(exit_code(&bag), Some(expected), "{}", fault.what);
     }
     assert_eq!(lines.next(), None, "bags/FAULTS.md has a line too many");
+    std::fs::remove_dir_all(directory).expect("it is ours");
+}
+
+/// What reads bags, with what it is asked for.
+const COMMANDS: [&[&str]; 7] = [
+    &["bag", "info"],
+    &["bag", "check"],
+    &["bag", "recover", "--into", "recovered"],
+    &["bag", "export", "--into", "csv"],
+    &["bag", "export", "--to", "parquet", "--into", "parquet"],
+    &["bag", "report", "--out", "report.html"],
+    &["replay", "--against"],
+];
+
+#[test]
+fn a_hostile_bag_is_read_or_refused_in_little_memory_and_every_command_ends() {
+    let directory = directory("hostile");
+    // Of addresses, of which a program takes more than of memory (KiB); and a minute, which none needs.
+    let script = "ulimit -v 3000000; exec timeout 60 \"$@\"";
+    for (number, (what, draft)) in hostile::all().iter().enumerate() {
+        let at = directory.join(number.to_string());
+        draft.write(&at);
+        for command in COMMANDS {
+            let mut shell = Command::new("sh");
+            shell.args(["-c", script, "sh", env!("CARGO_BIN_EXE_camwright")]).args(command).arg("run").current_dir(&at);
+            let output = shell.output().expect("there is a shell");
+            let said = String::from_utf8_lossy(&output.stderr);
+            // Ended by itself, with what it says of the bag: no panic (101), no signal, no time that ran out (124).
+            assert!(matches!(output.status.code(), Some(0..=3)), "{what}: {command:?}: {}: {said}", output.status);
+            assert!(!said.contains("panicked"), "{what}: {command:?}: {said}");
+        }
+    }
+    std::fs::remove_dir_all(directory).expect("it is ours");
+}
+
+/// Set to how many changed bags are to be read; without it 200 are.
+const MUTATIONS: &str = "CAMWRIGHT_MUTATIONS";
+
+#[test]
+fn a_bag_with_some_bytes_changed_is_read_or_refused_in_every_way() {
+    let directory = directory("mutations");
+    let wanted = std::env::var(MUTATIONS).map_or(200, |text| text.parse().expect("a number of bags"));
+    for seed in 0..wanted {
+        let at = directory.join(seed.to_string());
+        let mut draft = if seed % 3 == 0 { Draft::in_two_files() } else { Draft::good() };
+        // With check sums most changes go no further than them.
+        if seed % 4 > 0 {
+            draft.options = draft::without_crc;
+        }
+        draft.write(&at);
+        let names = ["run_0.mcap", "run_0.mcap", "run_0.mcap", "run_0.mcap", "metadata.yaml"];
+        let file = at.join("run").join(names[usize::try_from(seed % 5).expect("few")]);
+        let mut bytes = std::fs::read(&file).expect("it was written");
+        hostile::mutate(&mut bytes, &mut hostile::Seeded::new(seed));
+        std::fs::write(&file, bytes).expect("the directory is ours");
+        if let Err(panic) = std::panic::catch_unwind(|| hostile::read_in_every_way(&at)) {
+            println!("bag number {seed} of {}, which is left there", at.display());
+            std::panic::resume_unwind(panic);
+        }
+        std::fs::remove_dir_all(&at).expect("it is ours");
+    }
+    println!("{wanted} changed bags were read");
     std::fs::remove_dir_all(directory).expect("it is ours");
 }
 

@@ -59,6 +59,7 @@ impl PeerEnv {
         let faster = support.join("faster_build.cmake");
         let requirements = support.join("requirements.txt");
         let cyclone = support.join("cyclone_requirements.txt");
+        let tables = support.join("tables_requirements.txt");
 
         // A virtual environment cannot be moved, so its place is part of what it is made from.
         let venv_hash = hash_of(&[&recipe, &requirements], root.to_string_lossy().as_bytes());
@@ -68,10 +69,12 @@ impl PeerEnv {
         }
         let interfaces_hash = hash_of(&sources.iter().map(PathBuf::as_path).collect::<Vec<_>>(), venv_hash.as_bytes());
         let cyclone_hash = hash_of(&[&cyclone], venv_hash.as_bytes());
+        let tables_hash = hash_of(&[&tables], venv_hash.as_bytes());
         let steps = [
             ("venv", &venv_hash, &requirements),
             ("interfaces", &interfaces_hash, &msgs),
             ("cyclone", &cyclone_hash, &cyclone),
+            ("tables", &tables_hash, &tables),
         ];
 
         lock.lock_shared().expect("a file of our own can be locked");
@@ -103,8 +106,8 @@ impl PeerEnv {
         self.root.join("interfaces/install")
     }
 
-    /// The environment's Python with a script of `tests/support/` and everything ROS 2 wants to know; stays on this machine, in the
-    /// given domain.
+    /// The environment's Python with a script of `tests/support/`, or one with its whole path, and everything ROS 2 wants to know; stays on this
+    /// machine, in the given domain.
     pub fn python(&self, script: &str, domain: &Domain) -> Command {
         let mut command = Command::new(self.venv().join("bin/python"));
         let site = "lib/python3.11/site-packages";
@@ -121,7 +124,12 @@ impl PeerEnv {
             .env("AMENT_PREFIX_PATH", joined(&[self.install(), self.venv()]))
             .env(
                 "PYTHONPATH",
-                joined(&[self.install().join(site), repository().join("tests/support"), self.root.join("cyclone")]),
+                joined(&[
+                    self.install().join(site),
+                    repository().join("tests/support"),
+                    self.root.join("cyclone"),
+                    self.root.join("tables"),
+                ]),
             )
             .env("PYTHONDONTWRITEBYTECODE", "1")
             .env("LD_LIBRARY_PATH", joined(&libraries))
@@ -150,7 +158,7 @@ fn make_step(root: &Path, step: &str, hash: &str, recipe: &Path, source: &Path) 
         "making {} for the tests with real ROS 2 peers, once; this takes a minute or two",
         root.join(step).display()
     );
-    let mut command = if step == "cyclone" {
+    let mut command = if matches!(step, "cyclone" | "tables") {
         let mut pip = Command::new(root.join("venv/bin/python"));
         pip.args([
             "-m",

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use super::check::{self, Severity};
+use super::export::TableFormat;
 use super::info::BagInfo;
 use super::recover;
 use super::{Bag, Preset, export};
@@ -28,7 +29,7 @@ pub enum BagCommand {
     Report(ReportArgs),
     /// A new bag of what is whole in one that was killed or is damaged; exit 0 nothing was lost, 2 something was, 1 there is no new bag
     Recover(RecoverArgs),
-    /// Tables (CSV) of every topic for pandas and spreadsheets, or a compressed copy of the bag
+    /// Tables (CSV, Parquet) of every topic for pandas and spreadsheets, or a compressed copy of the bag
     Export(ExportArgs),
 }
 
@@ -37,13 +38,13 @@ pub enum BagCommand {
 pub struct ExportArgs {
     /// Directory of the bag, or one MCAP file
     pub bag: PathBuf,
-    /// csv: a table of each topic; zstd and its like: the same bag with compressed chunks
+    /// csv, parquet: a table of each topic; zstd and its like: the same bag with compressed chunks
     #[arg(long, value_enum, default_value_t = Format::Csv)]
     pub to: Format,
-    /// Directory that is made; left out: beside the bag, under its name with `_csv`, `_zstd`, …
+    /// Directory that is made; left out: beside the bag, under its name with `_csv`, `_parquet`, …
     #[arg(long, value_name = "DIR")]
     pub into: Option<PathBuf>,
-    /// Elements of an array that have a column each; a longer array is one text
+    /// Elements of an array that have a column each; a longer array is one text, in parquet one list
     #[arg(long, default_value_t = 64, value_name = "N")]
     pub longest: usize,
 }
@@ -53,6 +54,8 @@ pub struct ExportArgs {
 pub enum Format {
     /// A table of each topic.
     Csv,
+    /// A table of each topic, each column with its type.
+    Parquet,
     /// The same bag with compressed chunks.
     Zstd,
     /// The same, compressed as fast as it can be.
@@ -158,7 +161,8 @@ fn export_bag(args: &ExportArgs) -> Result<(String, u8), super::BagError> {
     let beside = |word: &str| args.into.clone().unwrap_or_else(|| super::named_beside(&args.bag, word));
     let copy = |preset: Preset| export::to_bag(&bag, &beside(preset.name()), preset);
     let exported = match args.to {
-        Format::Csv => export::to_csv(&bag, &beside("csv"), args.longest)?,
+        Format::Csv => export::to_tables(&bag, &beside("csv"), TableFormat::Csv, args.longest)?,
+        Format::Parquet => export::to_tables(&bag, &beside("parquet"), TableFormat::Parquet, args.longest)?,
         Format::Zstd => copy(Preset::Zstd)?,
         Format::ZstdFast => copy(Preset::ZstdFast)?,
         Format::ZstdSmall => copy(Preset::ZstdSmall)?,

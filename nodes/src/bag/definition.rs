@@ -83,6 +83,12 @@ impl Definition {
                 .collect()
         });
         let types: Vec<Vec<Field>> = types.collect::<Result<_, _>>()?;
+        for fields in &types {
+            let mut named = BTreeSet::new();
+            if let Some(twice) = fields.iter().find(|field| !named.insert(field.name.as_str())) {
+                return Err(format!("the field {} is there twice", twice.name));
+            }
+        }
         let definition = Self { types };
         definition.refuse_endless()?;
         Ok(definition)
@@ -230,6 +236,7 @@ mod tests {
         let fields =
             [field("b", Kind::Int8, Count::Sequence(Some(4))), field("s", Kind::Text(Some(3)), Count::Array(2))];
         assert_eq!(good.types, [fields]);
+        assert_eq!(parse("int8 a\nint16 a\n"), "the field a is there twice");
         assert_eq!(parse("int8[0] a\n"), "'int8[0] a': '0' is no number of elements");
         assert_eq!(parse("int8[<=x] a\n"), "'int8[<=x] a': '<=x' is no number of elements");
         assert_eq!(parse("string<=x a\n"), "'string<=x a': 'x' is no length");

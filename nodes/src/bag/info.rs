@@ -63,7 +63,7 @@ impl BagInfo {
             is_closed: bag.files().iter().all(|f| f.is_closed),
             files: bag.files().iter().map(|f| f.path.display().to_string()).collect(),
             log_times_ns: bag.log_times_ns(),
-            message_count: bag.files().iter().map(|f| f.message_count).sum(),
+            message_count: bag.files().iter().fold(0, |sum: u64, f| sum.saturating_add(f.message_count)),
             topics,
             custom_data: bag.custom_data().iter().map(|(k, v)| (k.clone(), v.clone())).collect(),
         })

@@ -10,8 +10,10 @@
 //!
 //! Nothing here knows ROS: a message is the bytes that travelled, a type is its name, hash and definition text.
 
+mod channels;
 pub mod check;
 pub mod cli;
+mod csv;
 pub(crate) mod definition;
 mod durations;
 pub mod export;
@@ -20,6 +22,7 @@ mod json;
 mod latched;
 pub mod metadata;
 mod numbers;
+mod parquet_file;
 mod preset;
 pub mod qos;
 pub mod reader;
@@ -30,6 +33,7 @@ mod salvage;
 mod snapshot;
 pub mod spare;
 mod storage_file;
+mod tables;
 mod values;
 mod well_formed;
 pub mod writer;
@@ -138,6 +142,14 @@ pub enum BagError {
         was: String,
         /// The type asked for.
         now: String,
+    },
+    /// A table cannot be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// What the Parquet library said.
+        source: parquet::errors::ParquetError,
     },
     /// The bag was closed before, by a fault.
     #[error("the bag is closed: {reason}")]

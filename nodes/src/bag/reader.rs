@@ -1,19 +1,20 @@
 //! Reading a bag: a directory, or one MCAP file; ours, and those of other ROS 2 recorders.
 
-use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 use std::fs::{self, File};
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use mcap::records::{MessageHeader, Record};
+use mcap::records::{ChunkIndex, MessageHeader, Record, Statistics};
 use mcap::sans_io::indexed_reader::{IndexedReadEvent, IndexedReader, IndexedReaderOptions};
 use mcap::{McapError, Summary};
 
+use super::channels::{Channels, DefinitionRoom, storage_files, topic_of};
 use super::metadata::{self, BagMetadata};
 use super::numbers::{Numbers, Told};
-use super::records::{RECORD_LIMIT, Records, last_metadata_record, read_summary, tolerant};
+use super::records::{RECORD_LIMIT, Records, last_metadata_record, open_file, read_summary, tolerant};
 use super::writer::OURS;
-use super::{BagError, Topic, qos};
+use super::{BagError, Topic};
 
 /// One message of a bag.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -52,6 +53,8 @@ pub struct Bag {
     path: PathBuf,
     files: Vec<FileContent>,
     topics: Vec<Topic>,
+    /// Place of each topic in the list, by name.
+    places: HashMap<String, usize>,
     counts: Vec<u64>,
     custom_data: BTreeMap<String, String>,
 }
@@ -67,6 +70,7 @@ impl Bag {
             path: path.to_owned(),
             files: Vec::new(),
             topics: Vec::new(),
+            places: HashMap::new(),
             counts: Vec::new(),
             custom_data: BTreeMap::new(),
         };
@@ -143,9 +147,10 @@ impl Bag {
     }
 
     fn topic_index(&mut self, topic: Topic) -> usize {
-        if let Some(index) = self.topics.iter().position(|t| t.name == topic.name) {
+        if let Some(&index) = self.places.get(&topic.name) {
             return index;
         }
+        self.places.insert(topic.name.clone(), self.topics.len());
         self.topics.push(topic);
         self.counts.push(0);
         self.topics.len() - 1
@@ -163,26 +168,34 @@ impl Bag {
             }) => None,
             Err(error) => return Err(error),
         };
+        // A file has no more messages than bytes; what says otherwise is not believed in anything.
+        let is_possible = |stats: &Statistics| {
+            stats.message_count <= bytes && stats.channel_message_counts.values().all(|count| *count <= bytes)
+        };
         if let Some(summary) = summary
-            && let Some(stats) = summary.stats.clone()
+            && let Some(stats) = summary.stats.clone().filter(is_possible)
         {
             let mut channels: Vec<_> = summary.channels.values().collect();
             channels.sort_by_key(|c| c.id);
+            let mut room = DefinitionRoom::default();
             for channel in channels {
+                room.take(&path, channel.schema.as_ref().map_or(0, |s| s.data.len()))?;
                 let (type_name, definition) = channel.schema.as_ref().map_or((String::new(), String::new()), |s| {
                     (s.name.clone(), String::from_utf8_lossy(&s.data).into())
                 });
                 let index =
                     self.topic_index(topic_of(&path, &channel.topic, type_name, definition, &channel.metadata)?);
-                self.counts[index] += stats.channel_message_counts.get(&channel.id).copied().unwrap_or(0);
+                let count = stats.channel_message_counts.get(&channel.id).copied().unwrap_or(0);
+                self.counts[index] = self.counts[index].saturating_add(count);
             }
             let record = last_metadata_record(&path, &summary)?;
+            let (first, last) = (stats.message_start_time, stats.message_end_time);
             self.files.push(FileContent {
                 path,
                 bytes,
                 is_closed: true,
                 message_count: stats.message_count,
-                log_times_ns: (stats.message_count > 0).then_some((stats.message_start_time, stats.message_end_time)),
+                log_times_ns: (stats.message_count > 0).then_some((first.min(last), first.max(last))),
                 summary: Some(summary),
             });
             return Ok(record);
@@ -229,83 +242,6 @@ impl Bag {
     }
 }
 
-/// The storage files of a bag in order.
-pub(super) fn storage_files(path: &Path) -> Result<Vec<PathBuf>, BagError> {
-    let kind = fs::metadata(path).map_err(|e| BagError::io("open", path, e))?;
-    if kind.is_file() {
-        return Ok(vec![path.to_owned()]);
-    }
-    match BagMetadata::read_from(path) {
-        Ok(metadata) => {
-            if metadata.storage_identifier != "mcap" {
-                let reason = format!("storage '{}' is not supported, only mcap is", metadata.storage_identifier);
-                return Err(BagError::Metadata { path: path.join(metadata::FILE_NAME), reason });
-            }
-            Ok(metadata.relative_file_paths.iter().map(|p| path.join(p)).collect())
-        }
-        Err(BagError::NoMetadata { .. }) => files_in(path),
-        Err(error) => Err(error),
-    }
-}
-
-/// The storage files that lie in a directory, whatever its metadata say.
-pub(super) fn files_in(path: &Path) -> Result<Vec<PathBuf>, BagError> {
-    let entries = fs::read_dir(path).map_err(|e| BagError::io("read", path, e))?;
-    let mut files: Vec<PathBuf> = entries
-        .filter_map(|entry| entry.ok().map(|e| e.path()))
-        .filter(|p| p.extension().is_some_and(|e| e == "mcap"))
-        .collect();
-    // `run_10.mcap` comes after `run_9.mcap`.
-    files.sort_by_key(|p| (p.as_os_str().len(), p.clone()));
-    if files.is_empty() { Err(BagError::NoMetadata { path: path.to_owned() }) } else { Ok(files) }
-}
-
-/// A topic as a channel tells it.
-pub(super) fn topic_of(
-    path: &Path,
-    name: &str,
-    type_name: String,
-    definition: String,
-    channel: &BTreeMap<String, String>,
-) -> Result<Topic, BagError> {
-    let text = channel.get("offered_qos_profiles").map_or("", String::as_str);
-    let offered_qos = qos::from_yaml(text)
-        .map_err(|reason| BagError::Metadata { path: path.to_owned(), reason: format!("topic {name}: {reason}") })?;
-    let type_hash = channel.get("topic_type_hash").cloned().unwrap_or_default();
-    Ok(Topic { name: name.to_owned(), type_name, type_hash, definition, offered_qos })
-}
-
-/// Schemas and channels as they come by in a file.
-#[derive(Debug, Default)]
-pub(super) struct Channels {
-    schemas: HashMap<u16, (String, String)>,
-    indexes: HashMap<u16, usize>,
-}
-
-impl Channels {
-    /// Takes a schema or channel record in; returns the topic of a channel.
-    pub(super) fn note(&mut self, path: &Path, record: Record<'_>) -> Result<Option<(u16, Topic)>, BagError> {
-        match record {
-            Record::Schema { header, data } => {
-                self.schemas.insert(header.id, (header.name, String::from_utf8_lossy(&data).into()));
-                Ok(None)
-            }
-            Record::Channel(channel) => {
-                let (type_name, definition) = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
-                Ok(Some((channel.id, topic_of(path, &channel.topic, type_name, definition, &channel.metadata)?)))
-            }
-            _ => Ok(None),
-        }
-    }
-
-    fn index(&self, path: &Path, header: &MessageHeader) -> Result<usize, BagError> {
-        self.indexes
-            .get(&header.channel_id)
-            .copied()
-            .ok_or_else(|| BagError::mcap(path, McapError::UnknownChannel(header.sequence, header.channel_id)))
-    }
-}
-
 /// The messages of a bag, one after the other.
 pub struct Messages<'a> {
     bag: &'a Bag,
@@ -339,7 +275,7 @@ impl Messages<'_> {
                 self.source = Some(self.open(file)?);
             }
             let message = match &mut self.source {
-                Some(source) => source.next(&self.bag.topics)?,
+                Some(source) => source.next(&self.bag.places)?,
                 None => None,
             };
             match message {
@@ -367,10 +303,7 @@ impl Messages<'_> {
     fn open(&self, content: &FileContent) -> Result<Source, BagError> {
         let path = &content.path;
         // An index that leaves out messages (rosbag2's fastwrite, a salvaged file) is worse than none.
-        let indexed = content.summary.as_ref().filter(|s| {
-            !s.chunk_indexes.is_empty()
-                && s.chunk_indexes.iter().all(|c| c.message_index_length > 0 || c.message_end_time == 0)
-        });
+        let indexed = content.summary.as_ref().filter(|s| is_worth_reading_by(s));
         let Some(summary) = indexed else {
             return Ok(Source::Linear {
                 records: Box::new(Records::open(path, tolerant())?),
@@ -379,18 +312,31 @@ impl Messages<'_> {
         };
         let options = IndexedReaderOptions::new().starting_at(self.from_ns).with_record_length_limit(RECORD_LIMIT);
         let reader = IndexedReader::new_with_options(summary, options).map_err(|e| BagError::mcap(path, e))?;
-        let indexes = summary
-            .channels
-            .values()
-            .filter_map(|c| self.bag.topics.iter().position(|t| t.name == c.topic).map(|i| (c.id, i)))
-            .collect();
-        let file = File::open(path).map_err(|e| BagError::io("open", path, e))?;
+        let indexes =
+            summary.channels.values().filter_map(|c| self.bag.places.get(&c.topic).map(|i| (c.id, *i))).collect();
+        let file = open_file(path)?;
         Ok(Source::Indexed { path: path.clone(), file, reader: Box::new(reader), indexes, buffer: Vec::new() })
     }
 }
 
+/// Whether an index leaves out no messages (as rosbag2's fastwrite and salvaged files do), tells each chunk once, and asks for no more memory than a
+/// walk would: chunks whose times overlap are held together.
+fn is_worth_reading_by(summary: &Summary) -> bool {
+    let chunks = &summary.chunk_indexes;
+    let limit = RECORD_LIMIT as u64;
+    let mut told = BTreeSet::new();
+    let is_sound = chunks.iter().all(|chunk| {
+        (chunk.message_index_length > 0 || chunk.message_end_time == 0)
+            && chunk.uncompressed_size <= limit
+            && told.insert(chunk.chunk_start_offset)
+    });
+    let all: u64 = chunks.iter().fold(0, |sum, chunk| sum.saturating_add(chunk.uncompressed_size));
+    let follows = |pair: &[ChunkIndex]| pair[1].message_start_time >= pair[0].message_end_time;
+    !chunks.is_empty() && is_sound && (all <= 4 * limit || chunks.windows(2).all(follows))
+}
+
 impl Source {
-    fn next(&mut self, topics: &[Topic]) -> Result<Option<Message>, BagError> {
+    fn next(&mut self, places: &HashMap<String, usize>) -> Result<Option<Message>, BagError> {
         match self {
             Self::Indexed { path, file, reader, indexes, buffer } => {
                 while let Some(event) = reader.next_event() {
@@ -426,7 +372,7 @@ impl Source {
                         other => {
                             let path = records.path.clone();
                             if let Some((id, topic)) = channels.note(&path, other)?
-                                && let Some(index) = topics.iter().position(|t| t.name == topic.name)
+                                && let Some(&index) = places.get(&topic.name)
                             {
                                 channels.indexes.insert(id, index);
                             }

@@ -12,13 +12,22 @@ use mcap::{McapError, Summary};
 use super::{BagError, metadata};
 
 /// No record or chunk of a bag is larger than this (B); a damaged length is, and must not take all memory.
-pub(super) const RECORD_LIMIT: usize = 1 << 30;
+pub(super) const RECORD_LIMIT: usize = 256 << 20;
 /// How much is read at a time (B).
 const READ_BYTES: usize = 1 << 20;
 
+/// Opens a file to be read. What is no file, a pipe for example, would wait for ever.
+pub(super) fn open_file(path: &Path) -> Result<File, BagError> {
+    let kind = std::fs::metadata(path).map_err(|e| BagError::io("open", path, e))?;
+    if !kind.is_file() {
+        return Err(BagError::io("open", path, std::io::Error::other("it is no file")));
+    }
+    File::open(path).map_err(|e| BagError::io("open", path, e))
+}
+
 /// The summary of a file; none when it was never closed, or its writer left it out.
 pub(super) fn read_summary(path: &Path) -> Result<Option<Summary>, BagError> {
-    let mut file = File::open(path).map_err(|e| BagError::io("open", path, e))?;
+    let mut file = open_file(path)?;
     let mut reader =
         SummaryReader::new_with_options(SummaryReaderOptions::default().with_record_length_limit(RECORD_LIMIT));
     while let Some(event) = reader.next_event() {
@@ -42,7 +51,7 @@ pub(super) fn last_metadata_record(path: &Path, summary: &Summary) -> Result<Opt
     let Some(index) = summary.metadata_indexes.iter().rev().find(|i| i.name == metadata::RECORD_NAME) else {
         return Ok(None);
     };
-    let file = File::open(path).map_err(|e| BagError::io("open", path, e))?;
+    let file = open_file(path)?;
     let length = index.length.min(RECORD_LIMIT as u64);
     let mut bytes = Vec::new();
     let mut at = &file;
@@ -79,7 +88,7 @@ pub(super) struct Records {
 
 impl Records {
     pub(super) fn open(path: &Path, options: LinearReaderOptions) -> Result<Self, BagError> {
-        let file = File::open(path).map_err(|e| BagError::io("open", path, e))?;
+        let file = open_file(path)?;
         Ok(Self { path: path.to_owned(), file, reader: LinearReader::new_with_options(options), is_torn: false })
     }
 

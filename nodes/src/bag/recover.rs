@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 
 use mcap::records::Record;
 
+use super::channels::{Channels, DefinitionRoom, files_in, storage_files, topic_of};
 use super::json::quoted;
 use super::metadata::{self, BagMetadata};
 use super::numbers::{Numbers, Told};
-use super::reader::{Channels, files_in, storage_files, topic_of};
 use super::records::read_summary;
 use super::salvage::{Loss, Piece, Proof, Salvage};
 use super::writer::REPEATED;
@@ -190,8 +190,12 @@ impl Rescue {
         let mut topics = Names::default();
         // Where a chunk is lost that defines a topic, the summary of a file that was closed still knows it.
         if let Ok(Some(summary)) = read_summary(path) {
+            let mut room = DefinitionRoom::default();
             for channel in summary.channels.values() {
                 let schema = channel.schema.as_ref();
+                if room.take(path, schema.map_or(0, |s| s.data.len())).is_err() {
+                    break;
+                }
                 let (name, text) =
                     schema.map_or_else(Default::default, |s| (s.name.clone(), String::from_utf8_lossy(&s.data).into()));
                 // No check sum is looked at here; what cannot be read is not known.

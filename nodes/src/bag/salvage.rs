@@ -16,7 +16,7 @@ use mcap::records::{ChunkHeader, Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader};
 
 use super::BagError;
-use super::records::{RECORD_LIMIT, tolerant};
+use super::records::{RECORD_LIMIT, open_file, tolerant};
 
 /// Operation code and length of a record (B).
 const HEAD: u64 = 9;
@@ -28,6 +28,8 @@ const WINDOW: usize = 1 << 20;
 const LEAST_CHUNK: u64 = 8 + 8 + 8 + 4 + 4 + 8;
 /// The same with its head.
 const LEAST_RECORD: usize = 49;
+/// How often a search may look at the bytes of a file: what looks like a chunk everywhere would be read without end.
+const LOOKS: u64 = 32;
 
 /// Something of the file, in its order.
 #[derive(Debug)]
@@ -63,6 +65,8 @@ pub(super) struct Salvage {
     file: File,
     at: u64,
     length: u64,
+    /// Bytes of what looked like chunks while one was searched for.
+    looked: u64,
     /// The end of the data was met: the file was closed, and a summary follows.
     closed: bool,
 }
@@ -70,13 +74,13 @@ pub(super) struct Salvage {
 impl Salvage {
     pub(super) fn open(path: &Path) -> Result<Self, BagError> {
         let io = |error| BagError::io("read", path, error);
-        let mut file = File::open(path).map_err(|e| BagError::io("open", path, e))?;
+        let mut file = open_file(path)?;
         let length = file.metadata().map_err(io)?.len();
         let mut magic = [0; MAGIC.len()];
         // Without its first bytes it may still have chunks.
         let begins_well = length >= MAGIC.len() as u64 && file.read_exact(&mut magic).is_ok() && magic == *MAGIC;
         let at = if begins_well { MAGIC.len() as u64 } else { 0 };
-        Ok(Self { path: path.to_owned(), file, at, length, closed: false })
+        Ok(Self { path: path.to_owned(), file, at, length, looked: 0, closed: false })
     }
 
     /// The end of the data was met.
@@ -175,6 +179,10 @@ impl Salvage {
                 if bytes[0] != op::CHUNK || length < LEAST_CHUNK || length > self.length - at - HEAD {
                     continue;
                 }
+                if length > RECORD_LIMIT as u64 || self.looked > self.length.saturating_mul(LOOKS) {
+                    continue;
+                }
+                self.looked += length;
                 let body = self.read(at + HEAD, length)?;
                 if chunk(&body).is_ok() {
                     self.at = at;

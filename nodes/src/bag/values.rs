@@ -2,18 +2,25 @@
 
 use super::definition::{Count, Definition, Field, Kind};
 
+/// Elements of an array that is told as a whole, at most: each takes the room of a value.
+const MOST_LISTED: usize = 4 << 20;
+
 /// One value.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Value {
     Bool(bool),
-    Signed(i64),
-    Unsigned(u64),
+    /// With the width of its type (bits).
+    Signed(i64, u8),
+    Unsigned(u64, u8),
     Float32(f32),
     Float64(f64),
     Text(String),
+    /// What is too long for a column of each, never empty.
+    List(Vec<Value>),
 }
 
-/// Reads a message: `told` gets each value with its path, as `joint.position[2]`. Sequences longer than `longest` are told as one text.
+/// Reads a message: `told` gets each value with its path, as `joint.position[2]`. Arrays longer than `longest` are told as a
+/// list, or as one text where their elements have parts.
 ///
 /// # Errors
 /// One sentence about where the message ends before its definition does.
@@ -93,18 +100,16 @@ impl<'a> Cursor<'a> {
             }
             return Ok(());
         }
-        // Too long for columns: one text, its values in order.
-        let mut text = String::new();
-        for _ in 0..count {
-            let mut inner = String::new();
-            self.one(definition, &field.kind, &mut inner, usize::MAX, &mut |_, value| {
-                if !text.is_empty() {
-                    text.push(' ');
-                }
-                text.push_str(&plain(&value));
-            })?;
+        if count > MOST_LISTED {
+            return Err(format!("{count} elements, {MOST_LISTED} are the most in a table"));
         }
-        told(path, Value::Text(text));
+        // Too long for columns: its values in order, and one text where they have names.
+        let mut values = Vec::new();
+        for _ in 0..count {
+            self.one(definition, &field.kind, &mut String::new(), usize::MAX, &mut |_, value| values.push(value))?;
+        }
+        let list = Value::List(values);
+        told(path, if matches!(field.kind, Kind::Nested(_)) { Value::Text(plain(&list)) } else { list });
         Ok(())
     }
 
@@ -119,14 +124,14 @@ impl<'a> Cursor<'a> {
         let value = match kind {
             Kind::Nested(index) => return self.fields(definition, *index, path, longest, told),
             Kind::Bool => Value::Bool(self.number::<1>()?[0] != 0),
-            Kind::Int8 => Value::Signed(i8::from_le_bytes(self.number()?).into()),
-            Kind::Uint8 => Value::Unsigned(u8::from_le_bytes(self.number()?).into()),
-            Kind::Int16 => Value::Signed(i16::from_le_bytes(self.number()?).into()),
-            Kind::Uint16 => Value::Unsigned(u16::from_le_bytes(self.number()?).into()),
-            Kind::Int32 => Value::Signed(i32::from_le_bytes(self.number()?).into()),
-            Kind::Uint32 => Value::Unsigned(self.length()?.into()),
-            Kind::Int64 => Value::Signed(i64::from_le_bytes(self.number()?)),
-            Kind::Uint64 => Value::Unsigned(u64::from_le_bytes(self.number()?)),
+            Kind::Int8 => Value::Signed(i8::from_le_bytes(self.number()?).into(), 8),
+            Kind::Uint8 => Value::Unsigned(u8::from_le_bytes(self.number()?).into(), 8),
+            Kind::Int16 => Value::Signed(i16::from_le_bytes(self.number()?).into(), 16),
+            Kind::Uint16 => Value::Unsigned(u16::from_le_bytes(self.number()?).into(), 16),
+            Kind::Int32 => Value::Signed(i32::from_le_bytes(self.number()?).into(), 32),
+            Kind::Uint32 => Value::Unsigned(self.length()?.into(), 32),
+            Kind::Int64 => Value::Signed(i64::from_le_bytes(self.number()?), 64),
+            Kind::Uint64 => Value::Unsigned(u64::from_le_bytes(self.number()?), 64),
             Kind::Float32 => Value::Float32(f32::from_le_bytes(self.number()?)),
             Kind::Float64 => Value::Float64(f64::from_le_bytes(self.number()?)),
             Kind::Text(_) => {
@@ -184,12 +189,13 @@ impl<'a> Cursor<'a> {
 pub(super) fn plain(value: &Value) -> String {
     match value {
         Value::Bool(value) => value.to_string(),
-        Value::Signed(value) => value.to_string(),
-        Value::Unsigned(value) => value.to_string(),
+        Value::Signed(value, _) => value.to_string(),
+        Value::Unsigned(value, _) => value.to_string(),
         // With an exponent where it is shorter.
         Value::Float32(value) => format!("{value:?}"),
         Value::Float64(value) => format!("{value:?}"),
         Value::Text(value) => value.clone(),
+        Value::List(values) => values.iter().map(plain).collect::<Vec<_>>().join(" "),
     }
 }
 

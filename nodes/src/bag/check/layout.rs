@@ -9,6 +9,7 @@ use mcap::records::{ChunkHeader, ChunkIndex, Footer, MessageIndex, Record, op};
 
 use super::report::{Report, Tally};
 use crate::bag::BagError;
+use crate::bag::records::open_file;
 use crate::bag::salvage::walk_chunk;
 
 /// Operation code and length of a record (B).
@@ -82,7 +83,7 @@ pub(super) fn check(report: &mut Report, path: &Path, place: &str) -> bool {
 impl Layout {
     fn of(path: &Path) -> Result<Self, String> {
         let told = |error: BagError| error.to_string();
-        let mut file = File::open(path).map_err(|e| told(BagError::io("open", path, e)))?;
+        let mut file = open_file(path).map_err(told)?;
         let end = file.metadata().map_err(|e| told(BagError::io("read", path, e)))?.len();
         let mut layout = Self::default();
         let (mut at, mut last) = (MAGIC, LastChunk::default());

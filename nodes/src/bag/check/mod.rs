@@ -45,7 +45,7 @@ pub fn check(path: &Path) -> Result<Report, BagError> {
 /// The storage files, and what `metadata.yaml` says.
 fn directory(report: &mut Report, path: &Path) -> (Vec<PathBuf>, Option<BagMetadata>) {
     const PLACE: &str = metadata::FILE_NAME;
-    let lying = super::reader::files_in(path).unwrap_or_default();
+    let lying = super::channels::files_in(path).unwrap_or_default();
     let yaml = match BagMetadata::read_from(path) {
         Ok(yaml) => yaml,
         Err(error) => {

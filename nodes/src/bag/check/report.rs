@@ -22,11 +22,16 @@ pub struct Finding {
     pub text: String,
 }
 
+/// Findings that are told one by one; a file may have a fault in each of millions of records.
+const MOST_FINDINGS: usize = 1000;
+
 /// What a check found.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Report {
     /// In the order they were found.
     pub findings: Vec<Finding>,
+    /// How many there are besides, and the worst of them.
+    pub more: (u64, Option<Severity>),
     /// Messages seen.
     pub message_count: u64,
     /// Topics seen.
@@ -37,7 +42,7 @@ impl Report {
     /// The worst finding; none when the bag is clean.
     #[must_use]
     pub fn worst(&self) -> Option<Severity> {
-        self.findings.iter().map(|f| f.severity).max()
+        self.findings.iter().map(|f| f.severity).max().max(self.more.1)
     }
 
     /// For people.
@@ -50,6 +55,9 @@ impl Report {
                 Severity::Error => "error",
             };
             text.push_str(&format!("{word}: {}: {}\n", finding.place, finding.text));
+        }
+        if self.more.0 > 0 {
+            text.push_str(&format!("and {} more\n", self.more.0));
         }
         let verdict = match self.worst() {
             None => "clean",
@@ -73,19 +81,28 @@ impl Report {
             })
             .collect();
         format!(
-            "{{\"message_count\":{},\"topic_count\":{},\"findings\":[{}]}}",
+            "{{\"message_count\":{},\"topic_count\":{},\"more_findings\":{},\"findings\":[{}]}}",
             self.message_count,
             self.topic_count,
+            self.more.0,
             findings.join(",")
         )
     }
 
     pub(super) fn error(&mut self, place: impl Into<String>, text: impl Into<String>) {
-        self.findings.push(Finding { severity: Severity::Error, place: place.into(), text: text.into() });
+        self.find(Severity::Error, place.into(), text.into());
     }
 
     pub(super) fn warning(&mut self, place: impl Into<String>, text: impl Into<String>) {
-        self.findings.push(Finding { severity: Severity::Warning, place: place.into(), text: text.into() });
+        self.find(Severity::Warning, place.into(), text.into());
+    }
+
+    fn find(&mut self, severity: Severity, place: String, text: String) {
+        if self.findings.len() < MOST_FINDINGS {
+            self.findings.push(Finding { severity, place, text });
+        } else {
+            self.more = (self.more.0 + 1, self.more.1.max(Some(severity)));
+        }
     }
 }
 

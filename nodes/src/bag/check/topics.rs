@@ -1,6 +1,7 @@
 //! Types and topics: what a file says of them, and whether their messages are what it says.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 use mcap::records::{Channel as ChannelRecord, MessageHeader, SchemaHeader, Statistics};
 
@@ -20,7 +21,7 @@ pub(super) struct TopicCheck {
     pub(super) type_name: String,
     pub(super) hash: String,
     is_latched: bool,
-    definition: Option<Definition>,
+    definition: Option<Rc<Definition>>,
     numbers: Numbers,
     /// The largest number before this file, and whether it came again in it.
     before: u32,
@@ -76,7 +77,7 @@ impl TopicCheck {
         // It was found to be well formed.
         let _ = values::read(definition, data, 0, &mut |path, value| match (path, value) {
             ("bag", Value::Text(path)) => bag = path.rsplit('/').next().unwrap_or_default().to_owned(),
-            (path, Value::Unsigned(value)) if !path.contains('.') => drop(found.insert(path.to_owned(), value)),
+            (path, Value::Unsigned(value, _)) if !path.contains('.') => drop(found.insert(path.to_owned(), value)),
             _ => {}
         });
         let value = |name: &str| found.get(name).copied();
@@ -123,8 +124,7 @@ impl TopicCheck {
 /// What the file under way says of its types and channels.
 #[derive(Default)]
 pub(super) struct FileTopics {
-    /// Name and text of each schema.
-    schemas: BTreeMap<u16, (String, String)>,
+    schemas: BTreeMap<u16, Rc<Schema>>,
     channels: BTreeMap<u16, Channel>,
     /// Topics and types that have been told.
     named: BTreeSet<String>,
@@ -134,6 +134,33 @@ pub(super) struct FileTopics {
 struct Channel {
     topic: String,
     messages: u64,
+}
+
+/// A type as a file defines it, read once however many topics have it.
+#[derive(Default)]
+struct Schema {
+    name: String,
+    text: String,
+    definition: Option<Rc<Definition>>,
+    /// Whether the text has the fields of the type that is known here by this name, and that type's hash.
+    known: Option<(bool, &'static str)>,
+}
+
+impl Schema {
+    fn read(name: String, text: String) -> (Self, Option<String>) {
+        let parse = |text: &str| Definition::parse(&name, text);
+        let (definition, reason) = match parse(&text) {
+            Ok(definition) => (Some(Rc::new(definition)), None),
+            Err(reason) => (None, Some(reason)),
+        };
+        let ours = camwright_msgs::by_type_name(&name).filter(|info| !info.schema.is_empty());
+        let known = ours.map(|info| {
+            // Comments and constants do not enter the hash.
+            let same = text == info.schema || definition.as_deref() == parse(info.schema).ok().as_ref();
+            (same, info.type_hash)
+        });
+        (Self { name, text, definition, known }, reason)
+    }
 }
 
 impl FileTopics {
@@ -148,7 +175,7 @@ impl FileTopics {
     pub(super) fn schema(&mut self, report: &mut Report, place: &str, header: SchemaHeader, data: &[u8]) {
         let SchemaHeader { id, name, encoding } = header;
         let text = String::from_utf8_lossy(data).into_owned();
-        if let Some((other, other_text)) = self.schemas.get(&id) {
+        if let Some(Schema { name: other, text: other_text, .. }) = self.schemas.get(&id).map(Rc::as_ref) {
             // The summary repeats it.
             if (other, other_text) != (&name, &text) {
                 report.error(place, format!("type {name}: it has the number {id}, which {other} has too"));
@@ -164,7 +191,11 @@ impl FileTopics {
         if !self.types.insert(name.clone()) {
             report.warning(place, format!("type {name} is defined more than once"));
         }
-        self.schemas.insert(id, (name, text));
+        let (schema, reason) = Schema::read(name, text);
+        if let Some(reason) = reason {
+            report.error(place, format!("the definition of {} cannot be read: {reason}", schema.name));
+        }
+        self.schemas.insert(id, Rc::new(schema));
     }
 
     /// Takes a channel; the topic's name where it is new in the file.
@@ -184,12 +215,13 @@ impl FileTopics {
             return None;
         }
         let topic = channel.topic.clone();
-        let (type_name, text) = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
+        let schema = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
+        let type_name = schema.name.clone();
         if type_name.is_empty() {
             report.error(place, format!("topic {topic} has no definition"));
         }
         let hash = self.metadata_of(report, place, &channel);
-        judge_hash(report, place, &topic, (&type_name, &text, &hash));
+        judge_hash(report, place, &topic, (&schema, &hash));
         if !self.named.insert(topic.clone()) {
             report.error(place, format!("topic {topic} has more than one channel, of which rosbags reads one"));
         }
@@ -204,14 +236,7 @@ impl FileTopics {
         let offered = channel.metadata.get("offered_qos_profiles").and_then(|text| qos::from_yaml(text).ok());
         check.is_latched |=
             offered.is_some_and(|offers| offers.iter().any(|offer| offer.durability == Durability::TransientLocal));
-        check.definition = match Definition::parse(&type_name, &text) {
-            _ if type_name.is_empty() => None,
-            Ok(definition) => Some(definition),
-            Err(reason) => {
-                report.error(place, format!("topic {topic}: the definition of {type_name} cannot be read: {reason}"));
-                None
-            }
-        };
+        check.definition.clone_from(&schema.definition);
         self.channels.insert(channel.id, Channel { topic: topic.clone(), messages: 0 });
         Some(topic)
     }
@@ -258,25 +283,23 @@ impl FileTopics {
 }
 
 /// Whether a type's hash has the right form, and is that of its definition as far as the type is known here.
-fn judge_hash(report: &mut Report, place: &str, topic: &str, told: (&str, &str, &str)) {
-    let (type_name, text, hash) = told;
+fn judge_hash(report: &mut Report, place: &str, topic: &str, told: (&Schema, &str)) {
+    let (schema, hash) = told;
+    let type_name = &schema.name;
     let digits = hash.strip_prefix("RIHS01_").unwrap_or_default();
     if digits.len() != 64 || !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
         report.warning(place, format!("topic {topic}: type hash '{hash}' is not RIHS01_ and 64 hexadecimal digits"));
         return;
     }
-    let Some(ours) = camwright_msgs::by_type_name(type_name).filter(|info| !info.schema.is_empty()) else { return };
-    // Comments and constants do not enter the hash.
-    let fields = |text: &str| Definition::parse(type_name, text).ok();
-    let is_same_text = text == ours.schema || fields(text).is_some_and(|told| Some(told) == fields(ours.schema));
-    match (is_same_text, hash == ours.type_hash) {
+    let Some((is_same_text, known)) = schema.known else { return };
+    match (is_same_text, hash == known) {
         (true, true) => {}
         (false, true) => {
             let text = "the recorded definition text is not the one that its type hash stands for";
             report.error(place, format!("topic {topic}: type {type_name}: {text}"));
         }
         (true, false) => {
-            let text = format!("its type hash {hash} is not that of the recorded definition text, {}", ours.type_hash);
+            let text = format!("its type hash {hash} is not that of the recorded definition text, {known}");
             report.error(place, format!("topic {topic}: type {type_name}: {text}"));
         }
         (false, false) => {

@@ -1,7 +1,7 @@
 //! Tables and compressed copies.
 
 use super::*;
-use crate::bag::export::{to_bag, to_csv};
+use crate::bag::export::{TableFormat, to_bag, to_tables};
 
 #[test]
 fn a_table_has_a_line_for_each_message_and_a_column_for_each_value() {
@@ -29,7 +29,7 @@ fn a_table_has_a_line_for_each_message_and_a_column_for_each_value() {
     writer.close(Outcome::Complete, 0).expect("the disk has room");
     let into = dir.path().join("csv");
     let bag = Bag::open(&path).expect("it was closed");
-    let exported = to_csv(&bag, &into, 64).expect("there is room");
+    let exported = to_tables(&bag, &into, TableFormat::Csv, 64).expect("there is room");
     let reason =
         |topic: &str| exported.left_out.iter().find(|(name, _)| name == topic).map(|(_, reason)| reason.as_str());
     assert_eq!(reason("/riddle"), Some("the type a/Unknown is not defined"));
@@ -47,7 +47,7 @@ fn a_table_has_a_line_for_each_message_and_a_column_for_each_value() {
     assert_eq!(values[..6], ["3", "4", "5", "6", "f", "0.1"]);
     assert_eq!(values[6].parse::<f64>().map(f64::to_bits), Ok(f64::MAX.to_bits()));
     assert_eq!(values[7].parse::<f64>().map(f64::to_bits), Ok((-0.0_f64).to_bits()));
-    let error = to_csv(&bag, &into, 64).expect_err("it is there");
+    let error = to_tables(&bag, &into, TableFormat::Csv, 64).expect_err("it is there");
     assert!(matches!(error, BagError::Exists { .. }), "{error}");
 }
 
