@@ -69,6 +69,7 @@ fn run_job(node: &Node) -> Result<bool, String> {
 /// Resets the machine, once it stands.
 fn reset(node: &Node) -> Result<(), String> {
     let client = node.client::<Trigger>("machine/reset").map_err(|error| error.to_string())?;
+    client.wait_for_service(PATIENCE).map_err(|error| error.to_string())?;
     let deadline = Instant::now() + PATIENCE;
     while !client.call(&TriggerRequest::default(), PATIENCE).map_err(|error| error.to_string())?.success {
         if Instant::now() > deadline {
