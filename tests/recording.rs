@@ -19,6 +19,8 @@ use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::std_msgs::msg::String as Text;
 use camwright_nodes::bag::check::check;
 use camwright_nodes::bag::{Bag, Message};
+use camwright_nodes::bag_size::{BagSize, Pace};
+use camwright_nodes::planning::prepare_any;
 use camwright_nodes::replay::{ReplayArgs, play};
 use camwright_nodes::ros::{Node, NodeOptions, Publisher, Qos, Shutdown};
 use recorder::{ACTIVATE, CONFIGURE, Cell, DEACTIVATE, args, directory, messages, until};
@@ -160,6 +162,10 @@ fn the_main_job_leaves_a_bag_without_a_gap_that_every_reader_reads() {
     for pair in stamps.windows(2) {
         assert_eq!(pair[1] - pair[0], cycle_ns, "a tick is missing before {} ns", pair[1]);
     }
+    let prepared = prepare_any("four_lobe_camshaft", &[], None).expect("it can be planned");
+    let (told, real) = (BagSize::of(&prepared, Pace::Fast).bytes(), read.files()[0].bytes);
+    println!("{told} bytes of bag were predicted, {real} there are");
+    assert!(told.abs_diff(real) * 10 < real, "{told} bytes were predicted, {real} there are: more than 10 % off");
     let (first, last) = read.log_times_ns().expect("there are messages");
     let (bag_s, machine_s) = ((last - first) / 1_000_000_000, (stamps[stamps.len() - 1] - stamps[0]) / 1_000_000_000);
     assert!(bag_s.abs_diff(machine_s) <= 1, "the bag lasts {bag_s} s, the machine took {machine_s} s");

@@ -2,6 +2,7 @@
 
 pub mod axis_interpolator;
 pub mod bag;
+pub mod bag_size;
 pub mod cli;
 pub mod config;
 pub mod convert;

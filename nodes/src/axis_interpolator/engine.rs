@@ -20,9 +20,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// Setpoints of one chunk at most: with its stop it stays below 32 kB.
-const CHUNK_TICKS: usize = 64;
+pub(crate) const CHUNK_TICKS: usize = 64;
 /// Points of the stop that ends a chunk.
-const STOP_POINTS: usize = 24;
+pub(crate) const STOP_POINTS: usize = 24;
 /// Requests that may wait for the next tick.
 const REQUESTS: usize = 16;
 /// Empty chunks that go round between engine and pump.

@@ -15,7 +15,7 @@ mod setup_goals;
 mod succession;
 
 pub(crate) use applied::{check as check_of_input, input as applied_input, kind_name};
-pub(crate) use engine::add_stop;
+pub(crate) use engine::{CHUNK_TICKS, STOP_POINTS, add_stop};
 pub(crate) use motion_record::{MotionRecord, StartRecord};
 
 use crate::config::machine_file;

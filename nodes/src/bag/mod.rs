@@ -47,12 +47,14 @@ mod tests;
 
 pub use durations::DurationsTold;
 pub use metadata::{BagMetadata, FileEntry, TopicEntry};
+pub(crate) use preset::CHUNK_BYTES;
 pub use preset::Preset;
 pub use qos::QosProfile;
 pub use reader::{Bag, Message, Messages};
 pub use recording::{Counts, Recording, TopicCounts};
 pub use snapshot::SnapshotOptions;
 pub use writer::{BagWriter, Outcome, Split, TopicId, WriterOptions};
+pub(crate) use writer_task::free_bytes;
 
 /// One topic as a bag knows it.
 #[derive(Debug, Clone, PartialEq, Eq)]

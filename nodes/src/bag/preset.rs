@@ -1,7 +1,7 @@
 //! How the files of a bag are laid out, as rosbag2 names it.
 
 /// rosbag2's `DefaultChunkSize` (B), and that of its preset `zstd_small`.
-const CHUNK_BYTES: u64 = 786_432;
+pub(crate) const CHUNK_BYTES: u64 = 786_432;
 const LARGE_CHUNK_BYTES: u64 = 4 << 20;
 /// Levels of Zstandard that rosbag2's `Fastest` and `Slowest` stand for.
 const FASTEST: i32 = -5;

@@ -214,7 +214,7 @@ impl WriterTask {
 }
 
 /// What is free on the disk of a directory for whoever is not the superuser (B).
-fn free_bytes(directory: &Path) -> Option<u64> {
+pub(crate) fn free_bytes(directory: &Path) -> Option<u64> {
     let told = rustix::fs::statvfs(directory).ok()?;
     Some(told.f_bavail.saturating_mul(told.f_frsize))
 }

@@ -1,5 +1,6 @@
 //! The command line of `camwright`, see the README's table.
 
+mod bag_room;
 mod batch;
 mod check;
 mod check_machine;

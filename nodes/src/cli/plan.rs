@@ -1,6 +1,7 @@
 //! `camwright plan`: plans a job without ROS and writes what came out.
 
 use super::plan_turned;
+use crate::bag_size::{BagSize, Pace};
 use crate::planning::{self, AnyPrepared, BoundSummary, PassSummary, RemovalClass};
 use serde::Serialize;
 use std::io::{self, Write};
@@ -37,11 +38,14 @@ pub(super) fn main(args: &PlanArgs) -> ExitCode {
     let progress = |text: &str| drop(writeln!(io::stderr(), "{text}"));
     progress(&format!("planning {}", args.job));
     let telling = |path: &Path| progress(&format!("writing {}", path.display()));
-    let done = planning::prepare_any(&args.job, &args.set, None).and_then(|prepared| match prepared {
-        AnyPrepared::Ground(prepared) => planning::write(&prepared, &args.out, args.plots, telling)
-            .map(|summary| if args.json { as_json(&summary) } else { as_text(&summary) }),
-        AnyPrepared::Turned(prepared) => planning::write_turning(&prepared, &args.out, args.plots, telling)
-            .map(|summary| if args.json { as_json(&summary) } else { plan_turned::as_text(&summary) }),
+    let done = planning::prepare_any(&args.job, &args.set, None).and_then(|prepared| {
+        let recorded = format!("recorded {}\n", BagSize::of(&prepared, Pace::Fast).to_text());
+        match prepared {
+            AnyPrepared::Ground(prepared) => planning::write(&prepared, &args.out, args.plots, telling)
+                .map(|summary| if args.json { as_json(&summary) } else { as_text(&summary) + &recorded }),
+            AnyPrepared::Turned(prepared) => planning::write_turning(&prepared, &args.out, args.plots, telling)
+                .map(|summary| if args.json { as_json(&summary) } else { plan_turned::as_text(&summary) + &recorded }),
+        }
     });
     match done {
         Ok(text) => {

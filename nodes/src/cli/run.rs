@@ -1,5 +1,6 @@
 //! `camwright run`: the whole cell in one process, or the job on a cell that runs already.
 
+use super::bag_room;
 use super::batch::Batch;
 use super::run_cell::Cell;
 use super::run_client::Client;
@@ -42,13 +43,13 @@ pub(super) struct RunArgs {
     job: Option<String>,
     /// Ticks follow the wall clock, or go as fast as they can.
     #[arg(long, value_enum, default_value_t = PaceArg::Fast)]
-    pace: PaceArg,
+    pub(super) pace: PaceArg,
     /// Directory of the bag, which must not exist; default: bags/<job>_<time>.
     #[arg(long, value_name = "DIR")]
     bag: Option<PathBuf>,
     /// Set a key of the job, for example `infeed.total_mm=0.72` or `lobes.I1.phase_deg=75`; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
+    pub(super) set: Vec<String>,
     /// Set a key of the machine, for example `x_axis.drive.kv_1_s=150`; may be repeated.
     #[arg(long = "set-machine", value_name = "KEY=VALUE")]
     set_machine: Vec<String>,
@@ -57,7 +58,7 @@ pub(super) struct RunArgs {
     attach: bool,
     /// So many parts of the job, one after the other on one machine.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
-    parts: u32,
+    pub(super) parts: u32,
     /// The first part is ground as designed, and form compensation begins with it.
     #[arg(long)]
     forget_learned: bool,
@@ -129,6 +130,9 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     page.iter().for_each(super::page::told);
     let client = Client::new(ros_args)?;
     let machine = any_job::machine_of(&job, &args.set).unwrap_or_else(|| "cam_grinder".to_owned());
+    if !args.attach {
+        bag_room::tell(&job, &args, &bag)?;
+    }
     let start = || Cell::start(&machine, &args.set_machine, args.pace, ros_args, &bag);
     let cell = if args.attach { None } else { Some(start()?) };
     client.meet(cell.is_some().then_some(record), &shutdown)?;

@@ -39,6 +39,7 @@ use crate::running::{NodeError, autostart};
 pub(crate) use selection::regex;
 pub use selection::{Filter, Selection};
 use session::{Outlets, Session};
+pub(crate) use settings::MIN_FREE_MB;
 use settings::Settings;
 
 /// How often `~/status` is published at least.

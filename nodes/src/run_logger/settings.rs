@@ -39,6 +39,9 @@ pub(super) struct Settings {
     pub(super) recording: RecordingOptions,
 }
 
+/// What is left free on the disk unless somebody says otherwise (MB).
+pub(crate) const MIN_FREE_MB: u64 = 100;
+
 /// The declarations.
 pub(super) fn parameters() -> Vec<Parameter> {
     vec![
@@ -87,7 +90,7 @@ pub(super) fn parameters() -> Vec<Parameter> {
         Parameter::double("snapshot_delay_s", 1.0)
             .describe("how long after an alarm its snapshot is taken, so that it shows how the axes came to rest (s)")
             .range(0.0, 60.0),
-        Parameter::integer("min_free_mb", 100)
+        Parameter::integer("min_free_mb", MIN_FREE_MB.cast_signed())
             .describe("what is left free on the disk (MB): with less no recording begins, and one that runs is closed")
             .integer_range(0, 1_000_000),
         Parameter::integer("keep_runs", 0)
