@@ -132,7 +132,7 @@ pub(super) struct FileTopics {
 }
 
 struct Channel {
-    topic: String,
+    record: ChannelRecord,
     messages: u64,
 }
 
@@ -208,9 +208,11 @@ impl FileTopics {
     ) -> Option<String> {
         if let Some(known) = self.channels.get(&channel.id) {
             // The summary repeats it.
-            if known.topic != channel.topic {
-                let (id, topic, other) = (channel.id, channel.topic, &known.topic);
+            let (id, topic, other) = (channel.id, &channel.topic, &known.record.topic);
+            if topic != other {
                 report.error(place, format!("topic {topic}: it has the channel {id}, which {other} has too"));
+            } else if channel != known.record {
+                report.error(place, format!("topic {topic}: the summary repeats its channel {id} otherwise"));
             }
             return None;
         }
@@ -237,7 +239,7 @@ impl FileTopics {
         check.is_latched |=
             offered.is_some_and(|offers| offers.iter().any(|offer| offer.durability == Durability::TransientLocal));
         check.definition.clone_from(&schema.definition);
-        self.channels.insert(channel.id, Channel { topic: topic.clone(), messages: 0 });
+        self.channels.insert(channel.id, Channel { record: channel, messages: 0 });
         Some(topic)
     }
 
@@ -271,13 +273,13 @@ impl FileTopics {
     pub(super) fn message(&mut self, channel: u16) -> Option<String> {
         let channel = self.channels.get_mut(&channel)?;
         channel.messages += 1;
-        Some(channel.topic.clone())
+        Some(channel.record.topic.clone())
     }
 
     /// Topics of which the statistics tell another number of messages: that, and the number there is.
     pub(super) fn counted_otherwise(&self, statistics: &Statistics) -> Vec<(String, u64, u64)> {
         let told = |id: &u16| statistics.channel_message_counts.get(id).copied().unwrap_or(0);
-        let all = self.channels.iter().map(|(id, channel)| (channel.topic.clone(), told(id), channel.messages));
+        let all = self.channels.iter().map(|(id, channel)| (channel.record.topic.clone(), told(id), channel.messages));
         all.filter(|(_, told, seen)| told != seen).collect()
     }
 }
