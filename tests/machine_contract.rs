@@ -108,6 +108,7 @@ fn what_a_machine_says_wrong_is_told_by_its_clause_alone() {
         (Fault::OtherHash, 1),
         (Fault::OtherLimit, 1),
         (Fault::TickLeftOut, 2),
+        (Fault::CreditBeyond, 4),
         (Fault::StampOff, 2),
         (Fault::StreamTooRare, 3),
         (Fault::CreditTooLarge, 4),

@@ -79,6 +79,9 @@ fn first_screen(browser: &mut Chromium, path: &Path, name: &str, words: [(&str, 
                 const texts = [...svg.querySelectorAll('text')].map(t => [t, t.getBoundingClientRect()]);
                 for (const [t, box] of texts) if (box.left < edge.left - 1 || box.right > edge.right + 1 || box.top < edge.top - 1 || box.bottom > edge.bottom + 1)
                   wrong.push('outside of its drawing: ' + t.textContent); }
+              for (const svg of document.querySelectorAll('svg.part')) { const boxes = [...svg.querySelectorAll('text')].map(t => [t, t.getBoundingClientRect()]);
+                boxes.forEach(([t, a], index) => { for (const [u, b] of boxes.slice(index + 1))
+                  if (a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom) wrong.push(t.textContent + ' lies over ' + u.textContent); }); }
               return wrong.join('; '); })()",
         );
         assert_eq!(wrong, "", "{name}, {scheme}");

@@ -3,6 +3,7 @@
 use super::batch::Batch;
 use crate::convert::{j_mm3_from_j_m3, m_from_mm, mm_from_m, um_from_m as um};
 use crate::planning::{Causes, FORM_TOLERANCE_MM, TimeCompared};
+use crate::report::{BURNT, burnt};
 use crate::ros::GoalStatus;
 use camwright::units::{deg_from_rad, mm_from_um, um_from_mm};
 use camwright_msgs::camwright_msgs::action::RunJobResult;
@@ -203,7 +204,11 @@ impl Report<'_> {
             ),
             (Some(worst), GoalStatus::Succeeded) => format!(
                 "{}: {}, worst form error {:.3} um on lobe {} (tolerance {} um)",
-                if self.is_good() { "GOOD" } else { "NOT GOOD" },
+                match (self.is_good(), burnt(&self.result.lobes)) {
+                    (true, None) => "GOOD",
+                    (true, Some(_)) => BURNT,
+                    (false, _) => "NOT GOOD",
+                },
                 self.job,
                 um(worst.form_error_max.abs()),
                 worst.name,

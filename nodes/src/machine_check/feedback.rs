@@ -122,7 +122,7 @@ fn latches(heard: &Heard, facts: &Facts, report: &mut Report) {
             continue;
         };
         if let Some((low, high)) = around(heard, facts, axis, latch.tick)
-            && !(low - EDGE_COUNTS..=high + EDGE_COUNTS).contains(&latch.counts)
+            && !(low.saturating_sub(EDGE_COUNTS)..=high.saturating_add(EDGE_COUNTS)).contains(&latch.counts)
         {
             let (joint, at) = (&latch.joint, latch.counts);
             report.broken(6, format!("{what} has {joint} at {at} counts, the encoder read {low} to {high} around it"));
@@ -139,7 +139,7 @@ fn around(heard: &Heard, facts: &Facts, axis: usize, tick: u64) -> Option<(i64, 
     let at = epoch_ns.checked_add(i64::try_from(tick).ok()?.checked_mul(facts.cycle_ns)?)?;
     let place = heard.joint_names.iter().position(|name| *name == facts.joints[axis])?;
     let until = heard.joints.partition_point(|said| said.stamp_ns <= at);
-    let from = heard.joints.partition_point(|said| said.stamp_ns < at - facts.cycle_ns);
+    let from = heard.joints.partition_point(|said| said.stamp_ns < at.saturating_sub(facts.cycle_ns));
     let read = heard.joints.get(from..until)?.iter().filter_map(|said| said.position.get(place));
     let read = read.map(|position| count(*position, facts.per_unit[axis]));
     // Both of them, or nothing can be said.

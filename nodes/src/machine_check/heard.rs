@@ -10,6 +10,9 @@ use camwright_msgs::sensor_msgs::msg::JointState;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+/// No machine runs for so many ticks: 285 000 years of milliseconds. With fewer of them no sum overflows.
+pub(super) const MOST_TICK: u64 = 1 << 53;
+
 /// Nanoseconds of a stamp; the checker's own, so that it does not believe what it judges.
 pub(super) fn ns(stamp: &Time) -> i64 {
     i64::from(stamp.sec) * 1_000_000_000 + i64::from(stamp.nanosec)
@@ -30,6 +33,8 @@ pub(super) struct Heard {
     /// Hashes of descriptions after the first one that differ from it.
     pub(super) other_hashes: Vec<String>,
     pub(super) streams: Vec<MachineStream>,
+    /// Tick of a message of the stream that cannot be: it is not among the others.
+    pub(super) beyond: Option<u64>,
     /// When the messages of the stream came.
     pub(super) came: Vec<Instant>,
     pub(super) joints: Vec<Joints>,
@@ -51,6 +56,7 @@ impl Heard {
             description: self.description.clone(),
             other_hashes: self.other_hashes.clone(),
             streams: self.streams[..streams].to_vec(),
+            beyond: self.beyond,
             came: self.came[..streams].to_vec(),
             joints: self.joints.iter().filter(|said| said.stamp_ns <= last).cloned().collect(),
             joint_names: self.joint_names.clone(),
@@ -145,10 +151,7 @@ impl Ears {
         let many = Qos::default_topic().keep_last(2000);
         Ok(vec![
             self.topic(node, "machine/description", &Qos::latched(1), describe)?,
-            self.topic(node, "machine/stream", &many, |heard, said| {
-                heard.streams.push(said);
-                heard.came.push(Instant::now());
-            })?,
+            self.topic(node, "machine/stream", &many, hear_stream)?,
             self.topic(node, "joint_states", &many, join)?,
             self.topic(node, "machine/io", &many, |heard, said| heard.io.push(said))?,
             self.topic(node, "machine/alarms", &Qos::latched(1), |heard, said| heard.alarms.push(said))?,
@@ -158,6 +161,16 @@ impl Ears {
             })?,
         ])
     }
+}
+
+fn hear_stream(heard: &mut Heard, mut said: MachineStream) {
+    if said.tick > MOST_TICK {
+        heard.beyond = Some(said.tick);
+        return;
+    }
+    said.credit_tick = said.credit_tick.min(MOST_TICK);
+    heard.streams.push(said);
+    heard.came.push(Instant::now());
 }
 
 fn describe(heard: &mut Heard, said: MachineDescription) {

@@ -36,7 +36,7 @@ pub struct ReplanArgs {
     /// What if: sets a key of every job, for example `work_speed_rpm=58`; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// What if: sets a key of every machine, for example `x_axis.limits.jerk_mm_s3=60000`; may be repeated
+    /// What if: sets a key of every machine, for example `x_axis.max_jerk_mm_s3=500000`; may be repeated
     #[arg(long = "set-machine", value_name = "KEY=VALUE")]
     pub set_machine: Vec<String>,
 }

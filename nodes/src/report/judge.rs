@@ -11,6 +11,9 @@ use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus, LobeForm, LobeResult
 /// An error is said to come from one source if that explains all of it but this share.
 const REST: f64 = 0.35;
 
+/// What a part is whose form is good and that was ground too hot.
+pub(crate) const BURNT: &str = "GOOD FORM, BURNT";
+
 /// How much the verdict wants to be looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Tone {
@@ -62,11 +65,7 @@ pub(super) fn judge(recorded: &Recorded, story: &Story<'_>, lags: &[Option<Lag>]
     };
     let count = status.lobes.len() + status.turned.len();
     let bad = bad_count(status, story);
-    let burnt = status
-        .lobes
-        .iter()
-        .filter(|lobe| lobe.burn_index_max > 1.0)
-        .max_by(|a, b| a.burn_index_max.total_cmp(&b.burn_index_max));
+    let burnt = burnt(&status.lobes);
     let allowed = fixed(worst.allowed_um, 1);
     let (tone, word, reason) = match (bad, burnt) {
         (0, None) => {
@@ -75,7 +74,7 @@ pub(super) fn judge(recorded: &Recorded, story: &Story<'_>, lags: &[Option<Lag>]
             let reason = format!("{all} within the allowed ±{allowed} µm; the worst place has {reserve} µm to spare.");
             (Tone::Good, "GOOD", reason)
         }
-        (0, Some(burnt)) => (Tone::Waits, "GOOD FORM, BURNT", burnt_text(burnt)),
+        (0, Some(burnt)) => (Tone::Waits, BURNT, burnt_text(burnt)),
         (bad, _) => {
             let over = fixed(worst.error_um.abs() - worst.allowed_um, 2);
             let side = if worst.error_um > 0.0 { "more material" } else { "less material" };
@@ -95,6 +94,12 @@ pub(super) fn judge(recorded: &Recorded, story: &Story<'_>, lags: &[Option<Lag>]
     };
     causes.extend(burnt.filter(|_| bad > 0).map(burnt_text));
     Verdict { tone, word, reason, worst: Some(worst), causes }
+}
+
+/// The lobe that burnt most, if one did.
+pub(crate) fn burnt(lobes: &[LobeResult]) -> Option<&LobeResult> {
+    let burns = lobes.iter().filter(|lobe| lobe.burn_index_max > 1.0);
+    burns.max_by(|a, b| a.burn_index_max.total_cmp(&b.burn_index_max))
 }
 
 fn without_part(word: &'static str, reason: String, causes: Vec<String>) -> Verdict {

@@ -35,6 +35,7 @@ use crate::planning::AnyPrepared;
 use camwright::machine::description::MachineDescription;
 use gather::Recorded;
 use judge::Verdict;
+pub(crate) use judge::{BURNT, burnt};
 use lag::Lag;
 use motion::Motion;
 use std::fs;

@@ -7,6 +7,8 @@ use std::fmt::Write as _;
 
 /// Half the width of the drawing (its own pixels).
 const HALF: f64 = 200.0;
+/// Height of the line of text below it.
+const CAPTION: f64 = 22.0;
 
 /// Where the farthest point of the design lies, and how far from it what is allowed and at most what is off may be drawn.
 const DESIGN: f64 = 132.0;
@@ -90,8 +92,9 @@ impl Section {
         let scale = (ALLOWED / self.allowed_um.max(1e-9)).min(FARTHEST / largest.max(1e-9));
         let outline = Outline::of(&self.radius_mm);
         let mut out = format!(
-            "<svg class=\"part\" viewBox=\"-{HALF:.0} -{HALF:.0} {0:.0} {0:.0}\" role=\"img\" aria-label=\"{1}\">",
+            "<svg class=\"part\" viewBox=\"-{HALF:.0} -{HALF:.0} {:.0} {:.0}\" role=\"img\" aria-label=\"{}\">",
             2.0 * HALF,
+            2.0 * HALF + CAPTION,
             escape(&self.title)
         );
         let allowed = self.allowed_um * scale;
@@ -123,7 +126,7 @@ impl Section {
             x - 8.0,
             y - 8.0,
             4.0 - HALF,
-            HALF - 4.0,
+            HALF + CAPTION - 6.0,
             fixed(self.allowed_um, 1)
         );
         out
