@@ -183,7 +183,7 @@ fn a_type_is_known_from_the_package_that_is_installed() {
     let _spinning = node.spin_in_thread().expect("there are threads");
     let parts = node.raw_publisher("part", "shop_msgs/msg/Part", &Qos::latched(1)).expect("good name");
     let _unknown = node.raw_publisher("riddle", "shop_msgs/msg/Riddle", &Qos::latched(1)).expect("good name");
-    parts.publish(&[0, 1, 0, 0, 2, 0, 0, 0, b'a', 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]).expect("room");
+    parts.publish(&[0, 1, 0, 0, 2, 0, 0, 0, b'a', 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]).expect("room");
     until("the part is on the disk", || {
         Bag::open(&bag)
             .is_ok_and(|b| b.topics().iter().zip(b.message_counts()).any(|(t, &n)| t.name == "/part" && n == 1))
