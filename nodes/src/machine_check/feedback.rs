@@ -147,10 +147,24 @@ fn around(heard: &Heard, facts: &Facts, axis: usize, tick: u64) -> Option<(i64, 
     if read.len() < 2 { None } else { read.iter().min().copied().zip(read.iter().max().copied()) }
 }
 
+fn at_rest(said: &MachineStream) -> bool {
+    said.motion == MachineStream::MOTION_STANDSTILL
+}
+
+/// News and the next, between which setpoints moved, though both say that all rests and nobody has command.
+pub(super) fn moves_at_standstill(streams: &[MachineStream]) -> impl Iterator<Item = (&MachineStream, &MachineStream)> {
+    streams.windows(2).filter_map(|pair| {
+        let [one, other] = pair else { return None };
+        // A new zero moves nothing, and comes from who has command.
+        let nobody = one.holder.is_empty() && other.holder.is_empty();
+        (at_rest(one) && at_rest(other) && nobody && one.setpoint_counts != other.setpoint_counts)
+            .then_some((one, other))
+    })
+}
+
 /// M8: what rests, rests exactly.
 fn motion(heard: &Heard, facts: &Facts, report: &mut Report) {
     let before = report.evidence(8);
-    let at_rest = |said: &MachineStream| said.motion == MachineStream::MOTION_STANDSTILL;
     for said in &heard.streams {
         if said.motion > MachineStream::MOTION_FAULT {
             report.broken(8, format!("motion is {} at tick {}, allowed are 0 to 4", said.motion, said.tick));
@@ -168,17 +182,12 @@ fn motion(heard: &Heard, facts: &Facts, report: &mut Report) {
             }
         }
     }
-    for pair in heard.streams.windows(2) {
-        let [one, other] = pair else { continue };
-        // A new zero moves nothing, and comes from who has command.
-        let nobody = one.holder.is_empty() && other.holder.is_empty();
-        if at_rest(one) && at_rest(other) && nobody && one.setpoint_counts != other.setpoint_counts {
-            let (from, to) = (&one.setpoint_counts, &other.setpoint_counts);
-            report.broken(
-                8,
-                format!("STANDSTILL at ticks {} and {}, setpoints go from {from:?} to {to:?}", one.tick, other.tick),
-            );
-        }
+    for (one, other) in moves_at_standstill(&heard.streams) {
+        let (from, to) = (&one.setpoint_counts, &other.setpoint_counts);
+        report.broken(
+            8,
+            format!("STANDSTILL at ticks {} and {}, setpoints go from {from:?} to {to:?}", one.tick, other.tick),
+        );
     }
     let count = heard.streams.iter().filter(|said| at_rest(said)).count();
     if count > 0 {

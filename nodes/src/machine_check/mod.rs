@@ -158,17 +158,25 @@ fn reset(node: &Node, ears: &Ears, obstacle: Option<String>, report: &mut Report
         return report.not_seen(30, format!("machine/reset was not tried: {obstacle}"));
     }
     let there = |heard: &Heard| heard.last().map(|news| news.setpoint_counts.clone());
-    let before = ears.look(there);
     let answer = node.client::<Trigger>("machine/reset").and_then(|client| {
         client.wait_for_service(ANSWER)?;
-        client.call(&TriggerRequest::default(), ANSWER)
+        let (before, moved) = ears.look(|heard| {
+            let moved = feedback::moves_at_standstill(&heard.streams).next().map(|(_, other)| other.tick);
+            (there(heard), moved)
+        });
+        Ok((before, moved, client.call(&TriggerRequest::default(), ANSWER)?))
     });
-    match answer {
+    let (before, moved) = match answer {
         Err(error) => return report.broken(30, error.to_string()),
-        Ok(answer) if !answer.success => {
+        Ok((_, _, answer)) if !answer.success => {
             return report.broken(30, format!("machine/reset at rest, with no alarm, is refused: {}", answer.message));
         }
-        Ok(_) => {}
+        Ok((before, moved, _)) => (before, moved),
+    };
+    if let Some(tick) = moved {
+        let otherwise =
+            format!("what a reset starts cannot be told: setpoints moved at standstill without one (tick {tick})");
+        return report.not_seen(30, otherwise);
     }
     let heard_before = ears.look(|heard| heard.streams.len());
     let _some_more = ears.wait(ANSWER, |heard| (heard.streams.len() > heard_before + 5).then_some(()));
