@@ -2,7 +2,6 @@
 //! accounted for, once. The benchmark `recorder_load` has the same with more.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a test shows what it measured")]
 #![allow(unreachable_pub, reason = "a test binary has no outside")]
-#![allow(dead_code, reason = "the benchmark uses its part of these modules")]
 
 #[path = "benchmarks/recorder_load/account.rs"]
 mod account;
@@ -17,10 +16,11 @@ mod support;
 mod usage;
 
 use account::{Lost, disagreements, enqueue, lost};
+use camwright_msgs::camwright_msgs::action::{MoveTo, MoveToGoal};
 use camwright_msgs::std_msgs::msg::String as Text;
 use camwright_nodes::bag::Bag;
 use camwright_nodes::bag::check::{Severity, check};
-use camwright_nodes::ros::Qos;
+use camwright_nodes::ros::{Node, Qos};
 use load::{LAST, Load, Publisher, Stack, TOPIC};
 use recorders::Ours;
 use std::process::Command;
@@ -42,7 +42,17 @@ fn record(name: &str, is_reliable: bool, per_second: u64, seconds: u64) -> Optio
     let (bag, used) = recorder.end();
     assert_eq!(disagreements(&bag, &sent, told), Vec::<String>::new());
     let read = Bag::open(&bag).expect("it is closed");
-    println!("{sent:?}, {told:?}, {used:?}, enqueue {:?} ns", enqueue(&read));
+    println!(
+        "{}: {} sent in {:.1} s with {:.1} s of CPU, {} times without room; {told:?}, enqueue {:?} ns, {} datagrams thrown away, {} kB at most",
+        publisher.name,
+        sent.sent,
+        sent.took_s,
+        sent.cpu_s,
+        sent.refused,
+        enqueue(&read),
+        used.datagrams_dropped,
+        used.peak_kb
+    );
     assert!(enqueue(&read).is_sorted() && enqueue(&read)[0] > 0);
     Some(lost(&read))
 }
@@ -59,11 +69,38 @@ fn nothing_of_a_reliable_publisher_is_lost() {
     assert_eq!(lost, Lost::default());
 }
 
+/// How long a move may take.
+const LONGEST: Duration = Duration::from_secs(1200);
+
+/// Moves X and Z to and fro until the time is over: a motion like that of a job, and shorter.
+fn move_to_and_fro(node: &Node, time: Duration) -> Vec<String> {
+    let client = node.action_client::<MoveTo>("axis_interpolator/move_to").expect("a client");
+    client.wait_for_server(PATIENCE).expect("the interpolator offers it");
+    let (begun, mut moves) = (Instant::now(), 0);
+    while begun.elapsed() < time {
+        let positions = if moves % 2 == 0 { [0.12, 0.08] } else { [0.15, 0.0] };
+        let joints = ["x_axis", "z_axis"].map(str::to_owned).into();
+        let goal = MoveToGoal { joints, positions: positions.into(), speed_factor: 0.5, ..MoveToGoal::default() };
+        let sent = client.send_goal(goal, drop, PATIENCE).expect("a decision");
+        if sent.accepted() {
+            let (_, result) = sent.result(LONGEST).expect("a result");
+            assert!(result.success, "{}", result.message);
+            moves += 1;
+        } else {
+            // It has not heard yet that the machine is ready.
+            assert!(begun.elapsed() < PATIENCE, "the interpolator accepts no move");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+    println!("{moves} moves in {:.0} s", begun.elapsed().as_secs_f64());
+    Vec::new()
+}
+
 /// What the cell says at the wall clock's pace is in the bag to the last tick, and is what it is when it is computed again.
 #[test]
 fn the_cells_own_traffic_is_recorded_without_a_gap() {
     let folder = Folder::new("cell-traffic");
-    let wrong = cell::record(&folder.join("run"), |node| cell::move_to_and_fro(node, Duration::from_secs(6)));
+    let wrong = cell::record(&folder.join("run"), |node| move_to_and_fro(node, Duration::from_secs(6)));
     assert_eq!(wrong, Vec::<String>::new());
 }
 
@@ -87,7 +124,7 @@ fn sigterm_leaves_a_whole_bag_and_exit_code_0() {
     let (domain, folder) = (Domain::take(), Folder::new("sigterm"));
     let recorder = Ours::start(&domain, &folder.join("run"), &[TOPIC]);
     publish_until(&recorder, "as ever", |recorder| recorder.told().written > 100);
-    let (bag, mut process) = recorder.leave();
+    let Ours { bag, mut process, .. } = recorder;
     process.terminate();
     let status = process.wait(PATIENCE);
     assert!(status.success(), "{status}: {}", process.stderr());
@@ -121,7 +158,7 @@ fn a_full_disk_ends_the_recording_with_a_whole_bag_a_clear_sentence_and_exit_cod
     let told = recorder.wait_settled(u64::MAX);
     assert_eq!(told.received, told.written + told.dropped);
     assert!(!recorder.status().recording, "it says that it has ended");
-    let (_, mut process) = recorder.leave();
+    let Ours { mut process, .. } = recorder;
     process.terminate();
     let status = process.wait(PATIENCE);
     let said = process.stderr();

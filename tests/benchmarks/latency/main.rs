@@ -7,6 +7,8 @@
 
 mod asker;
 mod cell;
+#[path = "../computer.rs"]
+mod computer;
 mod figures;
 mod stops;
 #[path = "../../support/mod.rs"]
@@ -15,6 +17,7 @@ mod twins;
 
 use asker::Asker;
 use cell::{Cell, Watch};
+use computer::{computer, first_line};
 use figures::{Row, table};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -126,18 +129,6 @@ fn twin_rows(options: &Options, env: Option<&PeerEnv>, interrupted: &Arc<AtomicB
         }
     }
     rows
-}
-
-fn first_line(path: &str) -> String {
-    std::fs::read_to_string(path).unwrap_or_default().lines().next().unwrap_or_default().to_owned()
-}
-
-fn computer() -> String {
-    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = info.lines().find_map(|line| line.strip_prefix("model name")).unwrap_or("unknown processor");
-    let cores = std::thread::available_parallelism().map_or(0, std::num::NonZero::get);
-    let kernel = first_line("/proc/sys/kernel/osrelease");
-    format!("{}, {cores} cores, Linux {kernel}", model.trim_start_matches([' ', '\t', ':']))
 }
 
 fn main() -> ExitCode {

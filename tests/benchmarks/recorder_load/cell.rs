@@ -1,11 +1,9 @@
-//! The cell's own traffic at the wall clock's pace: jobs one after the other, and a proof from the bag that no message of it is missing.
+//! The cell's own traffic at the wall clock's pace, and a proof from the bag that no message of it is missing.
 
 use super::recorders::Ours;
 use super::support::{Domain, Guarded, PATIENCE, processes::in_domain};
-use camwright_msgs::camwright_msgs::action::{MoveTo, MoveToGoal, RunJob, RunJobGoal};
 use camwright_msgs::camwright_msgs::msg::{MachineInput, MachineStream, RecorderStatus};
 use camwright_msgs::sensor_msgs::msg::JointState;
-use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
 use camwright_nodes::bag::check::check;
 use camwright_nodes::bag::{Bag, Message};
 use camwright_nodes::convert::time::ns_from_time;
@@ -13,12 +11,10 @@ use camwright_nodes::rerun;
 use camwright_nodes::ros::{Node, message_from_sample};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// The cycle of the machine that is used.
 const CYCLE_NS: i64 = 1_000_000;
-/// A job with one lobe, which takes a minute or so.
-const JOB: &str = "brake_cam";
 /// What must be recorded before the first job, or its run could not be computed again.
 const RECORDED: [&str; 6] = [
     "/joint_states",
@@ -28,12 +24,6 @@ const RECORDED: [&str; 6] = [
     "/axis_interpolator/inputs",
     "/job_planner/plan",
 ];
-/// The alarms that stop a job on a computer that is too busy for the wall clock's pace: no setpoint in time, a command that came late. What
-/// was recorded is to be whole all the same.
-const LATE: [u16; 2] = [80, 81];
-/// How long a job may take.
-const LONGEST: Duration = Duration::from_secs(1200);
-
 fn start_nodes(domain: &Domain) -> [Guarded; 3] {
     let nodes: [(&str, &str, &[&str]); 3] = [
         ("machine_sim", env!("CARGO_BIN_EXE_machine_sim"), &["pace:=realtime", "state_file:=none"]),
@@ -50,79 +40,6 @@ fn start_nodes(domain: &Domain) -> [Guarded; 3] {
     })
 }
 
-/// Runs a job to its end; whether the computer was fast enough for it.
-fn run_job(node: &Node) -> Result<bool, String> {
-    let client = node.action_client::<RunJob>("job_planner/run_job").map_err(|error| error.to_string())?;
-    client.wait_for_server(PATIENCE).map_err(|error| error.to_string())?;
-    let goal = RunJobGoal { job: JOB.to_owned(), ..RunJobGoal::default() };
-    let sent = client.send_goal(goal, drop, PATIENCE).map_err(|error| error.to_string())?;
-    if !sent.accepted() {
-        return Err(format!("{JOB} is refused"));
-    }
-    let (_, result) = sent.result(LONGEST).map_err(|error| error.to_string())?;
-    match (result.success, result.alarm) {
-        (true, _) => Ok(true),
-        (false, alarm) if LATE.contains(&alarm) => reset(node).map(|()| false),
-        _ => Err(result.message),
-    }
-}
-
-/// Resets the machine, once it stands.
-fn reset(node: &Node) -> Result<(), String> {
-    let client = node.client::<Trigger>("machine/reset").map_err(|error| error.to_string())?;
-    client.wait_for_service(PATIENCE).map_err(|error| error.to_string())?;
-    let deadline = Instant::now() + PATIENCE;
-    while !client.call(&TriggerRequest::default(), PATIENCE).map_err(|error| error.to_string())?.success {
-        if Instant::now() > deadline {
-            return Err("the machine cannot be reset".into());
-        }
-        std::thread::sleep(Duration::from_millis(50));
-    }
-    Ok(())
-}
-
-/// Runs jobs until the time is over, the last one to its end.
-fn run_jobs(node: &Node, time: Duration) -> Vec<String> {
-    let (begun, mut whole, mut stopped) = (Instant::now(), 0, 0);
-    while begun.elapsed() < time {
-        match run_job(node) {
-            Ok(true) => whole += 1,
-            Ok(false) => stopped += 1,
-            Err(error) => return vec![format!("job {}: {error}", whole + stopped + 1)],
-        }
-        eprintln!("{} jobs, {:.0} of {:.0} s", whole + stopped, begun.elapsed().as_secs_f64(), time.as_secs_f64());
-    }
-    let seconds = begun.elapsed().as_secs_f64();
-    println!(
-        "{whole} jobs {JOB} in {seconds:.0} s, and {stopped} that an alarm of {LATE:?} stopped (the computer was late)"
-    );
-    Vec::new()
-}
-
-/// Moves X and Z to and fro until the time is over: a motion like that of a job, and shorter.
-pub fn move_to_and_fro(node: &Node, time: Duration) -> Vec<String> {
-    let client = node.action_client::<MoveTo>("axis_interpolator/move_to").expect("a client");
-    client.wait_for_server(PATIENCE).expect("the interpolator offers it");
-    let (begun, mut moves) = (Instant::now(), 0);
-    while begun.elapsed() < time {
-        let positions = if moves % 2 == 0 { [0.12, 0.08] } else { [0.15, 0.0] };
-        let joints = ["x_axis", "z_axis"].map(str::to_owned).into();
-        let goal = MoveToGoal { joints, positions: positions.into(), speed_factor: 0.5, ..MoveToGoal::default() };
-        let sent = client.send_goal(goal, drop, PATIENCE).expect("a decision");
-        if sent.accepted() {
-            let (_, result) = sent.result(LONGEST).expect("a result");
-            assert!(result.success, "{}", result.message);
-            moves += 1;
-        } else {
-            // It has not heard yet that the machine is ready.
-            assert!(begun.elapsed() < PATIENCE, "the interpolator accepts no move");
-            std::thread::sleep(Duration::from_millis(50));
-        }
-    }
-    println!("{moves} moves in {:.0} s", begun.elapsed().as_secs_f64());
-    Vec::new()
-}
-
 /// Ends the nodes from the top down, each well.
 fn end(nodes: [Guarded; 3]) {
     for mut node in nodes.into_iter().rev() {
@@ -130,11 +47,6 @@ fn end(nodes: [Guarded; 3]) {
         let status = node.wait(PATIENCE);
         assert!(status.success(), "a node ends with {status}{}", node.complaint());
     }
-}
-
-/// Jobs one after the other for so long.
-pub fn campaign(bag: &Path, time: Duration) -> Vec<String> {
-    record(bag, |node| run_jobs(node, time))
 }
 
 /// Records the cell while it works; prints what was recorded, and gives what is not as it should be, of the work too.

@@ -4,26 +4,32 @@
 //! one is missing; how long anything took is nobody's condition.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command")]
 #![allow(unreachable_pub, reason = "a binary has no outside")]
-#![allow(dead_code, reason = "the test of the same name uses its part of these modules")]
 
 mod account;
 mod cell;
+#[path = "../computer.rs"]
+mod computer;
+mod jobs;
 mod load;
+mod our_layer;
 mod recorders;
 #[path = "../../support/mod.rs"]
 mod support;
+mod twin;
 mod usage;
 
 use account::{Enqueue, Lost, disagreements, enqueue, lost};
 use camwright_nodes::bag::Bag;
 use clap::Parser;
+use computer::{computer, first_line};
 use indicatif::{ProgressBar, ProgressStyle};
 use load::{Load, Publisher, Sent, Stack, TOPIC};
-use recorders::{Ours, Twin, Used};
+use recorders::{Ours, Used};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use support::{Domain, PeerEnv, peer_env};
+use twin::Twin;
 
 /// How long everybody may take to notice that the others are there, when each has said so.
 const ACQUAINTANCE: Duration = Duration::from_secs(1);
@@ -199,19 +205,6 @@ fn print(rows: &[Row]) {
     }
 }
 
-fn first_line(path: &str) -> String {
-    std::fs::read_to_string(path).unwrap_or_default().lines().next().unwrap_or_default().to_owned()
-}
-
-fn computer() -> String {
-    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = info.lines().find_map(|line| line.strip_prefix("model name")).unwrap_or("unknown processor");
-    let cores = std::thread::available_parallelism().map_or(0, std::num::NonZero::get);
-    let kernel = first_line("/proc/sys/kernel/osrelease");
-    let buffer = first_line("/proc/sys/net/core/rmem_max");
-    format!("{}, {cores} cores, Linux {kernel}, net.core.rmem_max {buffer}", model.trim_start_matches([' ', '\t', ':']))
-}
-
 fn loads(options: &Options, bag: &Path) -> Vec<Row> {
     let needs_peers = !options.only_ours || options.from.iter().any(|&stack| stack != Stack::Ours);
     let env = needs_peers.then(peer_env).flatten();
@@ -235,22 +228,23 @@ fn loads(options: &Options, bag: &Path) -> Vec<Row> {
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().collect();
     if words.get(1).is_some_and(|word| word == load::PUBLISH) {
-        load::publish_on_our_layer(&words[2..]);
+        our_layer::publish(&words[2..]);
         return ExitCode::SUCCESS;
     }
     let options = Options::parse();
     let bag = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("recorder-load-{}", std::process::id()));
     let (start, before) = (Instant::now(), first_line("/proc/loadavg"));
     let wrong: Vec<String> = if options.cell {
-        cell::campaign(&bag, Duration::from_secs_f64(options.minutes.clamp(0.0, 1e5) * 60.0))
+        jobs::campaign(&bag, Duration::from_secs_f64(options.minutes.clamp(0.0, 1e5) * 60.0))
     } else {
         let rows = loads(&options, &bag);
         print(&rows);
         rows.into_iter().flat_map(|row| row.wrong).collect()
     };
     println!(
-        "{}; took {:.0} s; load before: {before}; after: {}",
+        "{}, net.core.rmem_max {}; took {:.0} s; load before: {before}; after: {}",
         computer(),
+        first_line("/proc/sys/net/core/rmem_max"),
         start.elapsed().as_secs_f64(),
         first_line("/proc/loadavg")
     );

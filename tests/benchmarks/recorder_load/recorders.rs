@@ -1,21 +1,19 @@
-//! Who records the load: our node `run_logger`, or a recorder in Python as rosbag2 makes them. Each is a process of its own.
+//! Who records the load: our node `run_logger`, in a process of its own.
 
-use super::account::{Found, Told, find};
-use super::load::{Load, TOPIC};
-use super::support::{Domain, Guarded, LOOPBACK, PATIENCE, PeerEnv, processes::in_domain};
+use super::account::Told;
+use super::load::TOPIC;
+use super::support::{Domain, Guarded, PATIENCE, processes::in_domain};
 use super::usage;
 use camwright_msgs::camwright_msgs::msg::RecorderStatus;
-use camwright_nodes::bag::Bag;
 use camwright_nodes::ros::{Node, NodeOptions, Qos, RosArgs, SpinThread, Subscription};
-use std::io::Write;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::{ChildStdin, Command};
+use std::process::Command;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How many unread messages each recorder's subscription keeps: what `run_logger` has without being told.
-const DEPTH: u32 = 20_000;
+pub const DEPTH: u32 = 20_000;
 /// How long nothing may come before all that comes has come.
 const QUIET: Duration = Duration::from_secs(2);
 
@@ -27,14 +25,14 @@ pub struct Used {
     pub datagrams_dropped: u64,
 }
 
-fn used(process: &Guarded) -> Used {
+pub fn used(process: &Guarded) -> Used {
     let id = process.id();
     Used { cpu_s: usage::cpu_s(id), peak_kb: usage::peak_kb(id), datagrams_dropped: usage::datagrams_dropped(id) }
 }
 
 /// `run_logger` in its process, and a node that hears its status.
 pub struct Ours {
-    process: Guarded,
+    pub process: Guarded,
     pub bag: PathBuf,
     status: Arc<(Mutex<RecorderStatus>, Condvar)>,
     _subscription: Subscription,
@@ -115,11 +113,6 @@ impl Ours {
         }
     }
 
-    /// Its bag and its process, for who ends it otherwise.
-    pub fn leave(self) -> (PathBuf, Guarded) {
-        (self.bag, self.process)
-    }
-
     /// Ctrl-C: it closes its bag and ends well.
     pub fn end(mut self) -> (PathBuf, Used) {
         let used = used(&self.process);
@@ -127,42 +120,5 @@ impl Ours {
         let status = self.process.wait(PATIENCE);
         assert!(status.success(), "run_logger ends with {status}{}", self.process.complaint());
         (self.bag, used)
-    }
-}
-
-/// The recorder in Python.
-pub struct Twin {
-    process: Guarded,
-    stdin: ChildStdin,
-    bag: PathBuf,
-}
-
-impl Twin {
-    pub fn start(env: &PeerEnv, domain: &Domain, bag: &Path, load: &Load) -> Self {
-        let _not_there = std::fs::remove_dir_all(bag);
-        let mut command = env.python("../benchmarks/recorder_load/record.py", domain);
-        command.env("CYCLONEDDS_URI", LOOPBACK);
-        command.args([TOPIC, &bag.display().to_string(), load.reliability(), &DEPTH.to_string()]);
-        let mut process = Guarded::start("the recorder in Python", command.process_group(0));
-        let stdin = process.take_stdin();
-        Self { process, stdin, bag: bag.to_owned() }
-    }
-
-    pub fn wait_ready(&mut self) {
-        let line = self.process.line(PATIENCE);
-        assert_eq!(line.as_deref(), Some("ready"), "the recorder meets nobody{}", self.process.complaint());
-    }
-
-    /// Has it close its bag; what it says, what is in the bag, and what it used.
-    pub fn end(mut self) -> (Told, Found, PathBuf, Used) {
-        let used = used(&self.process);
-        writeln!(self.stdin, "end").expect("it listens");
-        let line = self.process.line(PATIENCE).expect("it says what it did");
-        let told: serde_json::Value = serde_json::from_str(&line).expect("what it says is JSON");
-        let number = |key: &str| told[key].as_u64().unwrap_or_else(|| panic!("no {key} in {line}"));
-        let told = Told { received: number("received"), written: number("written"), dropped: 0 };
-        let name = self.bag.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        let file = Bag::open(&self.bag.join(format!("{name}_0.mcap"))).expect("it is closed");
-        (told, find(&file), self.bag, used)
     }
 }
