@@ -108,8 +108,9 @@ pub fn compare(old: &Plan, new: &Plan, machine: &MachineDescription) -> PlanDiff
 /// Both steps are for the same: phase, lobe by its name, and kind.
 fn purpose(old_plan: &Plan, old: &Segment, new: &Segment, new_plan: &Plan) -> bool {
     let kind = core::mem::discriminant::<SegmentKind>;
-    let lobe = |plan: &'_ Plan, segment: &Segment| segment.lobe.and_then(|lobe| plan.lobes.get(lobe).cloned());
-    old.phase == new.phase && kind(&old.kind) == kind(&new.kind) && lobe(old_plan, old) == lobe(new_plan, new)
+    let old_lobe = old.lobe.and_then(|lobe| old_plan.lobes.get(lobe));
+    let new_lobe = new.lobe.and_then(|lobe| new_plan.lobes.get(lobe));
+    old.phase == new.phase && kind(&old.kind) == kind(&new.kind) && old_lobe == new_lobe
 }
 
 /// Two steps that belong together.
@@ -215,8 +216,9 @@ impl Pair<'_> {
         if let (Some(path), Some(other)) = (before.paths.get(old.path), after.paths.get(new.path)) {
             self.over(Moved::PathOfX, (0.0, TURN_RAD), |at| path.sample(at).value, |at| other.sample(at).value);
         }
-        let ratio = |plan: &Plan, cut: &CutSegment| cut.ratio.and_then(|ratio| plan.ratios.get(ratio).cloned());
-        match (ratio(before, old), ratio(after, new)) {
+        let old_ratio = old.ratio.and_then(|ratio| before.ratios.get(ratio));
+        let new_ratio = new.ratio.and_then(|ratio| after.ratios.get(ratio));
+        match (old_ratio, new_ratio) {
             (Some(ratio), Some(other)) => {
                 self.over(Moved::Ratio, (0.0, TURN_RAD), |at| ratio.sample(at).value, |at| other.sample(at).value);
             }

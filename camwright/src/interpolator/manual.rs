@@ -6,10 +6,10 @@
 //! wheel  the order · as long as it takes to come to its speed, or to rest
 //! ```
 
-use super::setup::{SetupError, counts, step, within};
+use super::setup::{SetupError, counts, push_wheel, within};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
-use crate::plan::{AxisTarget, Command, Phase, Plan, SegmentKind};
-use crate::point_to_point::{MoveLaw, whole_ticks};
+use crate::plan::{AxisTarget, Plan};
+use crate::point_to_point::MoveLaw;
 use alloc::string::String;
 
 /// How far a jog goes that nothing ends (mm or rad): `c_axis` turns for hours.
@@ -86,19 +86,4 @@ pub(super) fn wheel_plan(turns: bool, machine: &MachineDescription) -> Plan {
     let mut plan = Plan { job: String::from("wheel"), ..Plan::default() };
     push_wheel(&mut plan, turns, machine);
     plan
-}
-
-/// Appends the order to the wheel and the time that it takes.
-pub(super) fn push_wheel(plan: &mut Plan, turns: bool, machine: &MachineDescription) {
-    let cycle_s = machine.cycle_time_s();
-    let order_s = 2.0 * f64::from(machine.feedback_delay_ticks) * cycle_s;
-    let (command, label) =
-        if turns { (Command::WheelStart, "wheel start") } else { (Command::WheelStop, "wheel stop") };
-    let kinds = [
-        (SegmentKind::Command(command), order_s, label),
-        (SegmentKind::Dwell, machine.wheel.spin_up_s + cycle_s, "wheel to its speed, or to rest"),
-    ];
-    for (kind, seconds, label) in kinds {
-        plan.segments.push(step(kind, Phase::Position, whole_ticks(seconds, cycle_s), label));
-    }
 }

@@ -8,7 +8,6 @@
 //! Both are checked against travel before anything moves and need axes whose zero is known; a cancel leaves them where they come to
 //! rest.
 
-use super::manual::push_wheel;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits, Scale};
 use crate::plan::{AxisTarget, Command, HomeStep, Phase, Plan, Segment, SegmentKind, Sought};
 use crate::point_to_point::{MoveLaw, whole_ticks};
@@ -388,6 +387,21 @@ pub(super) fn move_plan(targets: Vec<AxisTarget>) -> Plan {
     Plan { job: String::from("move"), segments: alloc::vec![moves], ..Plan::default() }
 }
 
-pub(super) fn step(kind: SegmentKind, phase: Phase, ticks: u64, label: &str) -> Segment {
+/// Appends the order to the wheel and the time that it takes.
+pub(super) fn push_wheel(plan: &mut Plan, turns: bool, machine: &MachineDescription) {
+    let cycle_s = machine.cycle_time_s();
+    let order_s = 2.0 * f64::from(machine.feedback_delay_ticks) * cycle_s;
+    let (command, label) =
+        if turns { (Command::WheelStart, "wheel start") } else { (Command::WheelStop, "wheel stop") };
+    let kinds = [
+        (SegmentKind::Command(command), order_s, label),
+        (SegmentKind::Dwell, machine.wheel.spin_up_s + cycle_s, "wheel to its speed, or to rest"),
+    ];
+    for (kind, seconds, label) in kinds {
+        plan.segments.push(step(kind, Phase::Position, whole_ticks(seconds, cycle_s), label));
+    }
+}
+
+fn step(kind: SegmentKind, phase: Phase, ticks: u64, label: &str) -> Segment {
     Segment { kind, phase, lobe: None, label: String::from(label), ticks, stop_ticks: 1, stock_mm: 0.0 }
 }
