@@ -23,9 +23,6 @@ pub(super) fn storage_files(path: &Path) -> Result<Vec<PathBuf>, BagError> {
                 return Err(BagError::Metadata { path: path.join(metadata::FILE_NAME), reason });
             }
             let mut seen = BTreeSet::new();
-            let is_of_bag = |file: &String| {
-                Path::new(file).components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir))
-            };
             if let Some(file) = metadata.relative_file_paths.iter().find(|file| !is_of_bag(file) || !seen.insert(*file))
             {
                 let reason = format!("file '{file}' is listed twice, or does not lie in the bag's directory");
@@ -36,6 +33,11 @@ pub(super) fn storage_files(path: &Path) -> Result<Vec<PathBuf>, BagError> {
         Err(BagError::NoMetadata { .. }) => files_in(path),
         Err(error) => Err(error),
     }
+}
+
+/// A file that a bag lists lies in the bag's directory.
+pub(super) fn is_of_bag(file: &str) -> bool {
+    Path::new(file).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
 }
 
 /// The storage files that lie in a directory, whatever its metadata say.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use parquet::basic::{Compression, LogicalType, Repetition, TimeUnit, Type as Physical};
 use parquet::column::writer::ColumnWriter;
-use parquet::data_type::ByteArray;
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, FloatType, Int32Type, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
@@ -130,38 +130,35 @@ impl Gathered {
     }
 
     fn write(&mut self, writer: &mut ColumnWriter<'_>) -> Result<(), ParquetError> {
-        let (definitions, repetitions) = (Some(&self.definitions[..]), self.is_list.then_some(&self.repetitions[..]));
-        match (&mut self.values, writer) {
-            (Values::Bool(values), ColumnWriter::BoolColumnWriter(writer)) => {
-                writer.write_batch(values, definitions, repetitions)?;
-                values.clear();
-            }
-            (Values::Int32(values), ColumnWriter::Int32ColumnWriter(writer)) => {
-                writer.write_batch(values, definitions, repetitions)?;
-                values.clear();
-            }
-            (Values::Int64(values), ColumnWriter::Int64ColumnWriter(writer)) => {
-                writer.write_batch(values, definitions, repetitions)?;
-                values.clear();
-            }
-            (Values::Float32(values), ColumnWriter::FloatColumnWriter(writer)) => {
-                writer.write_batch(values, definitions, repetitions)?;
-                values.clear();
-            }
-            (Values::Float64(values), ColumnWriter::DoubleColumnWriter(writer)) => {
-                writer.write_batch(values, definitions, repetitions)?;
-                values.clear();
-            }
-            (Values::Text(values), ColumnWriter::ByteArrayColumnWriter(writer)) => {
-                writer.write_batch(values, definitions, repetitions)?;
-                values.clear();
-            }
-            _ => return Err(ParquetError::General("a column is of another type than its values".into())),
-        }
+        let levels = (Some(&self.definitions[..]), self.is_list.then_some(&self.repetitions[..]));
+        match &mut self.values {
+            Values::Bool(values) => batch::<BoolType>(writer, values, levels),
+            Values::Int32(values) => batch::<Int32Type>(writer, values, levels),
+            Values::Int64(values) => batch::<Int64Type>(writer, values, levels),
+            Values::Float32(values) => batch::<FloatType>(writer, values, levels),
+            Values::Float64(values) => batch::<DoubleType>(writer, values, levels),
+            Values::Text(values) => batch::<ByteArrayType>(writer, values, levels),
+        }?;
         self.definitions.clear();
         self.repetitions.clear();
         Ok(())
     }
+}
+
+/// Whether there is a value, and whether it begins a row.
+type Levels<'a> = (Option<&'a [i16]>, Option<&'a [i16]>);
+
+/// Writes the values of a column, which are gone then.
+fn batch<T: DataType>(
+    writer: &mut ColumnWriter<'_>,
+    values: &mut Vec<T::T>,
+    (definitions, repetitions): Levels<'_>,
+) -> Result<(), ParquetError> {
+    let writer = T::get_column_writer_mut(writer)
+        .ok_or_else(|| ParquetError::General("a column is of another type than its values".into()))?;
+    writer.write_batch(values, definitions, repetitions)?;
+    values.clear();
+    Ok(())
 }
 
 impl Values {

@@ -39,7 +39,8 @@ fn in_all(walk: &Walk, report: &mut Report, yaml: &BagMetadata) {
         let text = format!("message_count is {told}, its topics add up to {by_topic}, its files to {by_file}");
         report.error(PLACE, text);
     }
-    if let Some((first, last)) = walk.order.range_ns
+    let times_ns = walk.files.iter().filter_map(|(_, file)| file.log_times_ns);
+    if let Some((first, last)) = times_ns.reduce(|all, of| (all.0.min(of.0), all.1.max(of.1)))
         && (yaml.starting_time_ns, yaml.duration_ns) != (first, last - first)
     {
         let (start, duration) = (yaml.starting_time_ns, yaml.duration_ns);

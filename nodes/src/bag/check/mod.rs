@@ -14,11 +14,12 @@ mod report;
 mod topics;
 mod walk;
 
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 pub use report::{Finding, Report, Severity};
 
 use super::BagError;
+use super::channels::{files_in, is_of_bag};
 use super::metadata::{self, BagMetadata};
 use walk::Walk;
 
@@ -45,7 +46,7 @@ pub fn check(path: &Path) -> Result<Report, BagError> {
 /// The storage files, and what `metadata.yaml` says.
 fn directory(report: &mut Report, path: &Path) -> (Vec<PathBuf>, Option<BagMetadata>) {
     const PLACE: &str = metadata::FILE_NAME;
-    let lying = super::channels::files_in(path).unwrap_or_default();
+    let lying = files_in(path).unwrap_or_default();
     let yaml = match BagMetadata::read_from(path) {
         Ok(yaml) => yaml,
         Err(error) => {
@@ -65,7 +66,7 @@ fn directory(report: &mut Report, path: &Path) -> (Vec<PathBuf>, Option<BagMetad
         report.error(PLACE, "files and relative_file_paths do not list the same files");
     }
     for listed in &yaml.relative_file_paths {
-        if !Path::new(listed).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
+        if !is_of_bag(listed) {
             report.error(PLACE, format!("file '{listed}' does not lie in the bag's directory"));
         }
     }

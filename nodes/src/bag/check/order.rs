@@ -8,8 +8,6 @@ use super::report::{Report, Tally};
 #[derive(Default)]
 pub(super) struct Order {
     last_ns: Option<u64>,
-    /// Smallest and largest log time (ns since 1970).
-    pub(super) range_ns: Option<(u64, u64)>,
     at_zero: Tally,
     equal: Tally,
     back: Tally,
@@ -28,7 +26,6 @@ impl Order {
             _ => {}
         }
         self.last_ns = Some(t);
-        self.range_ns = Some(self.range_ns.map_or((t, t), |(a, b)| (a.min(t), b.max(t))));
     }
 
     pub(super) fn tell(&self, report: &mut Report) {
