@@ -14,6 +14,7 @@ pub mod machine_check;
 pub mod machine_sim;
 pub mod operator_page;
 pub mod planning;
+mod progress;
 mod realtime;
 mod record_text;
 pub mod replan;

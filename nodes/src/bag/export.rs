@@ -1,14 +1,14 @@
 //! What other programs want of a bag: tables, one of each topic, or a copy in another layout, a smaller one (Zstandard).
 
 use std::fs;
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 
 pub use super::tables::{TableFormat, to_tables};
 use super::writer::REPEATED;
 use super::{Bag, BagError, BagWriter, Preset, WriterOptions};
+use crate::progress;
 
 /// What was made.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -27,7 +27,7 @@ pub struct Exported {
 /// The bag cannot be read, or the new one exists already or cannot be written; then none is left.
 pub fn to_bag(bag: &Bag, into: &Path, preset: Preset) -> Result<Exported, BagError> {
     let mut writer = BagWriter::create(into, &WriterOptions { preset, ..WriterOptions::default() })?;
-    let progress = progress(bag.message_counts().iter().fold(0, |sum: u64, count| sum.saturating_add(*count)));
+    let progress = bar_over(bag, 1);
     let mut copy = || {
         let ids: Vec<_> = bag.topics().iter().map(|topic| writer.add_topic(topic)).collect::<Result<_, _>>()?;
         let mut messages = bag.messages();
@@ -55,15 +55,8 @@ pub fn to_bag(bag: &Bag, into: &Path, preset: Preset) -> Result<Exported, BagErr
     }
 }
 
-/// A bar for people who look on.
-pub(super) fn progress(messages: u64) -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{bar:40} {human_pos} of {human_len} messages (eta {eta})");
-    let bar = ProgressBar::new(messages);
-    match style {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
-    }
+/// A bar over the messages of a bag, which is read so many times.
+pub(super) fn bar_over(bag: &Bag, times: u64) -> ProgressBar {
+    let messages = bag.message_counts().iter().fold(0, |sum: u64, count| sum.saturating_add(*count));
+    progress::bar(messages.saturating_mul(times), "{bar:40} {human_pos} of {human_len} messages (eta {eta})")
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::csv::CsvFile;
 use super::definition::Definition;
-use super::export::{Exported, progress};
+use super::export::{Exported, bar_over};
 use super::parquet_file::ParquetFile;
 use super::values::{Value, read};
 use super::{Bag, BagError, Message};
@@ -106,9 +106,8 @@ fn tables(bag: &Bag, into: &Path, format: TableFormat, longest: usize) -> Result
         };
         tables.push(table.filter(|_| count > 0));
     }
-    let progress =
-        progress(bag.message_counts().iter().fold(0, |sum: u64, n| sum.saturating_add(*n)).saturating_mul(2));
     // Once for the columns, which the longest array of the bag decides, and once for the rows.
+    let progress = bar_over(bag, 2);
     let mut messages = bag.messages();
     while let Some(message) = messages.next_message()? {
         progress.inc(1);

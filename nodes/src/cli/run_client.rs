@@ -1,6 +1,7 @@
 //! `camwright run` as a client of the cell, like any other node.
 
 use crate::convert::um_from_m as um;
+use crate::progress;
 use crate::ros::{
     ActionClient, ClientGoal, GoalStatus, Node, NodeOptions, Qos, RosArgs, Shutdown, SpinThread, Subscription,
 };
@@ -11,7 +12,7 @@ use camwright_msgs::camwright_msgs::msg::{FormMap, JobStatus, RecorderStatus};
 use camwright_msgs::camwright_msgs::srv::{FindPhase, FindPhaseRequest, LoadJob, LoadJobRequest};
 use camwright_msgs::lifecycle_msgs::msg::State;
 use camwright_msgs::lifecycle_msgs::srv::{GetState, GetStateRequest};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use std::fmt::Write as _;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -157,9 +158,7 @@ impl Client {
         overrides: &[String],
         shutdown: &Shutdown,
     ) -> Result<(GoalStatus, RunJobResult), NodeError> {
-        let progress = ProgressBar::new(1000);
-        let style = ProgressStyle::with_template("{bar:30} {msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
-        progress.set_style(style);
+        let progress = progress::bar(1000, "{bar:30} {msg}");
         progress.set_message("planning");
         let bar = progress.clone();
         let goal = RunJobGoal { job: job.to_owned(), overrides: overrides.to_vec(), ..RunJobGoal::default() };

@@ -14,9 +14,10 @@ mod tests;
 pub use archive::{ArchivedJob, archived_jobs, bags_in};
 pub use outcome::{Line, Outcome, plan_again};
 
+use crate::progress;
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
-use std::io::{self, IsTerminal, Write};
+use indicatif::ProgressBar;
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -56,7 +57,11 @@ pub fn run(args: &ReplanArgs) -> ExitCode {
             Err(error) => return say_and(&format!("cannot plan again: {error}"), CANNOT),
         }
     }
-    let progress = progress(bags.len() as u64);
+    // One bag is planned before anybody has seen a bar.
+    let progress = match bags.len() {
+        0 | 1 => ProgressBar::hidden(),
+        several => progress::bar(several as u64, "{bar:40} {pos} of {len} bags (eta {eta}) {msg}"),
+    };
     let (mut jobs, mut moved, mut failed) = (0_u32, 0_u32, 0_u32);
     for bag in &bags {
         progress.set_message(bag.display().to_string());
@@ -109,16 +114,4 @@ fn say_and(text: &str, code: u8) -> ExitCode {
     // Output that went away is no failure of ours.
     let _ = say(text);
     ExitCode::from(code)
-}
-
-/// A bar for people who look on.
-fn progress(bags: u64) -> ProgressBar {
-    if !io::stderr().is_terminal() || bags < 2 {
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::new(bags);
-    match ProgressStyle::with_template("{bar:40} {pos} of {len} bags (eta {eta}) {msg}") {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
-    }
 }

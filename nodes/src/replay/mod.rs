@@ -11,7 +11,7 @@ mod plan;
 mod player;
 mod services;
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::mpsc;
@@ -19,9 +19,10 @@ use std::time::{Duration, Instant};
 
 use camwright_msgs::rosgraph_msgs::msg::Clock;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 
 use crate::bag::{Bag, BagError};
+use crate::progress;
 use crate::ros::{Node, NodeOptions, Qos, RosArgs, RosError, Shutdown};
 use crate::run_logger::{Filter, Selection, regex};
 use player::{Outlets, Player, Track, Wish};
@@ -184,7 +185,7 @@ pub fn play(args: &ReplayArgs, ros: &RosArgs, shutdown: &Shutdown) -> Result<Pla
         clock: args.clock.map(clock).transpose()?,
         splits: node.publisher("events/read_split", &Qos::default_topic())?,
         node_name: node.fully_qualified_name().to_owned(),
-        progress: progress(&wish),
+        progress: bar(&wish),
     };
     let services = services::offer(&node, &sender)?;
     let _end = shutdown.on_request(move || drop(sender.send(Order::End)));
@@ -250,19 +251,10 @@ fn wait_for_subscribers(tracks: &[Track], longest: Duration, shutdown: &Shutdown
     }
 }
 
-/// A bar in milliseconds of the bag; hidden unless a person looks on.
-fn progress(wish: &Wish) -> ProgressBar {
-    if !io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{bar:40} {msg} {elapsed_precise} (eta {eta})");
-    let bar = ProgressBar::with_draw_target(
-        Some(wish.span.1.saturating_sub(wish.span.0) / 1_000_000),
-        ProgressDrawTarget::stderr_with_hz(10),
-    );
+/// A bar in milliseconds of the bag.
+fn bar(wish: &Wish) -> ProgressBar {
+    let milliseconds = wish.span.1.saturating_sub(wish.span.0) / 1_000_000;
+    let bar = progress::bar(milliseconds, "{bar:40} {msg} {elapsed_precise} (eta {eta})");
     bar.set_message(format!("playing at {} times", wish.rate));
-    match style {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
-    }
+    bar
 }
