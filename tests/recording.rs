@@ -163,7 +163,10 @@ fn the_main_job_leaves_a_bag_without_a_gap_that_every_reader_reads() {
         assert_eq!(pair[1] - pair[0], cycle_ns, "a tick is missing before {} ns", pair[1]);
     }
     let prepared = prepare_any("four_lobe_camshaft", &[], None).expect("it can be planned");
-    let (told, real) = (BagSize::of(&prepared, Pace::Fast).bytes(), read.files()[0].bytes);
+    let size = BagSize::of(&prepared, Pace::Fast);
+    let files = size.topics.iter().find(|topic| topic.topic == "job_planner/job_files").expect("it names files");
+    assert_eq!(files.messages, messages(&read, "/job_planner/job_files").len() as u64, "pages of the files of the job");
+    let (told, real) = (size.bytes(), read.files()[0].bytes);
     println!("{told} bytes of bag were predicted, {real} there are");
     assert!(told.abs_diff(real) * 10 < real, "{told} bytes were predicted, {real} there are: more than 10 % off");
     let (first, last) = read.log_times_ns().expect("there are messages");

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright_msgs::camwright_msgs::msg::{
-    InterpolatorState, MachineInput, MachineStream, PlanPage, RecorderStatus, TopicRecord,
+    InterpolatorState, MachineInput, MachineStream, RecorderStatus, TopicRecord,
 };
 use camwright_msgs::control_msgs::msg::{DynamicJointState, InterfaceValue, JointTrajectoryControllerState};
 use camwright_msgs::rosgraph_msgs::msg::Clock;
@@ -19,6 +19,7 @@ use camwright_msgs::{Message, by_type_name};
 use crate::axis_interpolator::{CHUNK_TICKS, STOP_POINTS};
 use crate::bag::{CHUNK_BYTES, free_bytes};
 use crate::convert::bytes_from_mb;
+use crate::convert::job_files::pages_from_files;
 use crate::convert::setpoints::joint_names;
 use crate::machine_sim::WHEEL_JOINT;
 use crate::planning::AnyPrepared;
@@ -33,6 +34,9 @@ const CHUNK: u64 = (9 + 40) + (9 + 72);
 const CHANNEL_IN_CHUNK: u64 = (9 + 2 + 4) + (2 + 8);
 /// What a channel has beside its type: names, quality of service, type hash (B).
 const CHANNEL: u64 = 800;
+
+/// Where the files are told that a job names.
+const JOB_FILES: &str = "job_planner/job_files";
 
 /// Topics of a cell that say little, and that the recorder lists ten times a second like all others.
 const QUIET: [(&str, &str); 29] = [
@@ -105,9 +109,9 @@ impl BagSize {
             AnyPrepared::Turned(prepared) => (&prepared.machine, 0.0),
         };
         let mut topics = of_machine(machine, wheel_radius_mm, prepared.duration_s(), pace);
-        let pages = prepared.first_pages();
-        let bytes = pages.iter().map(bytes_of).sum::<u64>() / (pages.len() as u64).max(1);
-        topics.push(topic::<PlanPage>("job_planner/plan", pages.len() as u64, bytes));
+        topics.push(of_pages("job_planner/plan", prepared.first_pages()));
+        let files = pages_from_files(prepared.job_hash(), prepared.files());
+        topics.push(of_pages(JOB_FILES, &files));
         topics.extend(QUIET.map(|(topic, type_name)| TopicSize { topic, type_name, messages: 0, bytes: 0 }));
         // Ten times a second the recorder lists all topics.
         let records = topics.iter().map(|t| TopicRecord {
@@ -124,10 +128,12 @@ impl BagSize {
         Self { topics }
     }
 
-    /// Of so many parts, one after the other.
+    /// Of so many parts, one after the other. The files of a job are told once; that one which learns is another job with every part, with
+    /// its tables once more, is left out.
     #[must_use]
     pub fn times(mut self, parts: u32) -> Self {
-        self.topics.iter_mut().for_each(|topic| topic.messages = topic.messages.saturating_mul(parts.into()));
+        let of_each_part = self.topics.iter_mut().filter(|topic| topic.topic != JOB_FILES);
+        of_each_part.for_each(|topic| topic.messages = topic.messages.saturating_mul(parts.into()));
         self
     }
 
@@ -256,6 +262,12 @@ fn of_interpolator(duration_s: f64, ticks: u64, stream_ticks: u64, pace: Pace) -
 
 fn topic<T: Message>(topic: &'static str, messages: u64, bytes: u64) -> TopicSize {
     TopicSize { topic, type_name: T::TYPE_NAME, messages, bytes }
+}
+
+/// Pages, with what each takes in the mean.
+fn of_pages<T: Message>(name: &'static str, pages: &[T]) -> TopicSize {
+    let count = pages.len() as u64;
+    topic::<T>(name, count, pages.iter().map(bytes_of).sum::<u64>() / count.max(1))
 }
 
 /// What a message takes as it travels, filled up to a multiple of four bytes.

@@ -2,21 +2,22 @@
 
 use super::run::{PaceArg, RunArgs};
 use crate::bag_size::{BagSize, Pace};
-use crate::planning;
+use crate::config::any_job::AnyJob;
+use crate::planning::{self, AnyPrepared};
 use crate::running::NodeError;
 use std::path::Path;
 
-/// Tells the size; a job that cannot be planned is the planner's to refuse.
+/// Tells the size, and what was planned to know it; a job that cannot be read or planned is the planner's to refuse.
 ///
 /// # Errors
 /// There is less room on the disk than the bag will take, and what has to be left.
-pub(super) fn tell(job: &str, args: &RunArgs, bag: &Path) -> Result<(), NodeError> {
-    let Ok(prepared) = planning::prepare_any(job, &args.set, None) else { return Ok(()) };
+pub(super) fn tell(job: Option<&AnyJob>, args: &RunArgs, bag: &Path) -> Result<Option<AnyPrepared>, NodeError> {
+    let Some(prepared) = job.and_then(|job| planning::plan_any(job.clone(), None).ok()) else { return Ok(None) };
     let pace = match args.pace {
         PaceArg::Realtime => Pace::Realtime,
         PaceArg::Fast => Pace::Fast,
     };
     let size = BagSize::of(&prepared, pace).times(args.parts);
     eprintln!("recording {}", size.to_text());
-    size.lacks_room(bag).map_or(Ok(()), |reason| Err(NodeError::Parameter(reason)))
+    size.lacks_room(bag).map_or(Ok(Some(prepared)), |reason| Err(NodeError::Parameter(reason)))
 }

@@ -9,9 +9,8 @@ use super::turned_report::TurnedReport;
 use crate::config::any_job::{self, AnyJob};
 use crate::config::job_file::{self, Job};
 use crate::config::locate::Located;
-use crate::config::turning_file::TurnedJob;
 use crate::operator_page::{OperatorPage, USUAL_ADDRESS};
-use crate::planning::{self, PreparedJob, PreparedTurning, TurnedInstead};
+use crate::planning::{self, AnyPrepared, PreparedJob, PreparedTurning, TurnedInstead};
 use crate::report;
 use crate::ros::{GoalStatus, RosArgs, RosLayer, Shutdown};
 use crate::running::NodeError;
@@ -114,25 +113,17 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     }
     args.set.extend(args.start_at.iter().map(|lobe| format!("start_at={lobe}")));
     args.set.extend(args.identify_only.then(|| "identification.only=true".to_owned()));
-    let (ground, turned) = match any_job::load(&job, &args.set) {
-        Ok(AnyJob::Ground(read)) => (Some(read), None),
-        Ok(AnyJob::Turned(read)) => (None, Some(read)),
-        Ok(AnyJob::Milled(read)) => return Err(NodeError::Parameter(planning::is_milled(&read).to_string())),
-        Err(_) => (None, None),
-    };
-    ground.iter().try_for_each(|read| fits_grinding(&job, read, &args)).map_err(NodeError::Parameter)?;
-    let dry_run = ground.is_some_and(|job| job.spec.dry_run_mm.is_some());
+    let read = read_job(&job, &args)?;
+    let dry_run = matches!(&read, Some(AnyJob::Ground(job)) if job.spec.dry_run_mm.is_some());
     // A job that turns on a machine that grinds is refused, and has nothing to be recorded.
-    let on_lathe = turned.as_ref().is_some_and(|job| job.machine.description.is_lathe());
+    let on_lathe = matches!(&read, Some(AnyJob::Turned(job)) if job.machine.description.is_lathe());
     let record: &[&str] = if on_lathe { &TURNING_RECORD } else { &GRINDING_RECORD };
     let page =
         args.page.map(|port| OperatorPage::start(ros_args, SocketAddr::new(USUAL_ADDRESS.ip(), port))).transpose()?;
     page.iter().for_each(super::page::told);
     let client = Client::new(ros_args)?;
     let machine = any_job::machine_of(&job, &args.set).unwrap_or_else(|| "cam_grinder".to_owned());
-    if !args.attach {
-        bag_room::tell(&job, &args, &bag)?;
-    }
+    let planned = if args.attach { None } else { bag_room::tell(read.as_ref(), &args, &bag)? };
     let start = || Cell::start(&machine, &args.set_machine, args.pace, ros_args, &bag);
     let cell = if args.attach { None } else { Some(start()?) };
     client.meet(cell.is_some().then_some(record), &shutdown)?;
@@ -158,7 +149,7 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let bag = (!args.attach).then_some(&bag);
     let page = bag.and_then(|bag| page_of(bag));
     if turns {
-        let (predicted_s, causes) = turned_again(turned, args, &result);
+        let (predicted_s, causes) = turned_again(read, planned, args, &result);
         let report =
             TurnedReport { job: &job, status, result: &result, predicted_s, form_map, causes, bag, page, took };
         if args.json {
@@ -168,7 +159,8 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
         }
         return Ok(report.exit_code());
     }
-    let prepared = if result.success && !dry_run { planned_again(&job, args, planned_as.as_ref()) } else { None };
+    let again = || planned_again(&job, planned, args, planned_as.as_ref());
+    let prepared = if result.success && !dry_run { again() } else { None };
     // What only measures leaves no finished part whose errors had causes.
     let causes = prepared.as_ref().filter(|_| !args.identify_only);
     let causes = causes.and_then(|prepared| planning::causes(prepared).ok()).unwrap_or_default();
@@ -185,6 +177,17 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
         report.print();
     }
     Ok(report.exit_code())
+}
+
+/// The job as it is read here, once it is known to be one that can be asked for; what else is wrong with it the planner says.
+fn read_job(job: &str, args: &RunArgs) -> Result<Option<AnyJob>, NodeError> {
+    let read = any_job::load(job, &args.set).ok();
+    match &read {
+        Some(AnyJob::Ground(read)) => fits_grinding(job, read, args).map_err(NodeError::Parameter)?,
+        Some(AnyJob::Milled(read)) => return Err(NodeError::Parameter(planning::is_milled(read).to_string())),
+        Some(AnyJob::Turned(_)) | None => {}
+    }
+    Ok(read)
 }
 
 /// The report of the run, made from its bag alone; what keeps it from being made is told, and no fault of the run.
@@ -260,7 +263,12 @@ fn default_bag(job: &str) -> PathBuf {
 
 /// The same job without ROS, for the machine with its overrides. What it had learned and what was kept for it
 /// stands in what the planner recorded of it.
-fn planned_again(job: &str, args: &RunArgs, planned_as: Option<&JobStatus>) -> Option<PreparedJob> {
+fn planned_again(
+    job: &str,
+    planned: Option<AnyPrepared>,
+    args: &RunArgs,
+    planned_as: Option<&JobStatus>,
+) -> Option<PreparedJob> {
     let mut job = match (planned_as, job_file::load(job, &args.set).ok()?) {
         (Some(status), loaded)
             if (loaded.spec.compensation.is_some() || loaded.spec.correction.is_some())
@@ -272,22 +280,76 @@ fn planned_again(job: &str, args: &RunArgs, planned_as: Option<&JobStatus>) -> O
         (_, loaded) => loaded,
     };
     job.machine = job.machine.with_overrides(&args.set_machine).ok()?;
-    planning::plan(job, None).ok()
+    match plan_unless(planned, AnyJob::Ground(Box::new(job)))? {
+        AnyPrepared::Ground(prepared) => Some(*prepared),
+        AnyPrepared::Turned(_) => None,
+    }
 }
 
 /// A turning job without ROS, if it plans as it was run: its predicted duration (s), and what it leaves on other machines.
 fn turned_again(
-    read: Option<Box<TurnedJob>>,
+    read: Option<AnyJob>,
+    planned: Option<AnyPrepared>,
     args: &RunArgs,
     result: &RunJobResult,
 ) -> (Option<f64>, Vec<TurnedInstead>) {
     let again = || -> Option<PreparedTurning> {
-        let mut job = read?;
+        let Some(AnyJob::Turned(mut job)) = read else { return None };
         job.machine = job.machine.with_overrides(&args.set_machine).ok()?;
-        planning::plan_turned(*job, None).ok().filter(|prepared| prepared.plan_hash() == result.plan_hash)
+        match plan_unless(planned, AnyJob::Turned(job))? {
+            AnyPrepared::Turned(prepared) => {
+                Some(*prepared).filter(|prepared| prepared.plan_hash() == result.plan_hash)
+            }
+            AnyPrepared::Ground(_) => None,
+        }
     };
     match again().filter(|_| result.success) {
         Some(prepared) => (Some(prepared.duration_s()), planning::turned_causes(&prepared).unwrap_or_default()),
         None => (None, Vec::new()),
+    }
+}
+
+/// A job planned for its machine; what was planned at the start is taken where it is of the same files and the same machine, and not of the
+/// job before it had learned, before the angle of the part was found, or of the machine without its overrides.
+fn plan_unless(planned: Option<AnyPrepared>, job: AnyJob) -> Option<AnyPrepared> {
+    let (hash, machine) = match &job {
+        AnyJob::Ground(job) => (&job.hash, &job.machine.description),
+        AnyJob::Turned(job) => (&job.hash, &job.machine.description),
+        AnyJob::Milled(_) => return None,
+    };
+    let known = planned.filter(|known| known.job_hash() == hash && known.machine() == machine);
+    known.or_else(|| planning::plan_any(job, None).ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn owned(overrides: &[&str]) -> Vec<String> {
+        overrides.iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn what_was_planned_at_the_start_is_taken_for_the_same_job_on_the_same_machine_and_for_no_other() {
+        let read = |overrides: &[&str]| match any_job::load("eccentric", &owned(overrides)) {
+            Ok(AnyJob::Ground(job)) => job,
+            other => panic!("{other:?} is not ground"),
+        };
+        let mut known = planning::plan_any(AnyJob::Ground(read(&[])), None).unwrap();
+        // By which it is known again.
+        let AnyPrepared::Ground(marked) = &mut known else { panic!("it is ground") };
+        marked.pages.clear();
+        let is_taken = |job: Box<Job>| {
+            let prepared = plan_unless(Some(known.clone()), AnyJob::Ground(job)).unwrap();
+            prepared.first_pages().is_empty()
+        };
+        let on = |overrides: &[&str]| {
+            let mut job = read(&[]);
+            job.machine = job.machine.with_overrides(&owned(overrides)).unwrap();
+            job
+        };
+        assert!(is_taken(on(&[])));
+        assert!(!is_taken(on(&["x_axis.drive.kv_1_s=150"])), "another machine");
+        assert!(!is_taken(read(&["infeed.spark_out_turns=6"])), "another job");
     }
 }
