@@ -18,11 +18,11 @@ pub(crate) use applied::{check as check_of_input, input as applied_input, kind_n
 pub(crate) use engine::{CHUNK_TICKS, STOP_POINTS, add_stop};
 pub(crate) use motion_record::{MotionRecord, StartRecord};
 
-use crate::config::machine_file;
 use crate::convert::core_from_si;
 use crate::convert::time::{TickClock, ns_from_time};
 use crate::cyclic::{Sender, Waker, ring};
 use crate::machine_sim::input_named;
+use crate::planning::MachineNow;
 use crate::realtime::{self, Realtime};
 use crate::ros::{
     ActionServer, Diagnostics, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos, Responder, RosArgs,
@@ -49,7 +49,6 @@ use manual::Held;
 use plans::Plans;
 use pump::Pump;
 use std::collections::VecDeque;
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -258,10 +257,9 @@ impl Shared {
             }
             return;
         }
-        let machine = match machine_file::parse(Path::new("machine/description"), &message.source, &[]) {
-            Ok(file) if file.description.hash == message.hash => file.description,
-            Ok(_) => return self.node.logger().error("the machine's description does not have its hash"),
-            Err(error) => return self.node.logger().error(&error.to_string()),
+        let machine = match MachineNow::of(message) {
+            Ok(now) => now.description,
+            Err(reason) => return self.node.logger().error(&reason),
         };
         match self.start_engine(&machine) {
             Ok(started) => *cell = Some(started),

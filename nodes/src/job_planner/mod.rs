@@ -24,9 +24,8 @@ mod stiffness;
 mod turned_parts;
 mod turning_run;
 
-use crate::config::machine_file;
 use crate::machine_sim::MOST_PAGES;
-use crate::planning::{MachineNow, wheel_now};
+use crate::planning::MachineNow;
 use crate::ros::{
     ActionClient, ActionServer, Client, Diagnostics, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Publisher, Qos,
     RosArgs, ServiceHandle, SpinThread, Subscription, diagnostic_status,
@@ -48,7 +47,6 @@ use learned::LearnedStore;
 use lobe_forms::LobeForms;
 use parts::Parts;
 use setup::Setup;
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread::JoinHandle;
@@ -264,13 +262,9 @@ impl LifecycleCallbacks for Activation {
 impl Shared {
     /// Takes the machine's description: what it is, and the wheel that is mounted.
     fn meet(&self, message: &DescriptionMessage) {
-        match machine_file::parse(Path::new("machine/description"), &message.source, &[]) {
-            Ok(file) if file.description.hash == message.hash => {
-                let wheel = wheel_now(message);
-                *lock(&self.machine) = Some(MachineNow { description: file.description, wheel });
-            }
-            Ok(_) => self.node.logger().error("the machine's description does not have its hash"),
-            Err(error) => self.node.logger().error(&error.to_string()),
+        match MachineNow::of(message) {
+            Ok(now) => *lock(&self.machine) = Some(now),
+            Err(reason) => self.node.logger().error(&reason),
         }
     }
 

@@ -2,12 +2,11 @@
 
 use super::heard::Heard;
 use super::report::Report;
-use crate::config::machine_file;
 use crate::convert::si_from_core;
+use crate::planning::described_machine;
 use crate::ros::{Durability, EndpointInfo, Guid, Node, Reliability, TopicInfo};
 use camwright::machine::description::{Axis, MachineDescription as Described, Scale};
 use camwright_msgs::camwright_msgs::msg::{AxisDescription, MachineDescription};
-use std::path::Path;
 
 /// Topic, type, whether it is latched, whether the machine publishes it.
 const ENDPOINTS: &[(&str, &str, bool, bool)] = &[
@@ -29,14 +28,14 @@ pub(super) fn judge(heard: &Heard, report: &mut Report) {
     for hash in &heard.other_hashes {
         report.broken(1, format!("hash {hash} after {}: another machine, while this one runs", said.hash));
     }
-    match machine_file::parse(Path::new("machine/description"), &said.source, &[]) {
+    match described_machine(said, &[]) {
         Err(error) => report.broken(1, format!("source is no machine file: {error}")),
-        Ok(file) => {
-            if file.description.hash != said.hash {
-                let (hash, own) = (&said.hash, &file.description.hash);
+        Ok(source) => {
+            if source.hash != said.hash {
+                let (hash, own) = (&said.hash, &source.hash);
                 report.broken(1, format!("hash is {hash}, that of source's canonical form is {own}"));
             }
-            compare(said, &file.description, report);
+            compare(said, &source, report);
         }
     }
     report.kept_unless_broken(1, before, format!("{}, hash {:.12}, as its source says", said.name, said.hash));

@@ -52,6 +52,7 @@ pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
 pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result};
 pub(crate) use plots::Scale;
 pub use program::{ProgramSummary, ProgrammedTurn, compare_program, write_program};
+pub(crate) use recorded::described_machine;
 pub use recorded::{NO_JOB_FILE, plan_recorded, recorded_machine};
 pub use rehearse::{Outlines, RehearsalFailed, rehearse_job, rehearse_job_on, rehearse_outlines_on};
 pub use times::{TimeCompared, compare_times};
@@ -66,13 +67,12 @@ pub use turning::{
 use crate::config::ConfigError;
 use crate::config::job_file::{self, Job};
 use crate::config::yaml::Document;
-use crate::convert::mm_from_m;
 use crate::convert::plan::{Provenance, pages_from_plan};
 use camwright::cycle::{PlannedCorrection, PlannedJob, plan_job};
 use camwright::inspection::Inspection;
 use camwright::machine::description::MachineDescription;
 use camwright::wheel::WheelNow;
-use camwright_msgs::camwright_msgs::msg::{MachineDescription as MachineDescriptionMessage, PlanPage};
+use camwright_msgs::camwright_msgs::msg::PlanPage;
 
 /// Largest difference between the wheel a job was written for and the wheel that is mounted.
 pub use camwright::machine::WHEEL_TOLERANCE_MM;
@@ -110,17 +110,6 @@ pub struct PreparedJob {
     pub provenance: Provenance,
     /// The plan as messages, the header first.
     pub pages: Vec<PlanPage>,
-}
-
-/// The wheel that a machine's description tells of.
-#[must_use]
-pub fn wheel_now(message: &MachineDescriptionMessage) -> WheelNow {
-    WheelNow {
-        radius_mm: mm_from_m(message.wheel_radius),
-        wear_mm: mm_from_m(message.wheel_wear),
-        lobes_since_dress: message.lobes_since_dress,
-        parts_since_dress: message.parts_since_dress,
-    }
 }
 
 impl PreparedJob {
