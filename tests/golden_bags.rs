@@ -150,15 +150,18 @@ fn keep(whole: &Path, into: &Path, reason: &str) {
 
 #[test]
 fn every_golden_bag_is_computed_and_planned_again_to_the_bit() {
-    if let Ok(reason) = std::env::var("CAMWRIGHT_GOLDEN") {
+    let anew = std::env::var("CAMWRIGHT_GOLDEN");
+    if let Ok(reason) = &anew {
         assert!(reason.len() > 10, "say why the golden bags are made anew");
-        GOLDEN.iter().for_each(|golden| make(golden, &reason));
-        let lines: Vec<String> = GOLDEN.iter().map(replayed).collect();
-        std::fs::write(folder().join("README.md"), format!("{HEAD}{}", table(&lines))).expect("a table");
+        GOLDEN.iter().for_each(|golden| make(golden, reason));
     }
     let lines: Vec<String> = GOLDEN.iter().map(replayed).collect();
-    let written = std::fs::read_to_string(folder().join("README.md")).expect("the table of the golden bags");
-    assert_eq!(written, format!("{HEAD}{}", table(&lines)), "the table is of other bags");
+    let (file, text) = (folder().join("README.md"), format!("{HEAD}{}", table(&lines)));
+    if anew.is_ok() {
+        std::fs::write(&file, &text).expect("a table");
+    }
+    let written = std::fs::read_to_string(&file).expect("the table of the golden bags");
+    assert_eq!(written, text, "the table is of other bags");
     // Nothing lies there that is not looked at.
     let inside = std::fs::read_dir(folder()).expect("a folder").flatten().filter(|entry| entry.path().is_dir());
     assert_eq!(inside.count(), GOLDEN.len());

@@ -20,7 +20,7 @@ pub struct ArchivedJob {
     pub machine: Option<DescriptionMessage>,
     /// The files that it names, as far as they were recorded.
     pub files: Vec<NamedFile>,
-    /// The pages of its first plan.
+    /// The pages of its first plan, each as often as it was told.
     pub pages: Vec<PlanPage>,
 }
 
@@ -103,11 +103,7 @@ pub fn archived_jobs(path: &Path) -> Result<Vec<ArchivedJob>, BagError> {
     }
     for job in &mut jobs {
         job.files = files_from_pages(&job.status.job_hash, &files);
-        for page in pages.iter().filter(|page| page.plan_hash == job.status.plan_hash) {
-            if !job.pages.iter().any(|known| known.page == page.page) {
-                job.pages.push(page.clone());
-            }
-        }
+        job.pages = pages.iter().filter(|page| page.plan_hash == job.status.plan_hash).cloned().collect();
     }
     Ok(jobs)
 }

@@ -112,73 +112,67 @@ impl Chart {
 
     fn svg(&self, out: &mut String) {
         let Size(width, height) = self.size;
-        let scale = self.scale();
-        let x = |value: f64| LEFT + (width - LEFT - RIGHT) * (value - self.from) / (self.to - self.from);
-        let y = |value: f64| height - BOTTOM - (height - TOP - BOTTOM) * (value - scale.low) / (scale.high - scale.low);
+        let field = Field { size: self.size, across: (self.from, self.to), scale: self.scale() };
         let _infallible = write!(
             out,
             "<svg viewBox=\"0 0 {width:.0} {height:.0}\" role=\"img\" aria-label=\"{}\">",
             escape(&self.title)
         );
-        let (left, right, top, bottom) = (LEFT, width - RIGHT, TOP, height - BOTTOM);
+        self.zones(out, &field);
+        self.axes(out, &field);
+        self.bounds(out, &field);
+        for curve in &self.curves {
+            let _infallible = write!(out, "<path class=\"{}\" d=\"{}\"/>", curve.class, field.path(curve));
+        }
+        if let Some(mark) = &self.mark {
+            field.mark(out, mark);
+        }
+        out.push_str("</svg>");
+    }
+
+    fn zones(&self, out: &mut String, field: &Field) {
         for zone in &self.zones {
-            let (from, to) = (x(zone.from.max(self.from)), x(zone.to.min(self.to)));
+            let (from, to) = (field.x(zone.from.max(self.from)), field.x(zone.to.min(self.to)));
             let _infallible = write!(
                 out,
-                "<rect class=\"{}\" x=\"{from:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\"/>",
+                "<rect class=\"{}\" x=\"{from:.1}\" y=\"{TOP:.1}\" width=\"{:.1}\" height=\"{:.1}\"/>",
                 zone.class,
                 (to - from).max(0.0),
-                bottom - top
+                field.bottom() - TOP
             );
         }
-        self.axes(out, &scale, x, y);
+    }
+
+    /// What is allowed around 0, and lines across.
+    fn bounds(&self, out: &mut String, field: &Field) {
+        let right = field.right();
         if let Some(allowed) = self.allowed {
-            let (high, low) = (y(allowed), y(-allowed));
+            let (high, low) = (field.y(allowed), field.y(-allowed));
             let _infallible = write!(
                 out,
-                "<rect class=\"allowed\" x=\"{left:.1}\" y=\"{high:.1}\" width=\"{:.1}\" height=\"{:.1}\"/>\
-                 <path class=\"limit\" d=\"M{left:.1} {high:.1}H{right:.1}M{left:.1} {low:.1}H{right:.1}\"/>",
-                right - left,
+                "<rect class=\"allowed\" x=\"{LEFT:.1}\" y=\"{high:.1}\" width=\"{:.1}\" height=\"{:.1}\"/>\
+                 <path class=\"limit\" d=\"M{LEFT:.1} {high:.1}H{right:.1}M{LEFT:.1} {low:.1}H{right:.1}\"/>",
+                right - LEFT,
                 low - high
             );
         }
         for level in &self.levels {
-            let at = y(level.value);
+            let at = field.y(level.value);
             let _infallible = write!(
                 out,
-                "<path class=\"limit\" d=\"M{left:.1} {at:.1}H{right:.1}\"/><text x=\"{:.1}\" y=\"{:.1}\" class=\"end limit-text\">{}</text>",
+                "<path class=\"limit\" d=\"M{LEFT:.1} {at:.1}H{right:.1}\"/><text x=\"{:.1}\" y=\"{:.1}\" class=\"end limit-text\">{}</text>",
                 right - 4.0,
                 at - 4.0,
                 escape(&level.label)
             );
         }
-        for curve in &self.curves {
-            let _infallible = write!(out, "<path class=\"{}\" d=\"{}\"/>", curve.class, self.path(curve, x, y));
-        }
-        if let Some(mark) = &self.mark {
-            let (at_x, at_y) = (x(mark.at.0), y(mark.at.1));
-            let anchor = if mark.at.0 > 0.5 * (self.from + self.to) { ("end", -9.0) } else { ("start", 9.0) };
-            // Beside the point, where the curve has just turned round, there is room on the side towards the middle.
-            let above = if mark.at.1 > 0.5 * (scale.low + scale.high) { 4.0 } else { 5.0 };
-            let _infallible = write!(
-                out,
-                "<circle class=\"worst\" cx=\"{at_x:.1}\" cy=\"{at_y:.1}\" r=\"5\"/>\
-                 <text class=\"worst-text {}\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
-                anchor.0,
-                at_x + anchor.1,
-                at_y + above,
-                escape(&mark.label)
-            );
-        }
-        out.push_str("</svg>");
     }
 
-    fn axes(&self, out: &mut String, scale: &Scale, x: impl Fn(f64) -> f64, y: impl Fn(f64) -> f64) {
-        let Size(width, height) = self.size;
-        let (right, bottom) = (width - RIGHT, height - BOTTOM);
+    fn axes(&self, out: &mut String, field: &Field) {
+        let (scale, right, bottom) = (&field.scale, field.right(), field.bottom());
         let mut grid = String::new();
         for tick in scale.ticks() {
-            let at = y(tick);
+            let at = field.y(tick);
             let _infallible = write!(grid, "M{LEFT:.1} {at:.1}H{right:.1}");
             let _infallible = write!(
                 out,
@@ -192,7 +186,7 @@ impl Chart {
         let mut index = 0.0;
         while index <= count.min(60.0) {
             let value = self.from + index * self.step;
-            let at = x(value);
+            let at = field.x(value);
             let _infallible = write!(grid, "M{at:.1} {TOP:.1}V{bottom:.1}");
             let _infallible = write!(
                 out,
@@ -206,24 +200,68 @@ impl Chart {
             out,
             "<path class=\"grid\" d=\"{grid}\"/><text class=\"mid\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
             0.5 * (LEFT + right),
-            height - 4.0,
+            self.size.1 - 4.0,
             escape(self.across)
         );
         if scale.low < 0.0 && scale.high > 0.0 {
-            let zero = y(0.0);
+            let zero = field.y(0.0);
             let _infallible = write!(out, "<path class=\"zero\" d=\"M{LEFT:.1} {zero:.1}H{right:.1}\"/>");
         }
     }
+}
 
-    fn path(&self, curve: &Curve, x: impl Fn(f64) -> f64, y: impl Fn(f64) -> f64) -> String {
+/// Where what stands on the axes of a chart is drawn.
+struct Field {
+    size: Size,
+    across: (f64, f64),
+    scale: Scale,
+}
+
+impl Field {
+    fn right(&self) -> f64 {
+        self.size.0 - RIGHT
+    }
+
+    fn bottom(&self) -> f64 {
+        self.size.1 - BOTTOM
+    }
+
+    fn x(&self, value: f64) -> f64 {
+        let (from, to) = self.across;
+        LEFT + (self.size.0 - LEFT - RIGHT) * (value - from) / (to - from)
+    }
+
+    fn y(&self, value: f64) -> f64 {
+        let (height, scale) = (self.size.1, &self.scale);
+        height - BOTTOM - (height - TOP - BOTTOM) * (value - scale.low) / (scale.high - scale.low)
+    }
+
+    fn path(&self, curve: &Curve) -> String {
         let mut path = String::with_capacity(10 * curve.points.len());
         let mut before = f64::NEG_INFINITY;
         for (at, value) in &curve.points {
-            let letter = if at - before > GAP * (self.to - self.from) { 'M' } else { 'L' };
-            let _infallible = write!(path, "{letter}{:.1} {:.1}", x(*at), y(*value));
+            let letter = if at - before > GAP * (self.across.1 - self.across.0) { 'M' } else { 'L' };
+            let _infallible = write!(path, "{letter}{:.1} {:.1}", self.x(*at), self.y(*value));
             before = *at;
         }
         path
+    }
+
+    fn mark(&self, out: &mut String, mark: &Mark) {
+        let (at_x, at_y) = (self.x(mark.at.0), self.y(mark.at.1));
+        let middle = (0.5 * (self.across.0 + self.across.1), 0.5 * (self.scale.low + self.scale.high));
+        let anchor = if mark.at.0 > middle.0 { ("end", -9.0) } else { ("start", 9.0) };
+        // Beside the point, where the curve has just turned round, there is room on the side towards the middle.
+        let above = if mark.at.1 > middle.1 { 4.0 } else { 5.0 };
+        let _infallible = write!(
+            out,
+            "<circle class=\"worst\" cx=\"{at_x:.1}\" cy=\"{at_y:.1}\" r=\"5\"/>\
+             <text class=\"worst-text {}\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
+            anchor.0,
+            at_x + anchor.1,
+            at_y + above,
+            escape(&mark.label)
+        );
     }
 }
 
