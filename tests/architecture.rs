@@ -10,6 +10,7 @@ const DESCRIPTION: &str = "machine::description";
 /// twice: what it is described by, which everybody takes limits from, and what it does.
 const ORDER: &[&[&str]] = &[
     &["units"],
+    &["keyframe", "kept", "kept_cases"],
     &["numeric"],
     &["contact_law"],
     &["raw_part"],

@@ -25,6 +25,7 @@ pub mod insert_path;
 pub mod inspection;
 pub mod interpolator;
 pub mod job;
+pub mod keyframe;
 pub mod lift;
 pub mod loading;
 pub mod machine;

@@ -78,6 +78,8 @@ struct Phase {
     j: f64,
 }
 
+crate::kept!(Phase { start, x, v, a, j } on {});
+
 impl Phase {
     fn at(&self, t: f64) -> Sample {
         let u = t - self.start;
@@ -100,6 +102,17 @@ pub struct JerkLaw {
     count: usize,
     duration: f64,
     end: Sample,
+}
+
+crate::kept!(JerkLaw { phases, count, duration, end } on {} holds |law| {
+    law.count <= MAX_PHASES => "a motion has more phases than there are",
+});
+
+impl Default for JerkLaw {
+    /// It stays at 0.
+    fn default() -> Self {
+        Self::at_rest(0.0)
+    }
 }
 
 impl JerkLaw {

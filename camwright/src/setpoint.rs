@@ -13,6 +13,8 @@ pub struct Setpoint {
     pub acceleration: [f64; AXIS_COUNT],
 }
 
+crate::kept!(Setpoint { counts, velocity, acceleration } on {});
+
 /// An input of the machine whose edges are caught.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Input {
@@ -32,6 +34,8 @@ pub enum Input {
     /// The switch that sees the part's key-way. It catches C.
     KeyWay,
 }
+
+crate::kept_cases!(Input { 0 Origin, 1 Station(index), 2 Home(axis), 3 Index(axis), 4 SteadyForce, 5 WheelContact, 6 KeyWay });
 
 impl Input {
     /// Inputs that are no station and not the origin: what a machine may have besides.
@@ -80,6 +84,8 @@ pub struct Latch {
     /// Its position (counts).
     pub counts: i64,
 }
+
+crate::kept!(Latch { tick, input, rising, axis, counts } on {});
 
 /// What the encoders read at a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

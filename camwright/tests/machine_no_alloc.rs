@@ -1,6 +1,7 @@
 //! The cyclic path of the machine does not allocate: a test of its own, since it replaces the allocator.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
+use camwright::keyframe::{Kept, Tape, TapeError};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::buffer::{Chunk, SetpointBuffer, TailPoint};
 use camwright::machine::description::{
@@ -104,6 +105,14 @@ fn run_through_everything(description: MachineDescription) {
             }
         });
     }
+    // A keyframe is written between two ticks; one that finds no room is only not there.
+    let mut room = vec![0; 200_000];
+    assert_no_alloc(|| {
+        let mut tape = Tape::writing(&mut room);
+        machine.keep(&mut tape).and_then(|()| buffer.keep(&mut tape)).expect("there is room");
+        assert!(tape.octets() > 2 * 3600 * 8);
+        assert_eq!(machine.keep(&mut Tape::writing(&mut room[..1000])), Err(TapeError::NoRoom));
+    });
     assert!(removed > 1.0 && edges > 0, "it was a cut: {removed} mm², {edges} edges");
     assert_eq!(raised, 0);
     assert_no_alloc(|| {

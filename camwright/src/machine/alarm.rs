@@ -3,6 +3,7 @@
 //! Alarms are data: they travel to the operator and into the recording. They are latched; a reset clears them once
 //! their cause is gone, and never restarts motion.
 
+use crate::keyframe::{Kept, Tape, TapeError};
 use crate::machine::description::Axis;
 use crate::units::deg_from_rad;
 use core::fmt;
@@ -353,6 +354,17 @@ impl AlarmKind {
     }
 }
 
+impl Kept for AlarmKind {
+    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+        let mut number = self.entry().number;
+        number.keep(tape)?;
+        if tape.is_reading() {
+            *self = AlarmKind::from_number(number).ok_or(TapeError::Impossible("no alarm has this number"))?;
+        }
+        Ok(())
+    }
+}
+
 /// In the place of the first tick of a chunk that has none.
 pub const NO_TICK: f64 = -1.0;
 
@@ -368,6 +380,8 @@ pub struct Alarm {
     /// How much is allowed; see [`AlarmKind`], 0 where the kind has none.
     pub bound: f64,
 }
+
+crate::kept!(Alarm { kind, tick, value, bound } on {});
 
 /// A position or a derivative of one, for people: mm for slides, degrees for the headstock.
 struct Quantity(Axis, f64, &'static str);

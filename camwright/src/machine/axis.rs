@@ -16,6 +16,8 @@ pub(crate) struct Target {
     pub(crate) acceleration: f64,
 }
 
+crate::kept!(Target { position, velocity, acceleration } on {});
+
 impl Target {
     pub(crate) fn resting(position: f64) -> Self {
         Self { position, velocity: 0.0, acceleration: 0.0 }
@@ -72,6 +74,10 @@ pub(crate) struct AxisState {
     /// Force on the axis that is not the motor's, in the last servo step (N or N m).
     disturbance: f64,
 }
+
+crate::kept!(AxisState {
+    homed, origin, previous, target, servo, gone, encoder_offset, settled_ticks, clamped, velocity_before, pushed, disturbance,
+} on { scale, counts_per_unit, inertia, stop });
 
 impl AxisState {
     pub(crate) fn new(axis: &AxisDescription, step_s: f64) -> Self {

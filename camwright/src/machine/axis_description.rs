@@ -14,6 +14,8 @@ pub enum Axis {
     Z = 2,
 }
 
+crate::kept_cases!(Axis { 0 C, 1 X, 2 Z });
+
 impl Axis {
     /// Every axis, in the order of the setpoint message.
     pub const ALL: [Axis; AXIS_COUNT] = [Axis::C, Axis::X, Axis::Z];

@@ -7,13 +7,16 @@ use alloc::string::{String, ToString};
 use thiserror::Error;
 
 /// How a gauge fails.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum GaugeFault {
     /// It gives its last reading for ever.
+    #[default]
     Stuck,
     /// It gives no number.
     NotANumber,
 }
+
+crate::kept_cases!(GaugeFault { 0 Stuck, 1 NotANumber });
 
 /// How what a machine is loaded through fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,6 +34,22 @@ pub enum LoadingFault {
     /// Somebody enters the work area, or leaves it.
     Person(bool),
 }
+
+impl Default for LoadingFault {
+    /// None: nobody is inside.
+    fn default() -> Self {
+        LoadingFault::Person(false)
+    }
+}
+
+crate::kept_cases!(LoadingFault {
+    0 DoorForced(on),
+    1 DoorStuck(on),
+    2 ChuckForced(on),
+    3 ChuckStuck(on),
+    4 PartSensor(level),
+    5 Person(inside),
+});
 
 /// A fault that begins or ends at a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,6 +109,23 @@ pub enum Fault {
     /// Door, chuck, sensor or somebody inside; nothing on a machine without.
     Loading(LoadingFault),
 }
+
+crate::kept_cases!(Fault {
+    0 EStop(pressed),
+    1 PowerLoss(lost),
+    2 StuckInput { input, level },
+    3 DoubleOrigin(counts),
+    4 BouncingSwitch { station, active },
+    5 SharedInput(inputs),
+    6 EncoderOffset { axis, offset },
+    7 DriveGain { axis, factor },
+    8 DriveFault { axis, active },
+    9 LostChunks(chunks),
+    10 Gauge(fault),
+    11 WheelStall(stalled),
+    12 WheelOverspeed(factor),
+    13 Loading(fault),
+});
 
 impl Default for Fault {
     /// None: an emergency stop that is not pressed.

@@ -27,6 +27,8 @@ pub struct ForceMonitor {
     is_closed: bool,
 }
 
+crate::kept!(ForceMonitor { most_n, mean_n, passed, sector, sum_n, count, is_closed } on {});
+
 impl Default for ForceMonitor {
     fn default() -> Self {
         Self {

@@ -67,6 +67,8 @@ pub(super) struct Gauge {
     noise: Noise,
 }
 
+crate::kept!(Gauge { lagging_mm, noise } on { description, kept });
+
 impl Gauge {
     pub(super) fn new(description: GaugeDescription, cycle_time_s: f64) -> Self {
         let kept = description.bandwidth_rad_s.map_or(0.0, |bandwidth| libm::exp(-bandwidth * cycle_time_s));

@@ -33,6 +33,8 @@ pub(super) struct Mechanics {
     play: (f64, f64),
 }
 
+crate::kept!(Mechanics { velocity, swing, play } on { free, led, pull, swings, step_s, coulomb, half_play });
+
 impl Mechanics {
     /// At rest. `coulomb` is Fc over the mass (counts/s²), `viscous` is b over the mass (1/s), `backlash` is in counts.
     pub(super) fn new(structure: Option<Structure>, coulomb: f64, viscous: f64, backlash: f64, step_s: f64) -> Self {

@@ -32,6 +32,8 @@ pub struct OriginDetector {
     second: Option<f64>,
 }
 
+crate::kept!(OriginDetector { stuck, second } on { counts_per_turn, half_window });
+
 impl OriginDetector {
     /// A detector for a headstock of so many counts per turn; `half_window_rad` on both sides of the mark.
     #[must_use]
@@ -108,6 +110,8 @@ pub struct StationSwitch {
     /// Times that it still toggles after its last edge.
     chatter: u32,
 }
+
+crate::kept!(StationSwitch { closed, stuck, bounces, chatter } on { start, end, hysteresis });
 
 /// Times that a switch toggles after each edge when it bounces, once in each servo step: an even number, so that it shows
 /// its true level afterwards.

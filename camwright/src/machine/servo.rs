@@ -69,6 +69,10 @@ pub struct Servo {
     mechanics: Mechanics,
 }
 
+crate::kept!(Servo {
+    gain, noise, error, seen, seen_way, demanded_way, model, integral, force, ideal_velocity, mechanics,
+} on { settings, step_s, max_velocity, max_acceleration, brake, per_force, friction, seed });
+
 impl Servo {
     /// A drive at rest on its setpoint. `step_s` is the period of its position loop (s).
     #[must_use]

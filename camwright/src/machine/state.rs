@@ -14,6 +14,8 @@ pub struct Tally {
     pub bad: u64,
 }
 
+crate::kept!(Tally { total, good, bad } on {});
+
 impl Tally {
     fn judge(&mut self, is_good: bool) {
         let of = if is_good { &mut self.good } else { &mut self.bad };
@@ -43,6 +45,12 @@ pub struct LastingState {
     /// Parts of this shift.
     pub shift: Tally,
 }
+
+crate::kept!(LastingState {
+    wheel_radius_mm, wheel_wear_mm, growth_mm, growth_at_dress_mm, lobes_since_dress, parts_since_dress, dress_count, life, shift,
+} on {} holds |lasting| {
+    lasting.wheel_radius_mm > 0.0 => "the wheel has no radius",
+});
 
 impl LastingState {
     /// A machine that has never run, with a new wheel.

@@ -12,6 +12,10 @@ pub struct WheelSpindle {
     surface_speed_mm_s: f64,
 }
 
+crate::kept!(WheelSpindle { ordered, stalled, ticks } on { ticks_to_speed, surface_speed_mm_s } holds |wheel| {
+    wheel.ticks <= wheel.ticks_to_speed => "the wheel is faster than it can be",
+});
+
 impl WheelSpindle {
     /// A wheel at rest.
     #[must_use]

@@ -21,6 +21,8 @@ pub enum Place {
     Closing = 3,
 }
 
+crate::kept_cases!(Place { 0 Closed, 1 Opening, 2 Open, 3 Closing });
+
 /// A door or a chuck: it goes from one end to the other in so many ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Leaf {
@@ -32,6 +34,8 @@ pub(super) struct Leaf {
     ticks_to_close: u32,
     stuck: bool,
 }
+
+crate::kept!(Leaf { place, left, under_way, stuck } on { ticks_to_open, ticks_to_close });
 
 impl Leaf {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to u32 before the cast")]
@@ -183,6 +187,10 @@ pub(super) struct WorkArea {
     loader_inside: bool,
     loader_lost: bool,
 }
+
+crate::kept!(WorkArea {
+    door, chuck, has_part, sensor_stuck, person_inside, loader_inside, loader_lost,
+} on {});
 
 impl WorkArea {
     /// After power-up: door closed, chuck open, nobody and nothing inside.

@@ -1,5 +1,6 @@
 //! A list of fixed capacity: what a cyclic step hands out, since it must not allocate.
 
+use crate::keyframe::{Kept, Tape, TapeError};
 use core::ops::Deref;
 
 /// At most `N` values, in the order in which they were pushed.
@@ -7,6 +8,16 @@ use core::ops::Deref;
 pub struct FixedList<T, const N: usize> {
     values: [T; N],
     len: usize,
+}
+
+impl<T: Kept, const N: usize> Kept for FixedList<T, N> {
+    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+        let len = tape.count(self.len, N)?;
+        if tape.is_reading() {
+            self.len = len;
+        }
+        self.values.iter_mut().take(len).enumerate().try_for_each(|(i, value)| tape.item(i, |tape| value.keep(tape)))
+    }
 }
 
 impl<T: Copy + Default, const N: usize> FixedList<T, N> {

@@ -32,6 +32,8 @@ pub struct Sample {
     pub third: f64,
 }
 
+crate::kept!(Sample { value, first, second, third } on {});
+
 /// Why knots do not make a spline.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum HermiteError {

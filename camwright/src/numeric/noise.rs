@@ -1,5 +1,6 @@
 //! Noise that repeats: normally distributed numbers from a seed.
 
+use crate::keyframe::{Kept, Tape, TapeError};
 use crate::units::TURN_RAD;
 
 /// A source of normally distributed numbers with mean 0 and standard deviation 1: Box and Muller's transform of Steele, Lea and
@@ -7,6 +8,12 @@ use crate::units::TURN_RAD;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Noise {
     state: u64,
+}
+
+impl Kept for Noise {
+    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+        tape.bits(&mut self.state)
+    }
 }
 
 impl Noise {

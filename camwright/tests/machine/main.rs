@@ -5,6 +5,7 @@ mod drives;
 mod grinding;
 mod guarding;
 mod heat;
+mod keyframes;
 mod motion;
 mod pressing;
 mod slow;

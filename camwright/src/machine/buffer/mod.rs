@@ -8,6 +8,7 @@
 //! ```
 //! A stream that falls silent runs out on the tail: silence is a stop on the path.
 
+use crate::keyframe::{Kept, Tape, TapeError};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, nearest_count};
 use crate::machine::plausibility::{Misfit, Plausibility};
 use crate::numeric::fixed_list::FixedList;
@@ -18,13 +19,15 @@ use alloc::vec::Vec;
 use thiserror::Error;
 
 /// A point of a chunk's tail; between points every axis follows the quintic with their positions, speeds, accelerations.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TailPoint {
     /// Tick of the point.
     pub tick: u64,
     /// Setpoint at that tick.
     pub setpoint: Setpoint,
 }
+
+crate::kept!(TailPoint { tick, setpoint } on {});
 
 /// A chunk of setpoints.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -128,6 +131,8 @@ struct Shift {
     counts: i64,
 }
 
+crate::kept!(Shift { tick, axis, counts } on {});
+
 impl Shift {
     fn apply(&self, mut setpoint: Setpoint) -> Setpoint {
         let counts = &mut setpoint.counts[self.axis.index()];
@@ -159,6 +164,37 @@ pub struct SetpointBuffer {
     is_final: bool,
     is_open: bool,
     shifts: FixedList<Shift, MAX_SHIFTS>,
+}
+
+impl Kept for SetpointBuffer {
+    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+        let Self {
+            plausibility: _,
+            counts_per_unit: _,
+            cycle_time_s: _,
+            delay_ticks: _,
+            capacity,
+            first,
+            dense,
+            anchor,
+            tail,
+            is_final,
+            is_open,
+            shifts,
+        } = self;
+        tape.field("first", |tape| first.keep(tape))?;
+        tape.field("dense", |tape| tape.queue(dense, *capacity))?;
+        tape.field("anchor", |tape| anchor.keep(tape))?;
+        tape.field("tail", |tape| tape.list(tail, MAX_TAIL_POINTS))?;
+        tape.field("is_final", |tape| is_final.keep(tape))?;
+        tape.field("is_open", |tape| is_open.keep(tape))?;
+        tape.field("shifts", |tape| shifts.keep(tape))?;
+        let ticks = [self.anchor.tick].into_iter().chain(self.tail.iter().map(|point| point.tick));
+        if !ticks.is_sorted_by(|one, next| one < next) {
+            return Err(TapeError::Impossible("ticks of a tail do not increase"));
+        }
+        Ok(())
+    }
 }
 
 impl SetpointBuffer {

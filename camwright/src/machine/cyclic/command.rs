@@ -6,7 +6,7 @@ use crate::setpoint::Input;
 use thiserror::Error;
 
 /// Orders that take effect at the tick they are given to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum MachineCommand {
     /// The reading `counts` of this axis is its zero from now on; setpoints from this tick on are in the new reading.
     SetHome {
@@ -18,6 +18,7 @@ pub enum MachineCommand {
     /// Bring the wheel to its surface speed.
     WheelStart,
     /// Let the wheel come to rest.
+    #[default]
     WheelStop,
     /// Somebody wants to know whether an input is closed: if it is, an edge says so in this tick.
     Ask {
@@ -56,6 +57,19 @@ pub enum MachineCommand {
         radius_nm: i64,
     },
 }
+
+crate::kept_cases!(MachineCommand {
+    0 SetHome { axis, counts },
+    1 WheelStart,
+    2 WheelStop,
+    3 Ask { input },
+    4 ExpectWheel { radius_nm },
+    5 LoseHome { axis },
+    6 Push { most_n },
+    7 WatchForce { most_n },
+    8 Raise { number },
+    9 Dress { radius_nm },
+});
 
 /// Why a reset was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]

@@ -1,6 +1,7 @@
 //! Inputs, encoders and gauges that cannot be as they are.
 
 use super::Machine;
+use crate::keyframe::{Kept, Tape, TapeError};
 use crate::machine::alarm::AlarmKind;
 use crate::machine::axis::{AxisState, Span};
 use crate::machine::description::{AXIS_COUNT, Axis, Homing};
@@ -34,6 +35,14 @@ pub(super) struct References {
     marks: Option<OriginDetector>,
 }
 
+impl Kept for References {
+    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+        let Self { switch, marks } = self;
+        tape.field("switch", |tape| switch.keep(tape))?;
+        tape.field("marks", |tape| marks.as_mut().map_or(Ok(()), |marks| marks.keep(tape)))
+    }
+}
+
 impl References {
     /// A switch that stays closed from where it closes to the end of the travel, and the marks of the encoder.
     pub(super) fn new(homing: &Homing, hysteresis_mm: f64, axis: &AxisState) -> Self {
@@ -61,6 +70,8 @@ pub(super) struct SwitchWatch {
     first_edge_tick: u64,
 }
 
+crate::kept!(SwitchWatch { wrong_ticks, level, closed_at, edges, first_edge_tick } on {});
+
 /// What is remembered of the gauge.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct GaugeWatch {
@@ -72,6 +83,8 @@ pub(super) struct GaugeWatch {
     turned_rad: [f64; 2],
     cut_mm2: [f64; 2],
 }
+
+crate::kept!(GaugeWatch { fault, last, same, turned_rad, cut_mm2 } on {});
 
 impl Machine {
     /// Level of an input as the control sees it.

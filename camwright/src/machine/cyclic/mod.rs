@@ -3,6 +3,7 @@
 mod command;
 mod dress;
 mod inputs;
+mod kept;
 mod loading;
 mod power;
 mod probes;

@@ -21,6 +21,8 @@ pub(super) struct GapWatch {
     touched: Option<f64>,
 }
 
+crate::kept!(GapWatch { closed, silent_ticks, touched } on { holds_ticks });
+
 impl GapWatch {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to u32 before the cast")]
     pub(super) fn new(description: &MachineDescription) -> Option<Self> {

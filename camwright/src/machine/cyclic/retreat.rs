@@ -25,7 +25,7 @@ const BESIDE_SHARE: f64 = DRIVE_HEADROOM - 1.0;
 const DRAWN_MM: f64 = 0.05;
 
 /// X on its way off the part.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Retreat {
     /// Way (mm over s) since `since`.
     law: JerkLaw,
@@ -35,13 +35,24 @@ pub(super) struct Retreat {
     own: Option<(f64, f64)>,
 }
 
+crate::kept!(Retreat { law, since, own } on {});
+
+impl Retreat {
+    /// Not before this tick is over.
+    pub(super) fn begins_after(&self, tick: u64) -> bool {
+        self.since > tick
+    }
+}
+
 /// A wheelhead that a weight or spring draws back.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Draw {
     pull: f64,
     fastest: f64,
     end: f64,
 }
+
+crate::kept!(Draw { pull, fastest, end } on {});
 
 impl Machine {
     /// How far X must be for the wheel to be off the lobe in front of it, and how near the axis the lobe comes (mm); none

@@ -17,6 +17,7 @@
 
 mod form_map;
 mod insert;
+mod kept;
 mod sweep;
 #[cfg(test)]
 mod tests;

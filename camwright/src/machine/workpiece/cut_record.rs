@@ -5,6 +5,7 @@
 //! angle of the normal to it, the part's curvature κ at the contact is that of 1 + κR = centre·ω/(v cos β) (`speed_plan::process`).
 
 use super::WheelPosition;
+use crate::keyframe::{Kept, Tape, TapeError};
 use crate::machine::description::{GrindingProcess, ReferenceCut};
 use crate::units::TURN_RAD;
 use alloc::vec::Vec;
@@ -26,6 +27,8 @@ pub struct CutAt {
     pub burn_index: f64,
 }
 
+crate::kept!(CutAt { power_w_mm, specific_energy_j_mm3, burn_index } on {});
+
 /// The contact on its way over a degree.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Passage {
@@ -38,6 +41,10 @@ struct Passage {
     centre_mm: f64,
 }
 
+crate::kept!(Passage { degree, area_mm2, time_s, turned_rad, depth_mm, cos_beta, centre_mm } on {} holds |passage| {
+    passage.degree < DEGREES => "there is no such degree",
+});
+
 /// The record of a lobe.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CutRecord {
@@ -47,6 +54,16 @@ pub struct CutRecord {
     passage: Option<Passage>,
     /// Azimuth of the wheel line before (rad).
     line_rad: Option<f64>,
+}
+
+impl Kept for CutRecord {
+    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+        let Self { process: _, wheel_speed_m_s: _, degrees, passage, line_rad } = self;
+        tape.field("degrees", |tape| tape.list(degrees, DEGREES))?;
+        tape.field("passage", |tape| passage.keep(tape))?;
+        tape.field("line_rad", |tape| line_rad.keep(tape))?;
+        if degrees.len() == DEGREES { Ok(()) } else { Err(TapeError::Impossible("a turn has not so many degrees")) }
+    }
 }
 
 /// The contact at one position of the wheel.

@@ -10,6 +10,7 @@
 //! nearest to θ decides whether the block can be cut at all.
 
 mod cut_record;
+mod kept;
 mod near;
 mod press;
 

@@ -6,6 +6,7 @@
 use super::cut_record::ContactNow;
 use super::{BLOCK, Facing, Lobe, Removal, WheelPosition, largest};
 use crate::contact_law::ContactLaw;
+use crate::keyframe::{Kept, Tape, TapeError};
 use crate::units::TURN_RAD;
 use alloc::vec::Vec;
 
@@ -18,6 +19,8 @@ pub struct Deflection {
     /// positive towards greater azimuths.
     pub normal: (f64, f64),
 }
+
+crate::kept!(Deflection { mm, normal } on {});
 
 impl Default for Deflection {
     /// Nothing gives way.
@@ -55,6 +58,20 @@ pub(super) struct Met {
 impl Met {
     pub(super) fn new(radii: &[f64], block_reach: &[f64]) -> Self {
         Self { radii: radii.to_vec(), block_reach: block_reach.to_vec(), reach: largest(block_reach), upto: None }
+    }
+}
+
+impl Kept for Met {
+    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+        let Self { radii, block_reach, reach, upto } = self;
+        tape.field("radii", |tape| tape.numbers(radii))?;
+        tape.field("block_reach", |tape| tape.numbers(block_reach))?;
+        tape.field("reach", |tape| reach.keep(tape))?;
+        tape.field("upto", |tape| upto.keep(tape))?;
+        match upto {
+            Some(azimuth) if *azimuth >= radii.len() => Err(TapeError::Impossible("there is no such azimuth")),
+            _ => Ok(()),
+        }
     }
 }
 

@@ -1,0 +1,239 @@
+//! The tape: where the octets of a state go to, or come from.
+
+use core::fmt;
+use thiserror::Error;
+
+/// Fields within fields that a place can name; of deeper ones the outer are named.
+const DEPTH: usize = 10;
+
+/// A value that is not as it was.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Value {
+    /// A whole number, a yes or no (1 or 0), a case by its number.
+    Whole(i64),
+    /// Any other number.
+    Number(f64),
+    /// A text.
+    Text,
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Whole(whole) => write!(f, "{whole}"),
+            Self::Number(number) => write!(f, "{number:?}"),
+            Self::Text => write!(f, "another text"),
+        }
+    }
+}
+
+/// Why a walk ended. Where, [`Tape::place`] says.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum TapeError {
+    /// The room is too small.
+    #[error("there is no room for it")]
+    NoRoom,
+    /// The octets end too early.
+    #[error("its octets end there")]
+    Ended,
+    /// There are octets after the state's end.
+    #[error("{octets} octets follow its end")]
+    Rest {
+        /// How many.
+        octets: usize,
+    },
+    /// A value that no machine has.
+    #[error("{0}")]
+    Impossible(&'static str),
+    /// Compared, a value is another one.
+    #[error("it was {recorded}, it is {now}")]
+    Differs {
+        /// On the tape.
+        recorded: Value,
+        /// In the state.
+        now: Value,
+    },
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Step {
+    Field(&'static str),
+    Item(usize),
+}
+
+/// Where in the state a walk is, as `axes[1].servo.error`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    steps: [Step; DEPTH],
+    depth: usize,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, step) in self.steps.iter().take(self.depth).enumerate() {
+            match step {
+                Step::Field(name) if index == 0 => write!(f, "{name}")?,
+                Step::Field(name) => write!(f, ".{name}")?,
+                Step::Item(item) => write!(f, "[{item}]")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+#[derive(Debug)]
+enum Mode<'a> {
+    Measuring,
+    Writing(&'a mut [u8]),
+    Reading(&'a [u8]),
+    Comparing(&'a [u8]),
+}
+
+/// What a state is written to, read from, compared with, or measured by.
+#[derive(Debug)]
+pub struct Tape<'a> {
+    mode: Mode<'a>,
+    octets: usize,
+    place: Place,
+}
+
+impl<'a> Tape<'a> {
+    fn new(mode: Mode<'a>) -> Self {
+        Self { mode, octets: 0, place: Place { steps: [Step::Item(0); DEPTH], depth: 0 } }
+    }
+
+    /// Counts the octets that a state takes.
+    #[must_use]
+    pub fn measuring() -> Self {
+        Self::new(Mode::Measuring)
+    }
+
+    /// Writes a state into this room.
+    #[must_use]
+    pub fn writing(room: &'a mut [u8]) -> Self {
+        Self::new(Mode::Writing(room))
+    }
+
+    /// Takes a state up from these octets.
+    #[must_use]
+    pub fn reading(octets: &'a [u8]) -> Self {
+        Self::new(Mode::Reading(octets))
+    }
+
+    /// Compares a state with these octets, and leaves it as it is.
+    #[must_use]
+    pub fn comparing(octets: &'a [u8]) -> Self {
+        Self::new(Mode::Comparing(octets))
+    }
+
+    /// Octets so far.
+    #[must_use]
+    pub fn octets(&self) -> usize {
+        self.octets
+    }
+
+    /// Where the walk is; after an error, where it ended.
+    #[must_use]
+    pub fn place(&self) -> Place {
+        self.place
+    }
+
+    /// Whether values come from the tape.
+    #[must_use]
+    pub fn is_reading(&self) -> bool {
+        matches!(self.mode, Mode::Reading(_))
+    }
+
+    pub(super) fn is_comparing(&self) -> bool {
+        matches!(self.mode, Mode::Comparing(_))
+    }
+
+    /// Octets that are still to be read or compared; as many as can be where nothing is.
+    pub(super) fn left(&self) -> usize {
+        match &self.mode {
+            Mode::Measuring | Mode::Writing(_) => usize::MAX,
+            Mode::Reading(octets) | Mode::Comparing(octets) => octets.len().saturating_sub(self.octets),
+        }
+    }
+
+    /// The state is at its end, and so must be what was read.
+    ///
+    /// # Errors
+    /// [`TapeError::Rest`].
+    pub fn end(&self) -> Result<(), TapeError> {
+        match self.left() {
+            0 | usize::MAX => Ok(()),
+            octets => Err(TapeError::Rest { octets }),
+        }
+    }
+
+    /// Walks through a field with this name.
+    ///
+    /// # Errors
+    /// Those of the walk.
+    pub fn field<R>(
+        &mut self,
+        name: &'static str,
+        walk: impl FnOnce(&mut Self) -> Result<R, TapeError>,
+    ) -> Result<R, TapeError> {
+        self.step(Step::Field(name), walk)
+    }
+
+    /// Walks through an item of a list.
+    ///
+    /// # Errors
+    /// Those of the walk.
+    pub fn item<R>(
+        &mut self,
+        index: usize,
+        walk: impl FnOnce(&mut Self) -> Result<R, TapeError>,
+    ) -> Result<R, TapeError> {
+        self.step(Step::Item(index), walk)
+    }
+
+    fn step<R>(&mut self, step: Step, walk: impl FnOnce(&mut Self) -> Result<R, TapeError>) -> Result<R, TapeError> {
+        let depth = self.place.depth;
+        if let Some(place) = self.place.steps.get_mut(depth) {
+            *place = step;
+            self.place.depth = depth + 1;
+        }
+        let walked = walk(self)?;
+        self.place.depth = depth;
+        Ok(walked)
+    }
+
+    /// A word of the state, as it stands on the tape.
+    pub(super) fn word<const N: usize>(&mut self, own: [u8; N]) -> Result<[u8; N], TapeError> {
+        let (from, to) = (self.octets, self.octets.saturating_add(N));
+        let word = match &mut self.mode {
+            Mode::Measuring => own,
+            Mode::Writing(room) => {
+                room.get_mut(from..to).ok_or(TapeError::NoRoom)?.copy_from_slice(&own);
+                own
+            }
+            Mode::Reading(octets) | Mode::Comparing(octets) => {
+                let there = octets.get(from..to).ok_or(TapeError::Ended)?;
+                <[u8; N]>::try_from(there).map_err(|_| TapeError::Ended)?
+            }
+        };
+        self.octets = to;
+        Ok(word)
+    }
+
+    /// Numbers of the state, where they are only written or counted: thousands of them are, within a tick. False where they are not.
+    pub(super) fn put_numbers(&mut self, own: &[f64]) -> Result<bool, TapeError> {
+        let (from, to) = (self.octets, self.octets.saturating_add(size_of_val(own)));
+        match &mut self.mode {
+            Mode::Measuring => {}
+            Mode::Writing(room) => {
+                let room = room.get_mut(from..to).ok_or(TapeError::NoRoom)?;
+                for (octets, number) in room.as_chunks_mut().0.iter_mut().zip(own) {
+                    *octets = number.to_le_bytes();
+                }
+            }
+            Mode::Reading(_) | Mode::Comparing(_) => return Ok(false),
+        }
+        self.octets = to;
+        Ok(true)
+    }
+}
