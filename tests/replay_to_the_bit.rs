@@ -3,6 +3,8 @@
 
 #[path = "support/cell.rs"]
 mod cell;
+#[path = "replay_to_the_bit/keyframes.rs"]
+mod keyframes;
 mod support;
 
 use camwright_msgs::builtin_interfaces::msg::Duration as RosDuration;
@@ -24,6 +26,7 @@ use camwright_nodes::run_logger::RunLogger;
 use cell::{Cell, PATIENCE};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::mpsc;
@@ -98,7 +101,10 @@ fn wait_for_recorder(cell: &Cell) {
 
 /// Everything that an operator does with a machine, in one bag.
 fn eventful_run(folder: &Folder) -> PathBuf {
-    let cell = Cell::start(&MACHINE);
+    let cell = Cell::start_with(&MACHINE, |args| {
+        let period_s = ParameterValue::Double(1.5);
+        args.with_parameter(Some("machine_sim"), "keyframe_period_s", period_s)
+    });
     let bag = folder.join("eventful");
     let text = |text: &str| ParameterValue::String(text.into());
     let args = RosArgs::default().with_domain_id(cell.domain().id()).with_parameter(
@@ -151,16 +157,24 @@ fn messages(bag: &Bag) -> Vec<Message> {
     all
 }
 
-/// The bag again, with one message changed.
-fn rewritten(bag: &Bag, all: &[Message], to: &Path, changed: usize, data: &[u8]) {
+/// The bag again: what a message holds now, or nothing where it is left out.
+fn rewritten<'a>(
+    (bag, all, to): (&Bag, &'a [Message], &Path),
+    change: impl Fn(usize, &'a Message) -> Option<Cow<'a, [u8]>>,
+) {
     let _not_there = std::fs::remove_dir_all(to);
     let mut writer = BagWriter::create(to, &WriterOptions::default()).expect("a new bag");
     let ids: Vec<_> = bag.topics().iter().map(|topic| writer.add_topic(topic).expect("a topic")).collect();
     for (index, message) in all.iter().enumerate() {
-        let data = if index == changed { data } else { &message.data };
-        writer.write(ids[message.topic], message.log_time_ns, message.publish_time_ns, data).expect("room");
+        if let Some(data) = change(index, message) {
+            writer.write(ids[message.topic], message.log_time_ns, message.publish_time_ns, &data).expect("room");
+        }
     }
     writer.close(Outcome::Complete, 0).expect("closed");
+}
+
+fn as_it_was(message: &Message) -> Option<Cow<'_, [u8]>> {
+    Some(Cow::Borrowed(&message.data[..]))
 }
 
 fn places(bag: &Bag, all: &[Message], type_name: &str) -> Vec<usize> {
@@ -176,7 +190,13 @@ fn with_changed<M: Serialize + DeserializeOwned>(
 ) -> Result<Verdict, RerunError> {
     let mut message: M = message_from_sample(&all[place].data).expect("it was read before");
     change(&mut message);
-    rewritten(bag, all, to, place, &sample_from_message(&message).expect("it travels"));
+    let data = sample_from_message(&message).expect("it travels");
+    rewritten(
+        (bag, all, to),
+        |index, message| {
+            if index == place { Some(Cow::Owned(data.clone())) } else { as_it_was(message) }
+        },
+    );
     again(to)
 }
 
@@ -188,7 +208,8 @@ fn decoded<M: DeserializeOwned>(all: &[Message], place: usize) -> M {
 fn an_eventful_run_is_computed_again_to_the_bit_and_one_changed_bit_is_named_by_its_tick() {
     let folder = Folder::new("replay-to-the-bit");
     let path = eventful_run(&folder);
-    let verdict = replayed(&path);
+    let verdict_of_all = replayed(&path);
+    let verdict = &verdict_of_all;
     assert!(verdict.is_identical(), "{}", verdict.to_text());
     assert!(verdict.motions >= 9 && verdict.digests.0 > 20, "{}", verdict.to_text());
     let bag = Bag::open(&path).expect("a bag");
@@ -204,6 +225,7 @@ fn an_eventful_run_is_computed_again_to_the_bit_and_one_changed_bit_is_named_by_
     let text = verdict.expect("it can be computed").to_text();
     assert!(text.contains("setpoint: position of x_axis: recorded ") && text.contains(" um of difference"), "{text}");
     refusals(at);
+    keyframes::all(&path, at, &verdict_of_all);
 }
 
 /// One bit of one input of either topic: named by its tick.
@@ -256,16 +278,8 @@ fn what_comes_of_an_override_is_named(at: (&Bag, &[Message], &Path)) {
 fn refusals(at: (&Bag, &[Message], &Path)) {
     let (bag, all, to) = at;
     let without = |type_name: &str, skip: usize| {
-        let _not_there = std::fs::remove_dir_all(to);
-        let mut writer = BagWriter::create(to, &WriterOptions::default()).expect("a new bag");
-        let ids: Vec<_> = bag.topics().iter().map(|topic| writer.add_topic(topic).expect("a topic")).collect();
         let left_out = places(bag, all, type_name)[skip];
-        for (_, message) in all.iter().enumerate().filter(|(place, _)| *place != left_out) {
-            writer
-                .write(ids[message.topic], message.log_time_ns, message.publish_time_ns, &message.data)
-                .expect("room");
-        }
-        writer.close(Outcome::Complete, 1).expect("closed");
+        rewritten((bag, all, to), |index, message| as_it_was(message).filter(|_| index != left_out));
         again(to)
     };
     let text = without(MachineInput::TYPE_NAME, 5).expect_err("an input is missing").to_string();

@@ -36,9 +36,15 @@ impl Digest {
         self.word(octets.len() as u64);
     }
 
+    /// The digest that goes on from this value.
+    #[must_use]
+    pub const fn from_value(value: u64) -> Self {
+        Self(value)
+    }
+
     /// The digest of all that was taken in.
     #[must_use]
-    pub fn value(self) -> u64 {
+    pub const fn value(self) -> u64 {
         self.0
     }
 }

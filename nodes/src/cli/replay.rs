@@ -1,5 +1,6 @@
 //! `camwright replay`: plays a bag to the graph, or computes its run again.
 
+use crate::rerun::Window;
 use crate::ros::RosArgs;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -13,11 +14,20 @@ pub(super) struct ReplayCommand {
     #[arg(long, value_name = "BAG", num_args = 0..=1)]
     #[allow(clippy::option_option, reason = "the flag, and its value")]
     against: Option<Option<PathBuf>>,
+    /// With --against: from the middle, from the last keyframe up to this tick of the machine
+    #[arg(long, value_name = "TICK", requires = "against")]
+    from_tick: Option<u64>,
+    /// With --against: up to this tick of the machine
+    #[arg(long, value_name = "TICK", requires = "against")]
+    to_tick: Option<u64>,
 }
 
 pub(super) fn main(args: &ReplayCommand, ros: &RosArgs) -> ExitCode {
     match &args.against {
-        Some(other) => crate::rerun::run(&args.play.bag, other.as_deref()),
+        Some(other) => {
+            let window = Window { from_tick: args.from_tick, to_tick: args.to_tick };
+            crate::rerun::run(&args.play.bag, other.as_deref(), window)
+        }
         None => crate::replay::run(&args.play, ros),
     }
 }

@@ -5,6 +5,7 @@
 
 pub mod gauge;
 pub mod job_files;
+pub mod keyframes;
 pub mod plan;
 mod plan_segment;
 pub mod setpoints;

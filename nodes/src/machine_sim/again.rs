@@ -1,6 +1,7 @@
 //! A machine that runs again what it was given once, without a clock: the cyclic thread's own code, fed from a record.
 
 use super::inputs::{BeginRecord, FORMAT, lobe_of, record};
+use super::keyframes::FORM as FORM_OF_KEYFRAMES;
 use super::output_digest::{OutputDigest, Told};
 use super::part::RawBar;
 use super::pump::StreamState;
@@ -10,11 +11,12 @@ use super::work_area::AreaOrder;
 use super::{asked_fault, commands};
 use crate::convert::setpoints::ChunkBuffer;
 use crate::cyclic::{Receiver, Sender, Waker, ring};
+use camwright::keyframe::{Kept, Tape};
 use camwright::machine::Machine;
 use camwright::machine::description::MachineDescription;
 use camwright::machine::report::TickReport;
 use camwright::machine::state::LastingState;
-use camwright_msgs::camwright_msgs::msg::{MachineCommand, MachineInput};
+use camwright_msgs::camwright_msgs::msg::{MachineCommand, MachineInput, MachineKeyframe};
 use std::sync::Arc;
 
 /// Messages between two ticks that the rings hold; what comes out is taken after each one that goes in.
@@ -30,8 +32,6 @@ pub(crate) struct Ticked {
 
 /// The machine, run again.
 pub(crate) struct MachineAgain {
-    /// Version of the program that recorded it.
-    pub(crate) recorded_by: String,
     ticker: Ticker,
     inlet: Sender<Inbound>,
     reports: Receiver<Outbound>,
@@ -61,12 +61,59 @@ impl MachineAgain {
             return Err("the machine that began is not the one that the bag describes".to_owned());
         }
         let machine = Machine::new(description.clone(), LastingState::from(&begun.lasting));
-        let machine = machine.map_err(|error| error.to_string())?;
+        Ok(Self::of(machine.map_err(|error| error.to_string())?))
+    }
+
+    fn of(machine: Machine) -> Self {
         let waker = Waker::default();
         let (inlet, inbound) = ring(RING, &waker);
         let (outbound, reports) = ring(RING, &waker);
         let ticker = Ticker::new(machine, Pace::Fast, inbound, outbound, Arc::new(Bounds::default()), 0);
-        Ok(Self { recorded_by: begun.version, ticker, inlet, reports, digest: OutputDigest::default() })
+        Self { ticker, inlet, reports, digest: OutputDigest::default() }
+    }
+
+    /// The machine as it was after a tick.
+    ///
+    /// # Errors
+    /// A state of another form or another machine, or one that cannot be.
+    pub(crate) fn from_keyframe(
+        description: &MachineDescription,
+        head: &MachineKeyframe,
+        state: &[u8],
+    ) -> Result<Self, String> {
+        if head.form != FORM_OF_KEYFRAMES {
+            return Err(format!("its state is of form {}; this program reads form {FORM_OF_KEYFRAMES}", head.form));
+        }
+        let machine = Machine::new(description.clone(), LastingState::new(description));
+        let mut again = Self::of(machine.map_err(|error| error.to_string())?);
+        again.follow(&mut Tape::reading(state))?;
+        let (tick, job_tick) = (again.ticker.machine.tick(), again.ticker.state.job_tick);
+        if tick != head.tick || job_tick != head.job_tick || job_tick > tick {
+            return Err(format!("its state is of tick {tick} and of the job that began with tick {job_tick}"));
+        }
+        again.digest = OutputDigest::from(head.digest, job_tick);
+        Ok(again)
+    }
+
+    /// Goes through the state of the machine as it is now.
+    ///
+    /// # Errors
+    /// Where it cannot be gone through, and why.
+    pub(crate) fn follow(&mut self, tape: &mut Tape<'_>) -> Result<(), String> {
+        let followed = self.ticker.keep(tape).and_then(|()| tape.end());
+        followed.map_err(|error| format!("{}: {error}", tape.place()))
+    }
+
+    /// Writes the state down.
+    ///
+    /// # Errors
+    /// As for [`MachineAgain::follow`].
+    pub(crate) fn state(&mut self) -> Result<Vec<u8>, String> {
+        let mut measured = Tape::measuring();
+        self.follow(&mut measured)?;
+        let mut state = vec![0; measured.octets()];
+        self.follow(&mut Tape::writing(&mut state))?;
+        Ok(state)
     }
 
     /// Takes an input; `chunk` finds the chunk with a first tick and a digest.

@@ -18,6 +18,8 @@ pub(super) struct Faults {
     timed: [Option<(u64, Fault)>; WAITING],
 }
 
+camwright::kept!(Faults { now, of_next_job, timed } on {});
+
 impl Default for Faults {
     fn default() -> Self {
         Self { now: [None; AT_ONCE], of_next_job: [None; WAITING], timed: [None; WAITING] }

@@ -16,7 +16,7 @@ use crate::ros::{Node, Publisher, Qos, RosError};
 use camwright::machine::description::MachineDescription;
 use camwright::machine::report::TickReport;
 use camwright::machine::state::LastingState;
-use camwright_msgs::camwright_msgs::msg::MachineInput;
+use camwright_msgs::camwright_msgs::msg::{MachineInput, MachineKeyframe};
 use camwright_msgs::camwright_msgs::srv::{InjectFaultRequest, LoadLobeRequest};
 use serde::{Deserialize, Serialize};
 
@@ -72,6 +72,13 @@ impl InputOutlet {
         self.tick = report.tick;
         let told = self.digest.take(report, state);
         told.into_iter().flatten().try_for_each(|told| self.publish(digest_message(&told)))
+    }
+
+    /// Of which tick a keyframe is that comes now.
+    pub(super) fn head(&self) -> MachineKeyframe {
+        let (digest, job_tick) = self.digest.parts();
+        let (stamp, tick, sequence) = (self.clock.stamp(self.tick), self.tick, self.sequence);
+        MachineKeyframe { stamp, tick, sequence, job_tick, digest, ..MachineKeyframe::default() }
     }
 
     /// Tells what of a report of the cyclic thread was an input.
@@ -159,6 +166,11 @@ pub(crate) fn check(message: &MachineInput) -> Result<u64, String> {
 /// The record that a text is.
 pub(crate) fn record<'a, R: Deserialize<'a>>(text: &'a str) -> Result<R, String> {
     serde_json::from_str(text).map_err(|error| format!("what was recorded cannot be read: {error}"))
+}
+
+/// Version of the program that made a BEGIN.
+pub(crate) fn version_of(begin: &MachineInput) -> Option<String> {
+    record::<BeginRecord>(&begin.content).ok().map(|begun| begun.version)
 }
 
 /// What is asked for by an emergency stop that is pressed or released.

@@ -6,6 +6,8 @@ mod commands;
 mod faults;
 mod health;
 mod inputs;
+mod keyframe_outlet;
+pub(crate) mod keyframes;
 pub mod lasting;
 mod lasting_record;
 mod loading;
@@ -20,7 +22,8 @@ mod traffic;
 mod work_area;
 
 pub(crate) use again::{MachineAgain, Ticked};
-pub(crate) use inputs::{VERSION, check as check_of_input, kind_name};
+pub(crate) use inputs::{VERSION, check as check_of_input, kind_name, version_of};
+pub(crate) use keyframes::FORM as KEYFRAME_FORM;
 pub(crate) use output_digest::{Told, of_chunk};
 pub(crate) use part::MOST_PAGES;
 pub use pump::WHEEL_JOINT;
@@ -50,6 +53,7 @@ use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultRequest, Injec
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 use health::Health;
+use keyframes::Keyframes;
 use loading::Loads;
 use part::Snapshot;
 use pump::{Context, Outlets, Pump};
@@ -126,7 +130,11 @@ fn parameters() -> Vec<Parameter> {
             .read_only(),
         autostart::parameter(),
     ];
-    own.into_iter().chain(realtime::parameters()).chain(scene_outlet::parameters()).collect()
+    own.into_iter()
+        .chain(keyframes::parameters())
+        .chain(realtime::parameters())
+        .chain(scene_outlet::parameters())
+        .collect()
 }
 
 impl MachineSim {
@@ -171,7 +179,8 @@ impl MachineSim {
         let inlet = Inlet(Arc::new(Mutex::new(inlet)));
         let bounds = Arc::new(Bounds::default());
         let told = *machine.lasting();
-        let ticker = Ticker::new(machine, pace, inbound, outbound, Arc::clone(&bounds), RECORDER_WINDOW);
+        let ticker = Ticker::new(machine, pace, inbound, outbound, Arc::clone(&bounds), RECORDER_WINDOW)
+            .with_keyframes(Keyframes::new(settings, file.description.cycle_time_s(), pace));
         let health = Health::default();
         health.keep(&told);
         let context = Context {
@@ -433,6 +442,9 @@ fn answers(
         Outbound::AreaDone(order, outcome) => known.area.answer(order, outcome),
         Outbound::Used(_, chunk) => drop(chunk),
         Outbound::Taken(taken) => drop(taken),
+        Outbound::Keyframe(room) => {
+            inlet.send(Inbound::Room(room.again()));
+        }
         Outbound::Tick(..) | Outbound::Snapshot(_) | Outbound::Outline(_) => {}
     }
 }

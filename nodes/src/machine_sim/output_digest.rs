@@ -47,6 +47,16 @@ impl OutputDigest {
         [over, is_due.then_some(told)]
     }
 
+    /// The digest that goes on from a keyframe: its value, and the first tick of the job, 0 where none runs.
+    pub(super) const fn from(value: u64, job_tick: u64) -> Self {
+        Self { digest: Digest::from_value(value), job_tick }
+    }
+
+    /// Its value, and the first tick of the job.
+    pub(super) const fn parts(&self) -> (u64, u64) {
+        (self.digest.value(), self.job_tick)
+    }
+
     fn told(&self, tick: u64) -> Told {
         let job_ticks = if self.job_tick == 0 { 0 } else { tick + 1 - self.job_tick };
         Told { tick, job_ticks, digest: self.digest.value() }

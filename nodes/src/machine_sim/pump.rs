@@ -3,6 +3,7 @@
 use super::clock_outlet::ClockOutlet;
 use super::health::Health;
 use super::inputs::InputOutlet;
+use super::keyframe_outlet::KeyframeOutlet;
 use super::part::{LobeRefused, MOST_PAGES, RawLobe, Snapshot};
 use super::scene_outlet::SceneOutlet;
 use super::traffic::Outbound;
@@ -45,6 +46,7 @@ pub(super) struct Outlets {
     work_area: Option<WorkAreaOutlet>,
     clock: Option<ClockOutlet>,
     inputs: InputOutlet,
+    keyframes: KeyframeOutlet,
 }
 
 impl Outlets {
@@ -67,6 +69,7 @@ impl Outlets {
             work_area: machine.loading.map(|_| WorkAreaOutlet::new(node)).transpose()?,
             clock: publishes_clock.then(|| ClockOutlet::new(node)).transpose()?,
             inputs: InputOutlet::new(node, machine, clock)?,
+            keyframes: KeyframeOutlet::new(node)?,
         })
     }
 
@@ -130,6 +133,12 @@ impl Pump {
                     Outbound::Tick(report, state) => self.tick(&report, &state),
                     Outbound::Outline(outline) => {
                         self.scene.show(&outline, self.lobes.get(outline.lobe), self.context.clock)
+                    }
+                    Outbound::Keyframe(room) => {
+                        let head = self.outlets.inputs.head();
+                        let outcome = self.outlets.keyframes.tell(head, &room, &self.context.node);
+                        answer(Outbound::Keyframe(room));
+                        outcome
                     }
                     Outbound::Snapshot(snapshot) => {
                         let outcome = self.part(&snapshot);
@@ -347,6 +356,8 @@ pub(super) struct StreamState {
     /// No tick was executed: only the stream has something to tell.
     pub(super) only_stream: bool,
 }
+
+camwright::kept!(StreamState { commands_received, has_holder, holder, job_tick } on { news, alarms_reset, only_stream });
 
 fn motion_number(motion: MotionState) -> u8 {
     match motion {

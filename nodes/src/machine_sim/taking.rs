@@ -32,6 +32,9 @@ impl Ticker {
                         Ok(()) if self.takes_part() => lobe.put_in(&mut self.machine),
                         Ok(()) => Err(LobeRefused::Moving),
                     };
+                    if outcome.is_ok() {
+                        self.measure_keyframe();
+                    }
                     self.send(Outbound::LobeDone(outcome, lobe));
                 }
                 Inbound::Bar(mut bar) => {
@@ -40,6 +43,9 @@ impl Ticker {
                         Ok(()) if self.takes_part() => bar.clamp(&mut self.machine),
                         Ok(()) => Err(BarRefused::Moving),
                     };
+                    if outcome.is_ok() {
+                        self.measure_keyframe();
+                    }
                     self.send(Outbound::BarDone(outcome, bar));
                 }
                 Inbound::Snapshot(mut snapshot) => {
@@ -66,6 +72,7 @@ impl Ticker {
                     self.tell_lasting();
                 }
                 Inbound::Active(active) => self.active = active,
+                Inbound::Room(room) => self.keyframes.room = Some(room),
             }
         }
     }

@@ -1,6 +1,7 @@
 //! The machine's cyclic thread: one tick after the other, at the pace of the clock or of the setpoints.
 
 use super::faults::Faults;
+use super::keyframes::Keyframes;
 use super::pump::StreamState;
 use super::traffic::{Inbound, Order, Outbound, TimedCommand};
 use super::work_area::AreaOrder;
@@ -81,7 +82,13 @@ pub(super) struct Ticker {
     pub(super) reset_done: Option<Result<(), ResetRefused>>,
     pub(super) active: bool,
     pub(super) job_running: bool,
+    pub(super) keyframes: Keyframes,
 }
+
+// What is answered is answered before a tick is over; the rest is who drives it, and what it has told.
+camwright::kept!(Ticker { machine, buffer, commands, faults, losing, state, job_running } on {
+    pace, cycle, inbound, outbound, bounds, recorder_window, now, lost, told, last_report, area_done, reset_done, active, keyframes,
+});
 
 impl Ticker {
     pub(super) fn new(
@@ -116,6 +123,7 @@ impl Ticker {
             reset_done: None,
             active: false,
             job_running: false,
+            keyframes: Keyframes::default(),
         }
     }
 
@@ -274,6 +282,7 @@ impl Ticker {
         self.answer_reset();
         self.state.news = false;
         self.state.alarms_reset = false;
+        self.write_keyframe();
     }
 
     /// Commands of a tick, into `now`; their number.

@@ -1,5 +1,6 @@
 //! What passes between the cyclic thread and the rest of the node.
 
+use super::keyframes::Room;
 use super::outline::Outline;
 use super::part::{BarRefused, LobeRefused, RawBar, RawLobe, Snapshot};
 use super::pump::StreamState;
@@ -14,20 +15,25 @@ use camwright::machine::{MachineCommand, ResetRefused};
 use camwright_msgs::camwright_msgs::srv::InjectFaultRequest;
 
 /// An order with its place in the sender's sequence and the tick at which it takes effect.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct TimedCommand {
     pub(super) sequence: u32,
     pub(super) tick: u64,
     pub(super) order: Order,
 }
 
+camwright::kept!(TimedCommand { sequence, tick, order } on {});
+
 /// What a command does.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) enum Order {
     Machine(MachineCommand),
     JobBegin,
+    #[default]
     JobEnd,
 }
+
+camwright::kept_cases!(Order { 0 Machine(command), 1 JobBegin, 2 JobEnd });
 
 /// To the cyclic thread.
 #[derive(Debug)]
@@ -53,6 +59,8 @@ pub(super) enum Inbound {
     Judge(bool),
     ResetShift,
     Active(bool),
+    /// The room of a keyframe comes back.
+    Room(Box<Room>),
 }
 
 /// A fault, and how it was asked for.
@@ -107,4 +115,6 @@ pub(super) enum Outbound {
     /// The job that was begun has ended; the part may be looked at.
     JobEnded,
     Lasting(LastingState),
+    /// The state after the last tick that was told.
+    Keyframe(Box<Room>),
 }

@@ -1,7 +1,7 @@
 //! Two bags of the same job: the same digests, tick by tick of the job.
 
-use super::RerunError;
 use super::recorded::Recorded;
+use super::{RerunError, Window};
 use crate::bag::Bag;
 use camwright_msgs::camwright_msgs::msg::MachineInput;
 use std::path::Path;
@@ -42,7 +42,7 @@ pub(super) fn compare(one: &Path, other: &Path) -> Result<Compared, RerunError> 
 }
 
 fn jobs(path: &Path) -> Result<Jobs, RerunError> {
-    let recorded = Recorded::of(&Bag::open(path)?)?;
+    let recorded = Recorded::of(&Bag::open(path)?, Window::default())?;
     Ok(jobs_of(&recorded.machine_inputs))
 }
 

@@ -3,10 +3,14 @@
 use super::difference::Difference;
 use super::outputs::{Output, difference};
 use super::recorded::Recorded;
+use super::{RerunError, keyframes};
+use crate::bag::Bag;
+use crate::convert::keyframes::check;
 use crate::convert::setpoints::ChunkBuffer;
-use crate::machine_sim::{MachineAgain, Ticked, Told, kind_name, of_chunk};
-use camwright_msgs::camwright_msgs::msg::MachineInput;
-use std::collections::{HashMap, VecDeque};
+use crate::machine_sim::{KEYFRAME_FORM, MachineAgain, Ticked, Told, kind_name, of_chunk};
+use camwright::keyframe::Tape;
+use camwright_msgs::camwright_msgs::msg::{MachineInput, MachineKeyframe};
+use std::collections::{HashMap, HashSet, VecDeque};
 
 /// Ticks kept to be compared: topics are not written in the order of their ticks, but nearly.
 const KEPT: usize = 8192;
@@ -16,57 +20,79 @@ const WAITING: usize = 50_000;
 /// The machine, run again.
 #[derive(Debug)]
 pub(super) struct MachineRun<'a> {
+    bag: &'a Bag,
     recorded: &'a Recorded,
     machine: MachineAgain,
     /// The next input.
     next: usize,
+    /// The tick after which it began, and the last one.
+    begun: u64,
     tick: u64,
+    /// Keyframes that it has not come to.
+    to_come: &'a [MachineKeyframe],
     kept: VecDeque<Ticked>,
-    /// Chunks that were sent and not taken yet, by their first tick, with their digests.
+    /// Chunks that the machine takes, by their first ticks and digests.
+    taken: HashSet<(u64, u64)>,
+    /// Those that were sent and not taken yet, by their first tick, with their digests.
     chunks: HashMap<u64, Vec<(u64, ChunkBuffer)>>,
     waiting: VecDeque<(u64, Output)>,
     /// Digests that the run told, to be compared with those recorded.
     told: VecDeque<Told>,
     pub(super) compared: u64,
+    pub(super) keyframes: usize,
     pub(super) digests: Vec<Told>,
     pub(super) last_digest: u64,
 }
 
 impl<'a> MachineRun<'a> {
-    /// The machine as it began.
+    /// The machine as it began, or as a keyframe says that it was.
     ///
     /// # Errors
     /// It cannot be made from what was recorded.
-    pub(super) fn new(recorded: &'a Recorded) -> Result<Self, String> {
-        let begin = recorded.machine_inputs.first().ok_or("nothing was recorded of the machine")?;
+    pub(super) fn new(bag: &'a Bag, recorded: &'a Recorded) -> Result<Self, RerunError> {
+        let cannot = RerunError::Cannot;
+        let (machine, begun) = match (&recorded.start, recorded.machine_inputs.first()) {
+            (Some(head), _) => {
+                let state = keyframes::state(bag, &recorded.topics, head)?;
+                let machine = MachineAgain::from_keyframe(&recorded.machine, head, &state);
+                (machine.map_err(|error| cannot(format!("the keyframe of tick {}: {error}", head.tick)))?, head.tick)
+            }
+            (None, Some(begin)) => (MachineAgain::new(&recorded.machine, begin).map_err(cannot)?, 0),
+            (None, None) => return Err(cannot("nothing was recorded of the machine".into())),
+        };
+        let chunks = recorded.machine_inputs.iter().filter(|input| input.kind == MachineInput::CHUNK);
+        let passed = recorded.keyframes.partition_point(|head| head.tick <= begun);
         Ok(Self {
+            bag,
             recorded,
-            machine: MachineAgain::new(&recorded.machine, begin)?,
+            machine,
             next: 0,
-            tick: 0,
+            begun,
+            tick: begun,
+            to_come: &recorded.keyframes[passed..],
+            taken: chunks.map(|input| (input.number, input.digest)).collect(),
             kept: VecDeque::with_capacity(KEPT),
             chunks: HashMap::new(),
             waiting: VecDeque::new(),
             told: VecDeque::new(),
             compared: 0,
+            keyframes: 0,
             digests: Vec::new(),
             last_digest: 0,
         })
     }
 
-    /// Version of the program that recorded it.
-    pub(super) fn recorded_by(&self) -> &str {
-        &self.machine.recorded_by
-    }
-
     /// Ticks executed so far.
     pub(super) fn ticks(&self) -> u64 {
-        self.tick
+        self.tick - self.begun
     }
 
     /// A chunk that was sent.
     pub(super) fn sent(&mut self, chunk: ChunkBuffer) {
-        self.chunks.entry(chunk.first_tick).or_default().push((of_chunk(&chunk), chunk));
+        let digest = of_chunk(&chunk);
+        if self.taken.contains(&(chunk.first_tick, digest)) {
+            self.chunks.entry(chunk.first_tick).or_default().push((digest, chunk));
+        }
     }
 
     /// What the machine told of a tick: it is compared as soon as the chunks are in sight that the machine needs to come there.
@@ -74,6 +100,9 @@ impl<'a> MachineRun<'a> {
     /// # Errors
     /// The first difference.
     pub(super) fn told(&mut self, tick: u64, output: Output) -> Result<(), Box<Difference>> {
+        if tick <= self.begun || tick > self.recorded.last_tick {
+            return Ok(());
+        }
         self.waiting.push_back((tick, output));
         let is_late = self.waiting.len() > WAITING;
         self.work(is_late)
@@ -124,8 +153,32 @@ impl<'a> MachineRun<'a> {
             }
             self.kept.push_back(ticked);
             self.told.extend(ticked.told.into_iter().flatten());
+            self.compare_state()?;
         }
         Ok(true)
+    }
+
+    /// The machine's state, against the keyframe of the same tick.
+    fn compare_state(&mut self) -> Result<(), Box<Difference>> {
+        let Some((head, rest)) = self.to_come.split_first().filter(|(head, _)| head.tick <= self.tick) else {
+            return Ok(());
+        };
+        self.to_come = rest;
+        // What another form says of a state is not known; what is told twice was compared.
+        if head.form != KEYFRAME_FORM || head.tick != self.tick {
+            return Ok(());
+        }
+        let field = "state of the machine";
+        let failed = |reason: String| Box::new(Difference::texts(head.tick, field, "a keyframe", reason));
+        let state = self.machine.state().map_err(failed)?;
+        if check(head, &state) != head.check {
+            let recorded = keyframes::state(self.bag, &self.recorded.topics, head);
+            let recorded = recorded.map_err(|error| failed(error.to_string()))?;
+            let place = self.machine.follow(&mut Tape::comparing(&recorded)).err();
+            return Err(failed(place.unwrap_or_else(|| "digest or inputs of it are others".to_owned())));
+        }
+        self.keyframes += 1;
+        Ok(())
     }
 
     /// Gives the machine what it was given before the next tick.

@@ -8,6 +8,7 @@
 
 mod difference;
 mod digests;
+mod keyframes;
 mod machine;
 mod motion;
 mod outputs;
@@ -18,7 +19,7 @@ pub use difference::{Difference, Values};
 use crate::bag::{Bag, BagError};
 use crate::convert::setpoints::chunk_from_trajectory;
 use crate::convert::time::ns_from_time;
-use crate::machine_sim::VERSION;
+use crate::machine_sim::{VERSION, version_of};
 use camwright_msgs::camwright_msgs::msg::MachineStream;
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
@@ -47,11 +48,22 @@ pub enum RerunError {
     Cannot(String),
 }
 
+/// Which ticks of a run are computed; all of them by default.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Window {
+    /// From the last keyframe up to this tick.
+    pub from_tick: Option<u64>,
+    /// Up to this tick.
+    pub to_tick: Option<u64>,
+}
+
 /// What came of computing a run again.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
-    /// Version of the program that recorded it.
-    pub recorded_by: String,
+    /// Version of the program that recorded it, if the bag says so.
+    pub recorded_by: Option<String>,
+    /// The tick of the keyframe that it began from; 0: from the beginning.
+    pub begun: u64,
     /// Inputs that are not as they were recorded, by their ticks.
     pub changed: Vec<(u64, String)>,
     /// The first difference, in the order of ticks; of interpolator and machine at most one each.
@@ -64,6 +76,8 @@ pub struct Verdict {
     pub motions: u64,
     /// Messages of the machine that were compared with its ticks.
     pub compared: u64,
+    /// Keyframes that the machine's state was compared with.
+    pub keyframes: usize,
     /// Digests that were compared, and the last of them.
     pub digests: (usize, u64),
     /// Messages that the recorder has lost.
@@ -104,16 +118,17 @@ impl Verdict {
         let (done, rate) = (if lines.is_empty() { "identical" } else { "up to there" }, self.speed());
         let (ticks, setpoints, motions) = (self.ticks, self.setpoints, self.motions);
         let (digests, last) = self.digests;
+        let from = if self.begun > 0 { format!(" after tick {}", self.begun) } else { String::new() };
         lines.push(format!(
-            "{done}: {ticks} ticks, {setpoints} setpoints of {motions} motions, {} messages, {digests} digests, the last {last:016x}",
-            self.compared
+            "{done}: {ticks} ticks{from}, {setpoints} setpoints of {motions} motions, {} messages, {} keyframes, {digests} digests, the last {last:016x}",
+            self.compared, self.keyframes
         ));
         lines.push(format!(
             "{:.3} s of the machine's time in {:.3} s, {rate:.1} times as fast",
             self.seconds.0, self.seconds.1
         ));
-        if self.recorded_by != VERSION {
-            lines.push(format!("recorded by camwright {}, computed by camwright {VERSION}", self.recorded_by));
+        if let Some(recorded_by) = self.recorded_by.as_ref().filter(|version| *version != VERSION) {
+            lines.push(format!("recorded by camwright {recorded_by}, computed by camwright {VERSION}"));
         }
         if self.lost > 0 {
             lines.push(format!("the recorder has lost {} messages, of which none was an input", self.lost));
@@ -122,22 +137,23 @@ impl Verdict {
     }
 }
 
-/// Runs `camwright replay BAG --against [OTHER]`. Exit code 0: identical; 3: it differs; 1: it cannot be said.
+/// Runs `camwright replay BAG --against [OTHER]`, over a window of its ticks. Exit code 0: identical; 3: it differs; 1: it cannot be said.
 #[must_use]
-pub fn run(bag: &Path, other: Option<&Path>) -> ExitCode {
-    let (text, code) =
-        match again(bag).and_then(|verdict| Ok((verdict, other.map(|o| digests::compare(bag, o)).transpose()?))) {
-            Ok((verdict, compared)) => {
-                let mut text = verdict.to_text();
-                let mut same = verdict.is_identical();
-                if let Some(compared) = compared {
-                    same &= compared.is_same();
-                    text = format!("{text}\n{}", compared.to_text());
-                }
-                (text, if same { 0 } else { DIFFERS })
+pub fn run(bag: &Path, other: Option<&Path>, window: Window) -> ExitCode {
+    let (text, code) = match within(bag, window)
+        .and_then(|verdict| Ok((verdict, other.map(|o| digests::compare(bag, o)).transpose()?)))
+    {
+        Ok((verdict, compared)) => {
+            let mut text = verdict.to_text();
+            let mut same = verdict.is_identical();
+            if let Some(compared) = compared {
+                same &= compared.is_same();
+                text = format!("{text}\n{}", compared.to_text());
             }
-            Err(error) => (format!("cannot replay {}: {error}", bag.display()), CANNOT),
-        };
+            (text, if same { 0 } else { DIFFERS })
+        }
+        Err(error) => (format!("cannot replay {}: {error}", bag.display()), CANNOT),
+    };
     // Output that went away is no failure of ours.
     let _ = writeln!(std::io::stdout(), "{text}");
     ExitCode::from(code)
@@ -148,24 +164,34 @@ pub fn run(bag: &Path, other: Option<&Path>) -> ExitCode {
 /// # Errors
 /// A bag that cannot be read, or that does not hold what it takes.
 pub fn again(path: &Path) -> Result<Verdict, RerunError> {
+    within(path, Window::default())
+}
+
+/// Computes a window of the run of a bag again.
+///
+/// # Errors
+/// As for [`again`]; no keyframe to begin from.
+pub fn within(path: &Path, window: Window) -> Result<Verdict, RerunError> {
     let begun = Instant::now();
     let bag = Bag::open(path)?;
-    let recorded = Recorded::of(&bag)?;
+    let recorded = Recorded::of(&bag, window)?;
     let mut interpolator = InterpolatorAgain::new(&recorded);
-    let mut machine = MachineRun::new(&recorded).map_err(RerunError::Cannot)?;
+    let mut machine = MachineRun::new(&bag, &recorded)?;
     let differences = compare(&bag, &recorded, &mut interpolator, &mut machine)?;
     let lost = bag.custom_data().get("camwright.lost_total").and_then(|text| text.parse().ok());
     let cycle_s = recorded.machine.cycle_time_s();
     #[allow(clippy::cast_precision_loss, reason = "a number of ticks")]
     let seconds = (machine.ticks() as f64 * cycle_s, begun.elapsed().as_secs_f64());
     Ok(Verdict {
-        recorded_by: machine.recorded_by().to_owned(),
+        recorded_by: recorded.machine_inputs.first().and_then(version_of),
+        begun: recorded.start.as_ref().map_or(0, |start| start.tick),
         changed: recorded.changed(),
         differences,
         ticks: machine.ticks(),
         setpoints: interpolator.setpoints,
         motions: interpolator.motions,
         compared: machine.compared,
+        keyframes: machine.keyframes,
         digests: (machine.digests.len(), machine.last_digest),
         lost: lost.unwrap_or(0),
         seconds,
@@ -187,7 +213,9 @@ fn compare(
         let at = Some(message.topic);
         if at == topics.setpoints {
             let chunk: JointTrajectory = read(bag, &message)?;
-            if of_interpolator.is_none() && has_inputs {
+            let first_tick = recorded.clock.nearest_tick(ns_from_time(&chunk.header.stamp));
+            let is_asked_for = first_tick.is_none_or(|tick| tick <= recorded.last_tick);
+            if of_interpolator.is_none() && has_inputs && is_asked_for {
                 of_interpolator = interpolator.chunk(&chunk).err().map(|found| *found);
             }
             // What is no chunk the machine has refused; that is among its inputs.

@@ -50,6 +50,10 @@ impl<'a> InterpolatorAgain<'a> {
             Difference::texts(self.next_tick.unwrap_or(0), "setpoints", error.to_string(), "a chunk")
         })?;
         self.begin(&sent)?;
+        // From the middle: what comes of a motion that began before is taken as it was sent.
+        if self.next_tick.is_none() && self.recorded.start.is_some() {
+            return Ok(());
+        }
         if self.next_tick != Some(sent.first_tick) {
             let expected = self.next_tick.map_or_else(|| "no motion".to_owned(), |tick| format!("tick {tick}"));
             let field = "first tick of a chunk";
@@ -87,8 +91,8 @@ impl<'a> InterpolatorAgain<'a> {
         let unreadable = |reason: String| Box::new(Difference::texts(tick, "START", "a motion", reason));
         let (rest, record) = StartRecord::from_text(&inputs[at].content).map_err(unreadable)?.parts();
         // A motion that an alarm ended may have been sent beyond the first tick of the next, which begins where the axes rest.
-        let goes_on =
-            self.next_tick == Some(tick) && sent.dense.first().is_none_or(|first| first.counts != rest.counts);
+        let may_go_on = self.next_tick == Some(tick) || (self.next_tick.is_none() && self.recorded.start.is_some());
+        let goes_on = may_go_on && sent.dense.first().is_none_or(|first| first.counts != rest.counts);
         if goes_on {
             return Ok(());
         }

@@ -1,8 +1,9 @@
 //! What a bag holds of a run: the machine, the plans, and everything that machine and interpolator were given.
 
-use super::RerunError;
+use super::{RerunError, Window, keyframes};
 use crate::axis_interpolator;
 use crate::bag::{Bag, Message};
+use crate::convert::keyframes::Arriving;
 use crate::convert::plan::plan_from_pages;
 use crate::convert::time::{TickClock, ns_from_time};
 use crate::machine_sim;
@@ -12,7 +13,7 @@ use camwright::machine::description::MachineDescription;
 use camwright::plan::Plan;
 use camwright_msgs::Message as _;
 use camwright_msgs::camwright_msgs::msg::{
-    AppliedInput, MachineDescription as DescriptionMessage, MachineInput, MachineStream, PlanPage,
+    AppliedInput, MachineDescription as DescriptionMessage, MachineInput, MachineKeyframe, MachineStream, PlanPage,
 };
 use serde::de::DeserializeOwned;
 use std::collections::HashMap;
@@ -28,6 +29,7 @@ pub(super) struct Topics {
     pub(super) joint_states: Option<usize>,
     pub(super) io: Option<usize>,
     pub(super) gauge: Option<usize>,
+    pub(super) keyframes: Option<usize>,
     description: Option<usize>,
     plans: Option<usize>,
 }
@@ -41,7 +43,11 @@ pub(super) struct Recorded {
     pub(super) machine_inputs: Vec<MachineInput>,
     pub(super) interpolator_inputs: Vec<AppliedInput>,
     pages: HashMap<String, Vec<PlanPage>>,
-    /// The last tick of which the machine told anything.
+    /// Keyframes whose pages are all there, in the order of their ticks, without their states.
+    pub(super) keyframes: Vec<MachineKeyframe>,
+    /// That from which the run is computed; none: from its beginning.
+    pub(super) start: Option<MachineKeyframe>,
+    /// The last tick that is computed: of which the machine told anything, or that was asked for.
     pub(super) last_tick: u64,
 }
 
@@ -83,6 +89,7 @@ impl Topics {
             joint_states: named("joint_states"),
             io: named("machine/io"),
             gauge: named("machine/gauge"),
+            keyframes: named("machine/keyframes"),
             description: named("machine/description"),
             plans: in_cell(PlanPage::TYPE_NAME),
         })
@@ -90,16 +97,17 @@ impl Topics {
 }
 
 impl Recorded {
-    /// Reads what was given, and looks whether all of it is there.
+    /// Reads what was given, and looks whether all of it is there that the window takes.
     ///
     /// # Errors
     /// A bag that cannot be read, or in which something is missing without which the run cannot be computed.
-    pub(super) fn of(bag: &Bag) -> Result<Self, RerunError> {
+    pub(super) fn of(bag: &Bag, window: Window) -> Result<Self, RerunError> {
         let topics = Topics::of(bag)?;
         let mut description: Option<DescriptionMessage> = None;
         let mut machine_inputs: Vec<MachineInput> = Vec::new();
         let mut interpolator_inputs: Vec<AppliedInput> = Vec::new();
         let mut pages: HashMap<String, Vec<PlanPage>> = HashMap::new();
+        let (mut heads, mut arriving): (Vec<MachineKeyframe>, _) = (Vec::new(), Arriving::default());
         let mut last_tick = 0;
         let mut messages = bag.messages();
         while let Some(message) = messages.next_message()? {
@@ -116,6 +124,8 @@ impl Recorded {
                 if !known.iter().any(|other| other.page == page.page) {
                     known.push(page);
                 }
+            } else if at == topics.keyframes {
+                heads.extend(arriving.take(&read(bag, &message)?));
             } else if at == topics.stream {
                 let stream: MachineStream = read(bag, &message)?;
                 last_tick = last_tick.max(stream.tick);
@@ -125,25 +135,63 @@ impl Recorded {
             description.ok_or_else(|| RerunError::Cannot("it does not say what the machine is".into()))?;
         let machine = recorded_machine(&description, &[]).map_err(RerunError::Cannot)?;
         let last = machine_inputs.last().map_or(0, |input| input.tick);
-        let epoch_ns = machine_inputs.first().map_or(0, |input| ns_from_time(&input.stamp));
+        let epoch_ns = machine_inputs.first().map_or(0, |input| {
+            let since = i64::try_from(input.tick).unwrap_or(i64::MAX).saturating_mul(machine.cycle_time_ns.into());
+            ns_from_time(&input.stamp).saturating_sub(since)
+        });
         let clock = TickClock { epoch_ns, cycle_time_ns: machine.cycle_time_ns };
-        let last_tick = last_tick.max(last);
-        let all = Self { topics, machine, clock, machine_inputs, interpolator_inputs, pages, last_tick };
+        let last_tick = last_tick.max(last).min(window.to_tick.unwrap_or(u64::MAX));
+        heads.sort_by_key(|head| head.tick);
+        let (start, keyframes) = (None, heads);
+        let mut all =
+            Self { topics, machine, clock, machine_inputs, interpolator_inputs, pages, keyframes, start, last_tick };
+        if let Some(tick) = window.from_tick {
+            match keyframes::last_before(&all.keyframes, tick) {
+                Ok(head) => all.begin_with(head.clone()),
+                // Before the first keyframe there is the beginning, if it was recorded.
+                Err(_) if all.begins_before_keyframes(tick) => {}
+                Err(reason) => return Err(RerunError::Cannot(reason)),
+            }
+        }
         all.must_be_whole()?;
+        if let Some(start) = all.start.as_ref().filter(|start| start.tick >= all.last_tick) {
+            let (start, last) = (start.tick, all.last_tick);
+            return Err(RerunError::Cannot(format!("nothing lies between tick {start} and tick {last}, the last one")));
+        }
         Ok(all)
+    }
+
+    fn begins_before_keyframes(&self, tick: u64) -> bool {
+        let begins = self.machine_inputs.first().is_some_and(|input| input.kind == MachineInput::BEGIN);
+        begins && self.keyframes.first().is_some_and(|head| head.tick > tick)
+    }
+
+    /// From here on only that counts which comes after a keyframe: of the machine what it was given, of the interpolator the motion under
+    /// way, from its start.
+    fn begin_with(&mut self, head: MachineKeyframe) {
+        self.machine_inputs.retain(|input| input.sequence >= head.sequence);
+        let is_start = |input: &AppliedInput| input.kind == AppliedInput::START;
+        let under_way = self.interpolator_inputs.iter().rposition(|input| is_start(input) && input.tick <= head.tick);
+        if let Some(first) = under_way.or_else(|| self.interpolator_inputs.iter().position(is_start)) {
+            self.interpolator_inputs.drain(..first);
+        }
+        self.start = Some(head);
     }
 
     /// Nothing that was given is missing.
     fn must_be_whole(&self) -> Result<(), RerunError> {
         let of_machine = self.machine_inputs.iter().map(|input| (input.sequence, input.tick));
-        whole("machine/inputs", of_machine)?;
+        let first = self.start.as_ref().map_or(0, |start| start.sequence);
+        whole("machine/inputs", first, of_machine).map_err(|error| self.with_hint(error))?;
         match self.machine_inputs.first() {
-            Some(first) if first.kind == MachineInput::BEGIN => {}
+            Some(first) if first.kind == MachineInput::BEGIN || self.start.is_some() => {}
+            None if self.start.is_some() => {}
             _ => return Err(RerunError::Cannot("it does not say how the machine began".into())),
         }
         if self.topics.interpolator_inputs.is_some() {
             let of_interpolator = self.interpolator_inputs.iter().map(|input| (input.sequence, input.tick));
-            whole("axis_interpolator/inputs", of_interpolator)?;
+            let first = self.interpolator_inputs.first().filter(|_| self.start.is_some());
+            whole("axis_interpolator/inputs", first.map_or(0, |first| first.sequence), of_interpolator)?;
         }
         let took_chunks = self.machine_inputs.iter().any(|input| input.kind == MachineInput::CHUNK);
         if took_chunks && self.topics.setpoints.is_none() {
@@ -151,6 +199,21 @@ impl Recorded {
             return Err(RerunError::Cannot(reason.into()));
         }
         Ok(())
+    }
+
+    /// What is not whole from its beginning may be from a keyframe on.
+    fn with_hint(&self, error: RerunError) -> RerunError {
+        let RerunError::Cannot(reason) = error else { return error };
+        let numbers = |from: u64| {
+            let after = self.machine_inputs.iter().filter(move |input| input.sequence >= from);
+            after.map(|input| (input.sequence, input.tick))
+        };
+        let is_whole = |head: &&MachineKeyframe| whole("", head.sequence, numbers(head.sequence)).is_ok();
+        let later = self.keyframes.iter().filter(|head| self.start.as_ref().is_none_or(|start| head.tick > start.tick));
+        RerunError::Cannot(match later.filter(is_whole).find(|head| head.form == machine_sim::KEYFRAME_FORM) {
+            Some(head) => format!("{reason}; from a keyframe on it is whole: --from-tick {}", head.tick),
+            None => reason,
+        })
     }
 
     /// The plan with a hash.
@@ -178,10 +241,10 @@ impl Recorded {
     }
 }
 
-/// Sequence numbers from 0 on without a gap; with them their ticks.
-fn whole(topic: &str, numbers: impl Iterator<Item = (u64, u64)>) -> Result<(), RerunError> {
+/// Sequence numbers from `first` on without a gap; with them their ticks.
+fn whole(topic: &str, first: u64, numbers: impl Iterator<Item = (u64, u64)>) -> Result<(), RerunError> {
     let mut tick_before = 0;
-    for (expected, (number, tick)) in (0..).zip(numbers) {
+    for (expected, (number, tick)) in (first..).zip(numbers) {
         if number > expected {
             let which = match (expected, number - expected) {
                 (0, 1) => "the first input, of before the recorder listened, is".to_owned(),
@@ -207,7 +270,7 @@ mod tests {
     #[test]
     fn a_gap_is_told_with_its_inputs_and_ticks() {
         let refusal =
-            |numbers: &[(u64, u64)]| whole("machine/inputs", numbers.iter().copied()).map_err(|e| e.to_string());
+            |numbers: &[(u64, u64)]| whole("machine/inputs", 0, numbers.iter().copied()).map_err(|e| e.to_string());
         assert_eq!(refusal(&[(0, 0), (1, 5), (2, 5)]), Ok(()));
         let text = refusal(&[(0, 0), (1, 5), (4, 9)]).expect_err("a gap");
         assert!(text.contains("inputs 2 to 3 are missing, between ticks 5 and 9"), "{text}");
