@@ -3,10 +3,13 @@
 
 #[path = "support/cell.rs"]
 mod cell;
+#[path = "support/changed_bag.rs"]
+mod changed_bag;
 #[path = "replay_to_the_bit/keyframes.rs"]
 mod keyframes;
 mod support;
 
+use camwright_msgs::Action;
 use camwright_msgs::builtin_interfaces::msg::Duration as RosDuration;
 use camwright_msgs::camwright_msgs::action::{
     Home, HomeGoal, Jog, JogGoal, MoveTo, MoveToGoal, Probe, ProbeGoal, RunJobFeedback,
@@ -18,15 +21,11 @@ use camwright_msgs::camwright_msgs::srv::{
 use camwright_msgs::control_msgs::action::{FollowJointTrajectory, FollowJointTrajectoryGoal};
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
 use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
-use camwright_msgs::{Action, Message as _};
-use camwright_nodes::bag::{Bag, BagWriter, Message, Outcome, WriterOptions};
-use camwright_nodes::rerun::{RerunError, Verdict, again};
-use camwright_nodes::ros::{GoalStatus, ParameterValue, Qos, RosArgs, message_from_sample, sample_from_message};
+use camwright_nodes::rerun::{Verdict, again};
+use camwright_nodes::ros::{GoalStatus, ParameterValue, Qos, RosArgs};
 use camwright_nodes::run_logger::RunLogger;
 use cell::{Cell, PATIENCE};
-use serde::Serialize;
-use serde::de::DeserializeOwned;
-use std::borrow::Cow;
+use changed_bag::{Original, as_it_was};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::mpsc;
@@ -148,62 +147,6 @@ fn replayed(bag: &Path) -> Verdict {
     verdict
 }
 
-/// All messages of a bag, with the names and types of their topics.
-fn messages(bag: &Bag) -> Vec<Message> {
-    let (mut reader, mut all) = (bag.messages(), Vec::new());
-    while let Some(message) = reader.next_message().expect("the bag is readable") {
-        all.push(message);
-    }
-    all
-}
-
-/// The bag again: what a message holds now, or nothing where it is left out.
-fn rewritten<'a>(
-    (bag, all, to): (&Bag, &'a [Message], &Path),
-    change: impl Fn(usize, &'a Message) -> Option<Cow<'a, [u8]>>,
-) {
-    let _not_there = std::fs::remove_dir_all(to);
-    let mut writer = BagWriter::create(to, &WriterOptions::default()).expect("a new bag");
-    let ids: Vec<_> = bag.topics().iter().map(|topic| writer.add_topic(topic).expect("a topic")).collect();
-    for (index, message) in all.iter().enumerate() {
-        if let Some(data) = change(index, message) {
-            writer.write(ids[message.topic], message.log_time_ns, message.publish_time_ns, &data).expect("room");
-        }
-    }
-    writer.close(Outcome::Complete, 0).expect("closed");
-}
-
-fn as_it_was(message: &Message) -> Option<Cow<'_, [u8]>> {
-    Some(Cow::Borrowed(&message.data[..]))
-}
-
-fn places(bag: &Bag, all: &[Message], type_name: &str) -> Vec<usize> {
-    let is_of = |message: &Message| bag.topics()[message.topic].type_name == type_name;
-    all.iter().enumerate().filter(|(_, message)| is_of(message)).map(|(place, _)| place).collect()
-}
-
-/// Changes one message and computes the run again.
-fn with_changed<M: Serialize + DeserializeOwned>(
-    (bag, all, to): (&Bag, &[Message], &Path),
-    place: usize,
-    change: impl FnOnce(&mut M),
-) -> Result<Verdict, RerunError> {
-    let mut message: M = message_from_sample(&all[place].data).expect("it was read before");
-    change(&mut message);
-    let data = sample_from_message(&message).expect("it travels");
-    rewritten(
-        (bag, all, to),
-        |index, message| {
-            if index == place { Some(Cow::Owned(data.clone())) } else { as_it_was(message) }
-        },
-    );
-    again(to)
-}
-
-fn decoded<M: DeserializeOwned>(all: &[Message], place: usize) -> M {
-    message_from_sample(&all[place].data).expect("a message of its type")
-}
-
 #[test]
 fn an_eventful_run_is_computed_again_to_the_bit_and_one_changed_bit_is_named_by_its_tick() {
     let folder = Folder::new("replay-to-the-bit");
@@ -212,60 +155,56 @@ fn an_eventful_run_is_computed_again_to_the_bit_and_one_changed_bit_is_named_by_
     let verdict = &verdict_of_all;
     assert!(verdict.is_identical(), "{}", verdict.to_text());
     assert!(verdict.motions >= 9 && verdict.digests.0 > 20, "{}", verdict.to_text());
-    let bag = Bag::open(&path).expect("a bag");
-    let all = messages(&bag);
-    let at = (&bag, &all[..], &*folder.join("changed"));
-    every_input_is_named(at);
-    what_comes_of_an_override_is_named(at);
+    let original = Original::read(&path, folder.join("changed"));
+    every_input_is_named(&original);
+    what_comes_of_an_override_is_named(&original);
     // A setpoint and a sample that were recorded otherwise are told with field, values and µm.
-    let chunks = places(&bag, &all, JointTrajectory::TYPE_NAME);
-    let verdict = with_changed::<JointTrajectory>(at, chunks[chunks.len() / 2], |chunk| {
+    let chunks = original.places::<JointTrajectory>();
+    let changed = original.with::<JointTrajectory>(chunks[chunks.len() / 2], |chunk| {
         chunk.points[1].positions[1] = f64::from_bits(chunk.points[1].positions[1].to_bits() ^ 1 << 30);
     });
-    let text = verdict.expect("it can be computed").to_text();
+    let text = again(changed).expect("it can be computed").to_text();
     assert!(text.contains("setpoint: position of x_axis: recorded ") && text.contains(" um of difference"), "{text}");
-    refusals(at);
-    keyframes::all(&path, at, &verdict_of_all);
+    refusals(&original);
+    keyframes::all(&path, &original, &verdict_of_all);
 }
 
 /// One bit of one input of either topic: named by its tick.
-fn every_input_is_named(at: (&Bag, &[Message], &Path)) {
-    let (bag, all, _) = at;
+fn every_input_is_named(original: &Original) {
     let mut seed = 0x2026_1122_u64;
     let mut next = |below: usize| {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         usize::try_from(seed >> 33).expect("31 bits") % below
     };
-    let of_interpolator = places(bag, all, AppliedInput::TYPE_NAME);
-    let of_machine = places(bag, all, MachineInput::TYPE_NAME);
+    let of_interpolator = original.places::<AppliedInput>();
+    let of_machine = original.places::<MachineInput>();
     for _ in 0..3 {
         let (place, bit) = (of_interpolator[next(of_interpolator.len())], 1 << next(64));
-        let input: AppliedInput = decoded(all, place);
-        let verdict = with_changed::<AppliedInput>(at, place, |input| {
+        let input: AppliedInput = original.decoded(place);
+        let changed = original.with::<AppliedInput>(place, |input| {
             input.value = f64::from_bits(input.value.to_bits() ^ bit);
         });
-        let verdict = verdict.expect("it can be computed");
+        let verdict = again(changed).expect("it can be computed");
         assert_eq!(verdict.changed.first().map(|(tick, _)| *tick), Some(input.tick), "{}", verdict.to_text());
         let (place, bit) = (of_machine[next(of_machine.len())], 1 << next(64));
-        let input: MachineInput = decoded(all, place);
-        let verdict = with_changed::<MachineInput>(at, place, |input| input.digest ^= bit);
-        let verdict = verdict.expect("it can be computed");
+        let input: MachineInput = original.decoded(place);
+        let changed = original.with::<MachineInput>(place, |input| input.digest ^= bit);
+        let verdict = again(changed).expect("it can be computed");
         assert_eq!(verdict.changed.first().map(|(tick, _)| *tick), Some(input.tick), "{}", verdict.to_text());
     }
 }
 
 /// Also without its check a changed input shows: the setpoints are others from its tick on.
-fn what_comes_of_an_override_is_named(at: (&Bag, &[Message], &Path)) {
-    let (bag, all, _) = at;
-    let inputs = places(bag, all, AppliedInput::TYPE_NAME);
-    let is_override = |place: &&usize| decoded::<AppliedInput>(all, **place).kind == AppliedInput::OVERRIDE;
+fn what_comes_of_an_override_is_named(original: &Original) {
+    let inputs = original.places::<AppliedInput>();
+    let is_override = |place: &&usize| original.decoded::<AppliedInput>(**place).kind == AppliedInput::OVERRIDE;
     let place = *inputs.iter().find(is_override).expect("the override was changed");
-    let input: AppliedInput = decoded(all, place);
-    let verdict = with_changed::<AppliedInput>(at, place, |input| {
+    let input: AppliedInput = original.decoded(place);
+    let changed = original.with::<AppliedInput>(place, |input| {
         // 0.7 with the highest bit of its mantissa: 0.95.
         input.value = f64::from_bits(input.value.to_bits() ^ 1 << 51);
     });
-    let verdict = verdict.expect("it can be computed");
+    let verdict = again(changed).expect("it can be computed");
     let first = verdict.differences.first().expect("the setpoints are others");
     assert!(first.field.starts_with("setpoint") || first.field.starts_with("stop"), "{first}");
     // It came while the axes were held: it shows in a setpoint when they go on.
@@ -275,19 +214,15 @@ fn what_comes_of_an_override_is_named(at: (&Bag, &[Message], &Path)) {
 }
 
 /// What a bag does not support is refused with the reason.
-fn refusals(at: (&Bag, &[Message], &Path)) {
-    let (bag, all, to) = at;
-    let without = |type_name: &str, skip: usize| {
-        let left_out = places(bag, all, type_name)[skip];
-        rewritten((bag, all, to), |index, message| as_it_was(message).filter(|_| index != left_out));
-        again(to)
-    };
-    let text = without(MachineInput::TYPE_NAME, 5).expect_err("an input is missing").to_string();
+fn refusals(original: &Original) {
+    let without =
+        |left_out: usize| again(original.rewritten(|index, message| as_it_was(message).filter(|_| index != left_out)));
+    let text = without(original.places::<MachineInput>()[5]).expect_err("an input is missing").to_string();
     assert!(text.contains("machine/inputs is not whole: input 5 is missing, between ticks "), "{text}");
-    let text = without(AppliedInput::TYPE_NAME, 0).expect_err("an input is missing").to_string();
+    let text = without(original.places::<AppliedInput>()[0]).expect_err("an input is missing").to_string();
     assert!(text.contains("axis_interpolator/inputs is not whole: the first input, of before"), "{text}");
     // A chunk that is missing is told by its tick.
-    let verdict = without(JointTrajectory::TYPE_NAME, 3).expect("the inputs are whole");
+    let verdict = without(original.places::<JointTrajectory>()[3]).expect("the inputs are whole");
     assert!(!verdict.is_identical());
     assert!(verdict.to_text().contains("is not on machine/setpoints"), "{}", verdict.to_text());
 }

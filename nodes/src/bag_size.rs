@@ -5,9 +5,11 @@
 
 use std::path::Path;
 
+use camwright::machine::Machine;
 use camwright::machine::description::{Axis, MachineDescription};
+use camwright::machine::state::LastingState;
 use camwright_msgs::camwright_msgs::msg::{
-    InterpolatorState, MachineInput, MachineStream, RecorderStatus, TopicRecord,
+    InterpolatorState, MachineInput, MachineKeyframe, MachineStream, RecorderStatus, TopicRecord,
 };
 use camwright_msgs::control_msgs::msg::{DynamicJointState, InterfaceValue, JointTrajectoryControllerState};
 use camwright_msgs::rosgraph_msgs::msg::Clock;
@@ -20,9 +22,10 @@ use crate::axis_interpolator::{CHUNK_TICKS, STOP_POINTS};
 use crate::bag::{CHUNK_BYTES, free_bytes};
 use crate::convert::bytes_from_mb;
 use crate::convert::job_files::pages_from_files;
+use crate::convert::keyframes::BYTES_PER_PAGE;
 use crate::convert::setpoints::joint_names;
-use crate::machine_sim::WHEEL_JOINT;
-use crate::planning::AnyPrepared;
+use crate::machine_sim::{KEYFRAME_PERIOD_S, MachineAgain, WHEEL_JOINT, clamp_bar, ticks_between};
+use crate::planning::{AnyPrepared, bar, with_raw_part};
 use crate::ros::sample_from_message;
 use crate::run_logger::MIN_FREE_MB;
 use crate::scene::{Frames, Tree};
@@ -110,6 +113,7 @@ impl BagSize {
         };
         let mut topics = of_machine(machine, wheel_radius_mm, prepared.duration_s(), pace);
         topics.push(of_pages("job_planner/plan", prepared.first_pages()));
+        topics.extend(of_keyframes(prepared));
         let files = pages_from_files(prepared.job_hash(), prepared.files());
         topics.push(of_pages(JOB_FILES, &files));
         topics.extend(QUIET.map(|(topic, type_name)| TopicSize { topic, type_name, messages: 0, bytes: 0 }));
@@ -258,6 +262,26 @@ fn of_interpolator(duration_s: f64, ticks: u64, stream_ticks: u64, pace: Pace) -
         ),
         topic::<InterpolatorState>("axis_interpolator/state", count(duration_s, 20.0), bytes_of(&state)),
     ]
+}
+
+/// The states of the machine with its raw part in it.
+fn of_keyframes(prepared: &AnyPrepared) -> Option<TopicSize> {
+    let description = prepared.machine();
+    let machine = match prepared {
+        AnyPrepared::Ground(prepared) => with_raw_part(prepared, description).ok()?,
+        AnyPrepared::Turned(prepared) => {
+            let mut machine = Machine::new(description.clone(), LastingState::new(description)).ok()?;
+            clamp_bar(&mut machine, bar(prepared)).ok()?;
+            machine
+        }
+    };
+    let size = MachineAgain::of(machine).state().ok()?.len();
+    let ticks = ticks_between(size, KEYFRAME_PERIOD_S, description.cycle_time_s());
+    let pages = size.div_ceil(BYTES_PER_PAGE);
+    let page = MachineKeyframe { data: vec![0; size / pages], ..MachineKeyframe::default() };
+    #[allow(clippy::cast_precision_loss, reason = "a time in ticks")]
+    let keyframes = prepared.duration_s() / (ticks as f64 * description.cycle_time_s());
+    Some(topic::<MachineKeyframe>("machine/keyframes", count(keyframes.floor(), pages as f64), bytes_of(&page)))
 }
 
 fn topic<T: Message>(topic: &'static str, messages: u64, bytes: u64) -> TopicSize {

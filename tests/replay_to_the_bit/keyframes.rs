@@ -1,34 +1,22 @@
 //! From the middle: every keyframe begins a run that is the same to the bit, and none is trusted.
 
-use super::{as_it_was, decoded, places, rewritten};
-use camwright_msgs::Message as _;
+use crate::changed_bag::{Original, as_it_was};
 use camwright_msgs::camwright_msgs::msg::{MachineInput, MachineKeyframe};
-use camwright_nodes::bag::{Bag, Message};
-use camwright_nodes::convert::keyframes::{Arriving, pages};
 use camwright_nodes::rerun::{Verdict, Window, again, within};
-use camwright_nodes::ros::sample_from_message;
-use std::borrow::Cow;
 use std::path::Path;
 
 fn from_tick(tick: u64) -> Window {
     Window { from_tick: Some(tick), to_tick: None }
 }
 
-/// Keyframes of a bag, without their states.
-fn heads(bag: &Bag, all: &[Message]) -> Vec<MachineKeyframe> {
-    let mut arriving = Arriving::default();
-    let of_keyframes = places(bag, all, MachineKeyframe::TYPE_NAME);
-    of_keyframes.into_iter().filter_map(|place| arriving.take(&decoded(all, place))).collect()
-}
-
-pub(super) fn all(path: &Path, at: (&Bag, &[Message], &Path), whole: &Verdict) {
-    let heads = heads(at.0, at.1);
+pub(super) fn all(path: &Path, original: &Original, whole: &Verdict) {
+    let heads = original.keyframes();
     assert_eq!(whole.keyframes, heads.len(), "{}", whole.to_text());
     every_keyframe_begins_the_same_run(path, &heads, whole);
     a_window_is_the_same(path, &heads);
     before_the_first_is_the_beginning(path, &heads);
-    a_late_recorder_has_the_rest(at, &heads);
-    no_keyframe_is_trusted(at, &heads);
+    a_late_recorder_has_the_rest(original, &heads);
+    no_keyframe_is_trusted(original, &heads);
 }
 
 fn every_keyframe_begins_the_same_run(path: &Path, heads: &[MachineKeyframe], whole: &Verdict) {
@@ -62,13 +50,13 @@ fn before_the_first_is_the_beginning(path: &Path, heads: &[MachineKeyframe]) {
 }
 
 /// A recorder that comes late has no beginning, but what comes after the first keyframe that it hears.
-fn a_late_recorder_has_the_rest(at: (&Bag, &[Message], &Path), heads: &[MachineKeyframe]) {
-    let (bag, all, to) = at;
+fn a_late_recorder_has_the_rest(original: &Original, heads: &[MachineKeyframe]) {
     let first = heads[3].tick;
-    let inputs = places(bag, all, MachineInput::TYPE_NAME);
-    let is_early =
-        |place: usize| inputs.binary_search(&place).is_ok() && decoded::<MachineInput>(all, place).tick + 40 < first;
-    rewritten(at, |index, message| as_it_was(message).filter(|_| !is_early(index)));
+    let inputs = original.places::<MachineInput>();
+    let is_early = |place: usize| {
+        inputs.binary_search(&place).is_ok() && original.decoded::<MachineInput>(place).tick + 40 < first
+    };
+    let to = original.rewritten(|index, message| as_it_was(message).filter(|_| !is_early(index)));
     let text = again(to).expect_err("it has no beginning").to_string();
     assert!(text.contains("of before the recorder listened"), "{text}");
     assert!(text.ends_with(&format!("; from a keyframe on it is whole: --from-tick {first}")), "{text}");
@@ -78,43 +66,30 @@ fn a_late_recorder_has_the_rest(at: (&Bag, &[Message], &Path), heads: &[MachineK
     assert!(text.contains("machine/inputs is not whole: "), "{text}");
 }
 
-/// A bag whose keyframe of this tick has another state.
-fn with_state(at: (&Bag, &[Message], &Path), head: &MachineKeyframe, change: impl FnOnce(&mut Vec<u8>), fits: bool) {
-    let (bag, all, _) = at;
-    let of_keyframes = places(bag, all, MachineKeyframe::TYPE_NAME);
-    let own: Vec<usize> =
-        of_keyframes.into_iter().filter(|place| decoded::<MachineKeyframe>(all, *place).tick == head.tick).collect();
-    let mut state: Vec<u8> = own.iter().flat_map(|place| decoded::<MachineKeyframe>(all, *place).data).collect();
-    change(&mut state);
-    let changed: Vec<Vec<u8>> = pages(MachineKeyframe { data: Vec::new(), ..head.clone() }, &state)
-        .map(|page| MachineKeyframe { check: if fits { page.check } else { head.check }, ..page })
-        .map(|page| sample_from_message(&page).expect("it travels"))
-        .collect();
-    assert_eq!(changed.len(), own.len());
-    rewritten(at, |index, message| match own.binary_search(&index) {
-        Ok(page) => Some(Cow::Owned(changed[page].clone())),
-        Err(_) => as_it_was(message),
-    });
-}
-
-fn no_keyframe_is_trusted(at: (&Bag, &[Message], &Path), heads: &[MachineKeyframe]) {
-    let (to, head) = (at.2, &heads[heads.len() / 2]);
+fn no_keyframe_is_trusted(original: &Original, heads: &[MachineKeyframe]) {
+    let head = &heads[heads.len() / 2];
+    let state = original.state(head);
+    let other = |change: fn(&mut Vec<u8>)| {
+        let mut state = state.clone();
+        change(&mut state);
+        state
+    };
     // A bit of it, by accident.
-    with_state(at, head, |state| state[9] ^= 4, false);
+    let to = original.with_state(head, &other(|state| state[9] ^= 4), false);
     let text = within(to, from_tick(head.tick)).expect_err("its check does not fit").to_string();
     assert!(text.contains(&format!("the keyframe of tick {} is not as it was recorded", head.tick)), "{text}");
     // The lowest bit of the wheel's radius, on purpose: the first number after the tick.
-    with_state(at, head, |state| state[8] ^= 1, true);
+    let to = original.with_state(head, &other(|state| state[8] ^= 1), true);
     let verdict = again(to).expect("it can be computed");
     let first = verdict.differences.first().expect("the state is another");
     let text = first.to_string();
     assert!(first.tick == head.tick && text.contains("state of the machine"), "{text}");
     assert!(text.contains("machine.lasting.wheel_radius_mm: it was "), "{text}");
-    // What it says of the machine's past comes out in what the machine does, or it is no machine at all.
-    with_state(at, head, |state| state.truncate(state.len() - 3), true);
+    // What is no machine at all.
+    let to = original.with_state(head, &other(|state| state.truncate(state.len() - 3)), true);
     let text = within(to, from_tick(head.tick)).expect_err("it ends too early").to_string();
     assert!(text.contains("its octets end there"), "{text}");
-    with_state(at, head, |state| state[8..16].copy_from_slice(&f64::NAN.to_le_bytes()), true);
+    let to = original.with_state(head, &other(|state| state[8..16].copy_from_slice(&f64::NAN.to_le_bytes())), true);
     let text = within(to, from_tick(head.tick)).expect_err("no radius").to_string();
     assert!(text.contains("machine.lasting.wheel_radius_mm: a number is larger than it can be, or none"), "{text}");
 }

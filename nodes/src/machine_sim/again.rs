@@ -64,7 +64,8 @@ impl MachineAgain {
         Ok(Self::of(machine.map_err(|error| error.to_string())?))
     }
 
-    fn of(machine: Machine) -> Self {
+    /// A machine that has not begun.
+    pub(crate) fn of(machine: Machine) -> Self {
         let waker = Waker::default();
         let (inlet, inbound) = ring(RING, &waker);
         let (outbound, reports) = ring(RING, &waker);

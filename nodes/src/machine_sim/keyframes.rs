@@ -16,7 +16,7 @@ const PERIOD: &str = "keyframe_period_s";
 /// The same, unless somebody wants another (s).
 pub(crate) const PERIOD_S: f64 = 10.0;
 /// Most that keyframes add to a recording (B/s of the machine's time): a large state is written less often.
-pub(crate) const BYTES_PER_S: f64 = 100_000.0;
+const BYTES_PER_S: f64 = 100_000.0;
 /// A state above this (B) takes a good part of a tick: a machine that keeps pace with the clock writes it while nothing moves.
 const MOST_MOVING: usize = 4 << 20;
 /// Room beyond a state at rest, for what comes and goes: setpoints, commands, alarms (B).

@@ -135,6 +135,14 @@ impl RawBar {
     }
 }
 
+/// Puts the bar that is asked for into the chuck of a machine.
+///
+/// # Errors
+/// A bar that is none, a machine that turns nothing.
+pub(crate) fn clamp_bar(machine: &mut Machine, request: LoadBarRequest) -> Result<(), String> {
+    RawBar::new(request)?.clamp(machine).map_err(|error| error.to_string())
+}
+
 impl Snapshot {
     /// Copies the part as it stands.
     pub(super) fn take(&mut self, machine: &Machine) {

@@ -54,6 +54,7 @@ pub(crate) use plots::Scale;
 pub use program::{ProgramSummary, ProgrammedTurn, compare_program, write_program};
 pub(crate) use recorded::described_machine;
 pub use recorded::{NO_JOB_FILE, plan_recorded, recorded_machine};
+pub(crate) use rehearse::with_raw_part;
 pub use rehearse::{Outlines, RehearsalFailed, rehearse_job, rehearse_job_on, rehearse_outlines_on};
 pub use times::{TimeCompared, compare_times};
 pub use turn_curve::{TurnCurvePoint, turn_curve};

@@ -81,6 +81,20 @@ pub(super) fn rehearse_told(
     Ok((rehearsed, results))
 }
 
+/// The machine, with the job's raw part in it.
+pub(crate) fn with_raw_part(prepared: &PreparedJob, description: &MachineDescription) -> Result<Machine, String> {
+    let lasting = LastingState::new(description).with_wheel(prepared.wheel);
+    let mut machine = Machine::new(description.clone(), lasting).map_err(|error| error.to_string())?;
+    for index in 0..prepared.planned.lobes.len() {
+        let raw = raw_lobe(prepared, index);
+        let radii = raw.radius.iter().map(|radius| mm_from_m(*radius)).collect();
+        machine.set_key_way(raw.key_way);
+        let loaded = machine.load_lobe(&raw.name, &raw.station, mm_from_m(raw.width), radii);
+        loaded.map_err(|error| error.to_string())?;
+    }
+    Ok(machine)
+}
+
 fn rehearse_whole(
     prepared: &PreparedJob,
     description: &MachineDescription,
@@ -89,16 +103,7 @@ fn rehearse_whole(
 ) -> Result<(Rehearsed, Vec<LobeResult>, Outlines), RehearsalFailed> {
     let job = &prepared.planned.plan.job;
     let failed = |reason: String| RehearsalFailed { job: job.clone(), reason };
-    let lasting = LastingState::new(description).with_wheel(prepared.wheel);
-    let mut machine = Machine::new(description.clone(), lasting).map_err(|error| failed(error.to_string()))?;
-    for index in 0..prepared.planned.lobes.len() {
-        let raw = raw_lobe(prepared, index);
-        let radii = raw.radius.iter().map(|radius| mm_from_m(*radius)).collect();
-        machine.set_key_way(raw.key_way);
-        machine
-            .load_lobe(&raw.name, &raw.station, mm_from_m(raw.width), radii)
-            .map_err(|error| failed(error.to_string()))?;
-    }
+    let mut machine = with_raw_part(prepared, description).map_err(failed)?;
     let mut interpolator = Interpolator::new(description);
     let mut run = |pages: &[PlanPage], tell: &mut dyn FnMut(&Setpoint, &TickReport)| {
         // The plan as a receiver of its pages has it: the way through metres is part of it.

@@ -119,8 +119,9 @@ impl Verdict {
         let (ticks, setpoints, motions) = (self.ticks, self.setpoints, self.motions);
         let (digests, last) = self.digests;
         let from = if self.begun > 0 { format!(" after tick {}", self.begun) } else { String::new() };
+        let last = if digests > 0 { format!(", the last {last:016x}") } else { String::new() };
         lines.push(format!(
-            "{done}: {ticks} ticks{from}, {setpoints} setpoints of {motions} motions, {} messages, {} keyframes, {digests} digests, the last {last:016x}",
+            "{done}: {ticks} ticks{from}, {setpoints} setpoints of {motions} motions, {} messages, {} keyframes, {digests} digests{last}",
             self.compared, self.keyframes
         ));
         lines.push(format!(
