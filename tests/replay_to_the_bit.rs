@@ -14,7 +14,7 @@ use camwright_msgs::builtin_interfaces::msg::Duration as RosDuration;
 use camwright_msgs::camwright_msgs::action::{
     Home, HomeGoal, Jog, JogGoal, MoveTo, MoveToGoal, Probe, ProbeGoal, RunJobFeedback,
 };
-use camwright_msgs::camwright_msgs::msg::{AppliedInput, MachineInput, RecorderStatus};
+use camwright_msgs::camwright_msgs::msg::{AppliedInput, MachineAlarms, MachineInput, RecorderStatus};
 use camwright_msgs::camwright_msgs::srv::{
     FeedHold, FeedHoldRequest, InjectFault, InjectFaultRequest, SetOverride, SetOverrideRequest,
 };
@@ -165,6 +165,15 @@ fn an_eventful_run_is_computed_again_to_the_bit_and_one_changed_bit_is_named_by_
     });
     let text = again(changed).expect("it can be computed").to_text();
     assert!(text.contains("setpoint: position of x_axis: recorded ") && text.contains(" um of difference"), "{text}");
+    // So is an alarm.
+    let told = |place: &usize| !original.decoded::<MachineAlarms>(*place).alarms.is_empty();
+    let alarm = original.places::<MachineAlarms>().into_iter().find(told).expect("the emergency stop");
+    let changed = original.with::<MachineAlarms>(alarm, |said| said.alarms[0].text.push('!'));
+    let text = again(changed).expect("it can be computed").to_text();
+    assert!(
+        text.contains("machine/alarms: recorded alarm 1 of tick ") && text.contains("emergency stop pressed!"),
+        "{text}"
+    );
     refusals(&original);
     keyframes::all(&path, &original, &verdict_of_all);
 }

@@ -1,5 +1,6 @@
 //! A machine that runs again what it was given once, without a clock: the cyclic thread's own code, fed from a record.
 
+use super::active_alarms::ActiveAlarms;
 use super::inputs::{BeginRecord, FORMAT, lobe_of, record};
 use super::keyframes::FORM as FORM_OF_KEYFRAMES;
 use super::output_digest::{OutputDigest, Told};
@@ -23,9 +24,11 @@ use std::sync::Arc;
 const RING: usize = 1024;
 
 /// What a tick put out.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct Ticked {
     pub(crate) report: TickReport,
+    /// Alarms that are active after it.
+    pub(crate) alarms: Arc<ActiveAlarms>,
     /// Digests told with it.
     pub(crate) told: [Option<Told>; 2],
 }
@@ -35,6 +38,7 @@ pub(crate) struct MachineAgain {
     ticker: Ticker,
     inlet: Sender<Inbound>,
     reports: Receiver<Outbound>,
+    alarms: Arc<ActiveAlarms>,
     digest: OutputDigest,
 }
 
@@ -70,7 +74,7 @@ impl MachineAgain {
         let (inlet, inbound) = ring(RING, &waker);
         let (outbound, reports) = ring(RING, &waker);
         let ticker = Ticker::new(machine, Pace::Fast, inbound, outbound, Arc::new(Bounds::default()), 0);
-        Self { ticker, inlet, reports, digest: OutputDigest::default() }
+        Self { ticker, inlet, reports, alarms: Arc::default(), digest: OutputDigest::default() }
     }
 
     /// The machine as it was after a tick.
@@ -93,6 +97,7 @@ impl MachineAgain {
             return Err(format!("its state is of tick {tick} and of the job that began with tick {job_tick}"));
         }
         again.digest = OutputDigest::from(head.digest, job_tick);
+        again.alarms = Arc::new(ActiveAlarms::of(again.ticker.machine.alarms()));
         Ok(again)
     }
 
@@ -169,7 +174,12 @@ impl MachineAgain {
     pub(crate) fn tick(&mut self) -> Option<Ticked> {
         self.ticker.tick();
         let (report, state) = self.drain()?;
-        Some(Ticked { report, told: self.digest.take(&report, &state) })
+        let mut alarms = ActiveAlarms::clone(&self.alarms);
+        if alarms.take(&report, &state) {
+            self.alarms = Arc::new(alarms);
+        }
+        let alarms = Arc::clone(&self.alarms);
+        Some(Ticked { report, alarms, told: self.digest.take(&report, &state) })
     }
 
     /// What was told: of it only the tick counts.

@@ -1,5 +1,6 @@
 //! The node `machine_sim`: the clock, axes, sensors, wheel, part, gauge, alarms and e-stop of a simulated machine.
 
+mod active_alarms;
 mod again;
 mod clock_outlet;
 mod commands;
@@ -27,7 +28,7 @@ pub(crate) use keyframes::{FORM as KEYFRAME_FORM, PERIOD_S as KEYFRAME_PERIOD_S,
 pub(crate) use output_digest::{Told, of_chunk};
 pub(crate) use part::{MOST_PAGES, clamp_bar};
 pub use pump::WHEEL_JOINT;
-pub(crate) use pump::{cut_of, input_name, input_named, io_message, joint_values, latch_message};
+pub(crate) use pump::{cut_of, input_name, input_named, io_message, joint_values, latch_message, motion_number};
 pub use ticker::Pace;
 
 use crate::config::{locate::locate, machine_file};

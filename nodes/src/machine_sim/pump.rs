@@ -1,5 +1,6 @@
 //! From what the cyclic thread reports to messages: joint states, I/O, alarms, credit, the part.
 
+use super::active_alarms::ActiveAlarms;
 use super::clock_outlet::ClockOutlet;
 use super::health::Health;
 use super::inputs::InputOutlet;
@@ -20,7 +21,7 @@ use camwright::machine::state::LastingState;
 use camwright::machine::workpiece::CutAt;
 use camwright::setpoint::{Input, Latch as CoreLatch};
 use camwright_msgs::camwright_msgs::msg::{
-    Alarm, GaugeReading, Latch, MachineAlarms, MachineIo, MachineStream, PartLobe, TurnedPage,
+    GaugeReading, Latch, MachineAlarms, MachineIo, MachineStream, PartLobe, TurnedPage,
 };
 use camwright_msgs::sensor_msgs::msg::JointState;
 use std::time::Duration;
@@ -97,7 +98,7 @@ pub(super) struct Pump {
     scene: SceneOutlet,
     latches: Vec<Latch>,
     last_io: Option<IoState>,
-    active: Vec<CoreAlarm>,
+    active: ActiveAlarms,
     joint_names: Vec<String>,
     /// Names of the part's lobes, in the machine's order.
     lobes: Vec<String>,
@@ -113,7 +114,7 @@ impl Pump {
             scene,
             latches: Vec::new(),
             last_io: None,
-            active: Vec::new(),
+            active: ActiveAlarms::default(),
             joint_names,
             lobes: Vec::new(),
         }
@@ -209,15 +210,8 @@ impl Pump {
         if let (Some(outlet), Some(state)) = (&mut self.outlets.work_area, report.work_area) {
             outlet.tell(state, report.tick, self.context.clock)?;
         }
-        let raised: Vec<CoreAlarm> = report.raised.iter().copied().collect();
-        if !raised.is_empty() || state.alarms_reset {
-            if state.alarms_reset {
-                self.active.clear();
-            }
-            for alarm in raised {
-                self.log(&alarm);
-                self.active.push(alarm);
-            }
+        report.raised.iter().for_each(|alarm| self.log(alarm));
+        if self.active.take(report, state) {
             self.alarms(report.tick)?;
         }
         if report.tick.is_multiple_of(self.context.stream_period_ticks) || state.news || !self.latches.is_empty() {
@@ -231,7 +225,7 @@ impl Pump {
 
     fn alarms(&self, tick: u64) -> Result<(), RosError> {
         let clock = self.context.clock;
-        let alarms = self.active.iter().map(|alarm| alarm_message(alarm, clock)).collect();
+        let alarms = self.active.messages(clock);
         self.outlets.alarms.publish(&MachineAlarms { stamp: clock.stamp(tick), tick, alarms })
     }
 
@@ -275,7 +269,7 @@ impl Pump {
             motion: motion_number(report.motion),
             commands_received: state.commands_received,
             holder: if state.has_holder { self.context.node.who(&state.holder) } else { String::new() },
-            alarms: self.active.iter().map(|alarm| alarm.kind.entry().number).collect(),
+            alarms: self.active.numbers(),
             setpoint_counts: report.axes.iter().map(|axis| axis.setpoint_counts).collect(),
             actual_counts: report.axes.iter().map(|axis| axis.counts).collect(),
             actual_velocities: Axis::ALL
@@ -359,7 +353,7 @@ pub(super) struct StreamState {
 
 camwright::kept!(StreamState { commands_received, has_holder, holder, job_tick } on { news, alarms_reset, only_stream });
 
-fn motion_number(motion: MotionState) -> u8 {
+pub(crate) fn motion_number(motion: MotionState) -> u8 {
     match motion {
         MotionState::Off => MachineStream::MOTION_OFF,
         MotionState::Standstill => MachineStream::MOTION_STANDSTILL,
@@ -434,19 +428,5 @@ pub(crate) fn io_message(io: &IoState, machine: &MachineDescription) -> MachineI
         wheel_running: io.wheel_running,
         part_present: io.part_present,
         ..MachineIo::default()
-    }
-}
-
-fn alarm_message(alarm: &CoreAlarm, clock: TickClock) -> Alarm {
-    let entry = alarm.kind.entry();
-    Alarm {
-        stamp: clock.stamp(alarm.tick),
-        tick: alarm.tick,
-        number: entry.number,
-        severity: entry.severity as u8,
-        source: alarm.kind.axis().map_or("machine_sim", Axis::joint).to_owned(),
-        text: alarm.to_string(),
-        remedy: entry.remedy.to_owned(),
-        active: true,
     }
 }

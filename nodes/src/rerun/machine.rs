@@ -131,7 +131,7 @@ impl<'a> MachineRun<'a> {
             // What comes so late that its tick is not kept any more is in the digests.
             let Some(ticked) = ticked else { continue };
             self.compared += 1;
-            if let Some(found) = difference(&output, &ticked.report, &self.recorded.machine) {
+            if let Some(found) = difference(&output, ticked, &self.recorded.machine, self.recorded.clock) {
                 return Err(found.into());
             }
         }
@@ -151,8 +151,8 @@ impl<'a> MachineRun<'a> {
             if self.kept.len() == KEPT {
                 self.kept.pop_front();
             }
-            self.kept.push_back(ticked);
             self.told.extend(ticked.told.into_iter().flatten());
+            self.kept.push_back(ticked);
             self.compare_state()?;
         }
         Ok(true)

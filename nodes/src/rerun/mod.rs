@@ -240,6 +240,9 @@ fn compare(
         } else if at == topics.gauge {
             let gauge: camwright_msgs::camwright_msgs::msg::GaugeReading = read(bag, &message)?;
             Some((gauge.tick, Output::Gauge(gauge)))
+        } else if at == topics.alarms {
+            let alarms: camwright_msgs::camwright_msgs::msg::MachineAlarms = read(bag, &message)?;
+            Some((alarms.tick, Output::Alarms(alarms)))
         } else {
             None
         };

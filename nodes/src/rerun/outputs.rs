@@ -3,10 +3,11 @@
 use super::difference::Difference;
 use crate::convert::gauge::readings;
 use crate::convert::si_from_core;
-use crate::machine_sim::{io_message, joint_values, latch_message};
+use crate::convert::time::TickClock;
+use crate::machine_sim::{Ticked, io_message, joint_values, latch_message, motion_number};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription, Scale};
 use camwright::machine::report::TickReport;
-use camwright_msgs::camwright_msgs::msg::{GaugeReading, MachineIo, MachineStream};
+use camwright_msgs::camwright_msgs::msg::{Alarm, GaugeReading, MachineAlarms, MachineIo, MachineStream};
 use camwright_msgs::sensor_msgs::msg::JointState;
 
 /// A message of the machine, to be compared with its tick.
@@ -16,6 +17,7 @@ pub(super) enum Output {
     Stream(Box<MachineStream>),
     Io(Box<MachineIo>),
     Gauge(GaugeReading),
+    Alarms(MachineAlarms),
 }
 
 /// Size of a count (m or rad).
@@ -27,12 +29,19 @@ fn size(machine: &MachineDescription, axis: Axis) -> Option<(Axis, f64)> {
 }
 
 /// The first difference between what was told of a tick and the tick.
-pub(super) fn difference(output: &Output, report: &TickReport, machine: &MachineDescription) -> Option<Difference> {
+pub(super) fn difference(
+    output: &Output,
+    ticked: &Ticked,
+    machine: &MachineDescription,
+    clock: TickClock,
+) -> Option<Difference> {
+    let report = &ticked.report;
     match output {
         Output::Joints(message) => joints(message, report, machine),
-        Output::Stream(message) => stream(message, report, machine),
+        Output::Stream(message) => stream(message, report, machine).or_else(|| states(message, ticked)),
         Output::Io(message) => io(message, report, machine),
         Output::Gauge(message) => gauge(message, report, machine),
+        Output::Alarms(message) => alarms(message, ticked, clock),
     }
 }
 
@@ -86,6 +95,28 @@ fn stream(old: &MachineStream, report: &TickReport, machine: &MachineDescription
     let new: Vec<_> = report.latches.iter().filter(|l| l.tick == tick).map(|l| latch_message(l, machine)).collect();
     let old: Vec<_> = of_tick.cloned().collect();
     (!old.is_empty() && old != new).then(|| Difference::texts(tick, "latches", format!("{old:?}"), format!("{new:?}")))
+}
+
+/// What the stream says of motion and alarms.
+fn states(old: &MachineStream, ticked: &Ticked) -> Option<Difference> {
+    let (tick, motion) = (ticked.report.tick, motion_number(ticked.report.motion));
+    let counts = Difference::of_counts(tick, "motion", old.motion.into(), motion.into(), None);
+    counts.or_else(|| {
+        let new = ticked.alarms.numbers();
+        let differs = old.alarms != new;
+        differs.then(|| Difference::texts(tick, "active alarms", format!("{:?}", old.alarms), format!("{new:?}")))
+    })
+}
+
+fn alarms(old: &MachineAlarms, ticked: &Ticked, clock: TickClock) -> Option<Difference> {
+    let new = ticked.alarms.messages(clock);
+    let told = |alarm: Option<&Alarm>| {
+        alarm.map_or_else(|| "none".to_owned(), |a| format!("alarm {} of tick {}: {}", a.number, a.tick, a.text))
+    };
+    let count = old.alarms.len().max(new.len());
+    let differs = (0..count).find(|place| old.alarms.get(*place) != new.get(*place))?;
+    let (old, new) = (told(old.alarms.get(differs)), told(new.get(differs)));
+    Some(Difference::texts(ticked.report.tick, "machine/alarms", old, new))
 }
 
 fn io(old: &MachineIo, report: &TickReport, machine: &MachineDescription) -> Option<Difference> {

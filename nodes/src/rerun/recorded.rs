@@ -30,6 +30,7 @@ pub(super) struct Topics {
     pub(super) io: Option<usize>,
     pub(super) gauge: Option<usize>,
     pub(super) keyframes: Option<usize>,
+    pub(super) alarms: Option<usize>,
     description: Option<usize>,
     plans: Option<usize>,
 }
@@ -90,6 +91,7 @@ impl Topics {
             io: named("machine/io"),
             gauge: named("machine/gauge"),
             keyframes: named("machine/keyframes"),
+            alarms: named("machine/alarms"),
             description: named("machine/description"),
             plans: in_cell(PlanPage::TYPE_NAME),
         })
