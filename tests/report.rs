@@ -167,6 +167,26 @@ fn journals_show_their_runout_before_and_after() {
     grinding("runout", "journal_runout", &[], "GOOD", &["At that place"], &holds);
 }
 
+/// What the table of a turned part's worst place says, which adds up to the deviation there; what it does not explain is little.
+fn parts_are_the_deviation(html: &str, error_um: f64) {
+    let table = html.split("What made the worst place").nth(1).and_then(|rest| rest.split("</table>").next());
+    let rows = table.expect("a table of the worst place").split("<tr>").skip(2);
+    let left = |row: &str| -> Vec<f64> {
+        let cells = row.split("<td>").skip(1).map(|cell| cell.split('<').next().unwrap_or(""));
+        let numbers: Vec<Option<f64>> = cells.map(|cell| cell.replace('−', "-").parse().ok()).collect();
+        // Behind each way that an axis is off stands what that leaves.
+        [1, 3].into_iter().filter_map(|cell| numbers[cell]).collect()
+    };
+    let rows: Vec<(&str, Vec<f64>)> = rows.map(|row| (row, left(row))).collect();
+    let (sum, parts) = rows.split_last().expect("rows");
+    assert_eq!(parts.len(), 5, "three axes, cusp and rest: {parts:?}");
+    assert!((sum.1[0] - error_um).abs() < 0.006, "{sum:?}, told are {error_um} um");
+    let all: f64 = parts.iter().flat_map(|(_, left)| left).sum();
+    assert!((all - error_um).abs() < 0.005 * 9.0, "{all} um in parts, told are {error_um} um: {parts:?}");
+    let rest = parts.last().map(|(_, left)| left[0]).expect("a rest");
+    assert!(rest.abs() < 0.2 * error_um.abs(), "{rest} of {error_um} um are not explained: {parts:?}");
+}
+
 #[test]
 fn a_turned_part_is_shown_where_it_is_worst() {
     let folder = Folder::new("report-turned");
@@ -181,7 +201,8 @@ fn a_turned_part_is_shown_where_it_is_worst() {
     let _alone = BROWSER.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(mut browser) = Chromium::start(SCREEN.0, SCREEN.1) else { return };
     let worst = texts(&[&signed(turned("form_error_max_um")), &place]);
-    let cause = texts(&["In the last pass X was", "cusps"]);
+    let cause = texts(&["At that place", "X off its setpoint", "cusp of the feed", "In the last pass X was"]);
+    parts_are_the_deviation(&html, turned("form_error_max_um"));
     // Some µm by either way of looking, not the way to the part and back.
     let off = html.split("In the last pass X was ").nth(1).and_then(|rest| rest.split(" off").next()).expect("how far");
     let numbers = off.replace('−', "-").replace("µm", "");

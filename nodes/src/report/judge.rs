@@ -1,9 +1,11 @@
 //! Whether the part is good, where it is worst, and why, as far as the recorded data say.
 
+use super::edge::Split;
 use super::gather::Recorded;
 use super::lag::{Lag, Left};
 use super::story::Story;
 use super::text::{fixed, signed, um};
+use super::turned_cause;
 use crate::convert::mm_from_m;
 use camwright::units::{deg_from_rad, wrap_turn};
 use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus, LobeForm, LobeResult, PlanHeader, TurnedResult};
@@ -48,8 +50,13 @@ pub(super) struct Verdict {
     pub(super) causes: Vec<String>,
 }
 
-/// Judges the last job; one lag for each lobe, where the ticks are recorded.
-pub(super) fn judge(recorded: &Recorded, story: &Story<'_>, lags: &[Option<Lag>]) -> Verdict {
+/// Judges the last job; one lag for each lobe, where the ticks are recorded, and of a turned part what made its worst place.
+pub(super) fn judge(
+    recorded: &Recorded,
+    story: &Story<'_>,
+    lags: &[Option<Lag>],
+    split: Option<&Result<Split, String>>,
+) -> Verdict {
     let Some(status) = story.status else {
         return without_part("NOT JUDGED", "The bag holds no job.".into(), Vec::new());
     };
@@ -87,10 +94,11 @@ pub(super) fn judge(recorded: &Recorded, story: &Story<'_>, lags: &[Option<Lag>]
             (Tone::Wrong, "NOT GOOD", reason)
         }
     };
-    let mut causes = match lags.get(worst.index).and_then(Option::as_ref) {
-        Some(lag) if status.turned.is_empty() => causes_of_lobe(&worst, lag),
-        Some(lag) => causes_of_turning(&status.turned[0], lag),
-        None => vec!["Not known: the axes' ticks are not in the bag.".to_owned()],
+    let lag = lags.get(worst.index).and_then(Option::as_ref);
+    let mut causes = match (lag, split) {
+        (_, Some(split)) => turned_cause::told(&status.turned[0], split.as_ref(), lag),
+        (Some(lag), None) => causes_of_lobe(&worst, lag),
+        (None, None) => vec!["Not known: the axes' ticks are not in the bag.".to_owned()],
     };
     causes.extend(burnt.filter(|_| bad > 0).map(burnt_text));
     Verdict { tone, word, reason, worst: Some(worst), causes }
@@ -204,34 +212,18 @@ fn causes_of_lobe(worst: &Worst, lag: &Lag) -> Vec<String> {
         "what no sensor shows: wheel and part giving way, wear, warmth",
         "giving way, wear, warmth (the rest)",
     ));
-    let towards = |source: &f64| source * worst.error_um.signum();
+    let mut causes = causes_of(worst.error_um, &sources);
+    causes.push(range);
+    causes
+}
+
+/// The source that leaves most towards an error, and what each leaves (µm); of each its name alone and in a row.
+pub(super) fn causes_of(error_um: f64, sources: &[(f64, &str, &str)]) -> Vec<String> {
+    let towards = |source: &f64| source * error_um.signum();
     let first = sources.iter().max_by(|a, b| towards(&a.0).total_cmp(&towards(&b.0)));
-    let whole = first.is_some_and(|(share, _, _)| towards(share) >= (1.0 - REST) * worst.error_um.abs());
+    let whole = first.is_some_and(|(share, _, _)| towards(share) >= (1.0 - REST) * error_um.abs());
     let named = first.map_or("", |(_, name, _)| name);
     let mostly = format!("{} {named}.", if whole { "Mostly" } else { "Several sources, most of all" });
     let told: Vec<String> = sources.iter().map(|(share, _, name)| format!("{} µm {name}", signed(*share, 2))).collect();
-    vec![mostly, format!("At that place: {}.", told.join(", ")), range]
-}
-
-fn causes_of_turning(part: &TurnedResult, lag: &Lag) -> Vec<String> {
-    let told = |left: &Left| format!("{} to {} µm", signed(left.lowest_um, 2), signed(left.highest_um, 2));
-    let cusp = um(part.cusp_height_theory);
-    let off = |left: &Left| left.lowest_um.abs().max(left.highest_um.abs());
-    let error = um(part.form_error_max).abs();
-    let explained = |um: f64| um >= (1.0 - REST) * error;
-    let first = if explained(off(&lag.encoders)) {
-        "Mostly the drives' lag behind the path."
-    } else if lag.tool.as_ref().is_some_and(|tool| explained(off(tool))) {
-        "Mostly the structures of the axes, which swing behind the encoders when X and C are accelerated."
-    } else if explained(cusp) {
-        "Mostly the cusps that the feed leaves."
-    } else {
-        "Several sources; the record does not tell them apart."
-    };
-    let mut lines = vec![first.to_owned()];
-    let swing =
-        lag.tool.as_ref().map_or_else(String::new, |tool| format!(", with the swing of the structures {}", told(tool)));
-    lines.push(format!("In the last pass X was {} off its path over C by the encoders{swing}.", told(&lag.encoders)));
-    lines.push(format!("Feed, insert and design must leave cusps of {} µm.", fixed(cusp, 2)));
-    lines
+    vec![mostly, format!("At that place: {}.", told.join(", "))]
 }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! bag ─► gather (what is said) ─► story (the last job) ─► motion (its ticks) ─► judge (good? why?) ─► page
-//!                                    └─► again (its plan, if it plans to the recorded hash)  ─────────┘
+//!                                    └─► again (its plan, if it plans to the recorded hash) ─► edge (what made a turned part's worst place)
 //! ```
 //!
 //! It is made from the bag and from nothing else, so that everybody who has the bag makes the same bytes; what the bag does not hold is said to be
@@ -12,6 +12,7 @@ mod again;
 mod alarms;
 mod chart;
 mod columns;
+mod edge;
 mod gather;
 mod gauging;
 mod head;
@@ -26,6 +27,7 @@ mod story;
 mod text;
 mod time_line;
 mod turned;
+mod turned_cause;
 
 #[cfg(test)]
 mod tests;
@@ -33,6 +35,7 @@ mod tests;
 use crate::bag::{Bag, BagError};
 use crate::planning::AnyPrepared;
 use camwright::machine::description::MachineDescription;
+use edge::Split;
 use gather::Recorded;
 use judge::Verdict;
 pub(crate) use judge::{BURNT, burnt};
@@ -78,6 +81,8 @@ struct Findings<'a> {
     motion: Option<&'a Motion>,
     /// What the axes leave on each lobe, or the part.
     lags: &'a [Option<Lag>],
+    /// What made the worst place of a part that is turned, or why that is not known; none where none is, or was judged.
+    split: Option<&'a Result<Split, String>>,
     /// The plan that was driven, or why it is not known.
     again: &'a Result<AnyPrepared, String>,
     verdict: &'a Verdict,
@@ -122,12 +127,14 @@ pub fn html(path: &Path) -> Result<String, ReportError> {
     let lag = |cut: &Option<(u64, u64)>| lag_of(&recorded, &story, described.as_ref().ok(), motion.as_ref()?, (*cut)?);
     let lags: Vec<Option<Lag>> = cuts.iter().map(lag).collect();
     let again = again::plan(&story, described);
-    let verdict = judge::judge(&recorded, &story, &lags);
+    let split = split_of(&story, &again, motion.as_ref(), cuts.first().copied().flatten());
+    let verdict = judge::judge(&recorded, &story, &lags, split.as_ref());
     Ok(page::html(&Findings {
         recorded: &recorded,
         story: &story,
         motion: motion.as_ref(),
         lags: &lags,
+        split: split.as_ref(),
         again: &again,
         verdict: &verdict,
     }))
@@ -151,6 +158,24 @@ fn lag_of(
         wheel_m: (!is_turned).then_some(machine.wheel_radius),
     };
     Lag::of(motion, motion.within(cut), from, known)
+}
+
+/// What made the worst place of a part that was turned; none where no such part was judged.
+fn split_of(
+    story: &Story<'_>,
+    again: &Result<AnyPrepared, String>,
+    motion: Option<&Motion>,
+    pass: Option<(u64, u64)>,
+) -> Option<Result<Split, String>> {
+    let result = story.status?.turned.first()?;
+    Some(match (again, motion.zip(pass)) {
+        (_, None) => Err("the axes' ticks are not in the bag".into()),
+        (Err(reason), _) => Err(reason.clone()),
+        (Ok(AnyPrepared::Turned(prepared)), Some((motion, pass))) => {
+            edge::worst(prepared, result, motion, motion.within(pass))
+        }
+        (Ok(AnyPrepared::Ground(_)), _) => Err("the recorded job turns no part".into()),
+    })
 }
 
 /// Makes the report of a bag and writes it; left out, `out` is `report.html` in the bag's directory. Returns where it lies.

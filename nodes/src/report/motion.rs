@@ -104,6 +104,21 @@ impl Motion {
         Ok((seen > 0).then_some(motion))
     }
 
+    /// Some ticks and nothing else.
+    #[cfg(test)]
+    pub(super) fn made_of(samples: &[Sample], setpoints: BTreeMap<u64, [f64; 3]>) -> Self {
+        let columns = || Columns::new(0.0, 2.0, 10);
+        Self {
+            samples: samples.to_vec(),
+            setpoints,
+            c_rpm: columns(),
+            x_mm: columns(),
+            z_mm: columns(),
+            ticks: samples.len() as u64,
+            missing: 0,
+        }
+    }
+
     /// The samples of some ticks.
     pub(super) fn within(&self, (from, to): (u64, u64)) -> &[Sample] {
         let start = self.samples.partition_point(|sample| sample.tick < from);

@@ -5,7 +5,7 @@ use crate::bag::qos::{Durability, Reliability};
 use crate::bag::test_dir::TestDir;
 use crate::bag::{BagWriter, Outcome, Preset, QosProfile, Topic, WriterOptions};
 use byteorder::LittleEndian;
-use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus, LobeForm, LobeResult, MachineAlarms};
+use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus, LobeForm, LobeResult, MachineAlarms, TurnedResult};
 use serde::Serialize;
 
 const HOSTILE: &str = "<script>alert('&')</script>";
@@ -125,6 +125,37 @@ fn a_lobe_out_of_tolerance_is_not_good_and_its_worst_place_is_told() {
     ] {
         assert!(page.contains(said), "{said}: {page}");
     }
+}
+
+/// A turned part of which only the result is recorded: it is judged, and what is missing is said where it would stand.
+#[test]
+fn a_turned_part_without_its_ticks_is_judged_and_its_cause_said_to_be_unknown() {
+    let dir = TestDir::new();
+    let path = bag(&dir, |writer| {
+        let part = TurnedResult {
+            name: HOSTILE.into(),
+            form_error_max: 7.5e-6,
+            form_error_max_azimuth: 1.0,
+            form_error_max_z: 0.02,
+            form_error_allowed: 10e-6,
+            ..TurnedResult::default()
+        };
+        let done = JobStatus { turned: vec![part], job: "a job".into(), ..status(JobStatus::COMPLETE) };
+        let of_job = "camwright_msgs/msg/JobStatus";
+        write(writer, "/job_planner/job_status", of_job, 1, &status(JobStatus::PLANNING));
+        write(writer, "/job_planner/job_status", of_job, 2, &done);
+    });
+    let page = html(&path).expect("a report");
+    for said in [
+        "<h1>GOOD</h1>",
+        "part, azimuth 57.3°, z 20.00 mm",
+        "<p>Not known: the axes&#39; ticks are not in the bag.</p>",
+        "What made the worst place, azimuth 57.3°, z 20.00 mm",
+        "the form map is not recorded",
+    ] {
+        assert!(page.contains(said), "{said}: {page}");
+    }
+    assert!(!page.contains("<script"), "{page}");
 }
 
 #[test]

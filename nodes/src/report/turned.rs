@@ -7,6 +7,7 @@ use super::judge::Worst;
 use super::page::table;
 use super::part_drawing::Section;
 use super::text::{escape, fixed, signed, um};
+use super::turned_cause;
 use crate::convert::mm_from_m;
 use crate::planning::AnyPrepared;
 use camwright::units::{deg_from_rad, rpm_from_rad_s};
@@ -54,6 +55,7 @@ pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
         fixed(um(part.cusp_height_theory), 2),
     ];
     table(out, &heads, &[row]);
+    turned_cause::write(out, findings, part);
     out.push_str("<div class=\"figures\">");
     match last_map(findings) {
         Some(map) => map_figure(out, map, um(part.form_error_allowed)),
