@@ -6,7 +6,7 @@ use camwright::contact_law::ContactLaw;
 use camwright::machine::Machine;
 use camwright::machine::description::{Axis, ContactDescription, MachineDescription, StiffnessAt};
 use camwright::machine::report::TickReport;
-use camwright::machine::workpiece::DEFAULT_AZIMUTHS;
+use camwright::machine::workpiece::{DEFAULT_AZIMUTHS, DEGREES};
 use camwright::setpoint::Setpoint;
 use camwright::units::TURN_RAD;
 
@@ -173,4 +173,69 @@ fn an_elastic_cut_tells_what_it_removes() {
     let told: f64 = reports.iter().map(|report| report.removal.area_mm2).sum();
     let left = area(machine.part().lobe("I1").expect("it is there").radii_mm());
     assert!((area(&turns[0]) - left - told).abs() < 1e-9, "{told} mm2");
+}
+
+/// Largest normal force on every degree (N), as the machine keeps it.
+fn forces(machine: &Machine) -> Vec<f64> {
+    let lobe = machine.part().lobe("I1").expect("it is there");
+    lobe.cut_record().map_or_else(Vec::new, |record| record.forces_n().to_vec())
+}
+
+/// A wheel that stands still in a part whose raw radius grows from degree to degree: each degree was met as deep as it stood out in the
+/// first turn, when it was pressed hardest, and the force there is the law's.
+#[test]
+fn the_force_on_every_degree_is_that_of_its_engagement() {
+    let (description, law) = soft(1.0e4, 15.0);
+    let out_mm = |azimuth: f64| 0.05 + 0.02 * azimuth.cos();
+    let raw = (0..DEFAULT_AZIMUTHS).map(|i| 20.0 + out_mm(azimuth(i))).collect();
+    let setpoints = turning(&description, 3.2, |_| (20.0, 0.0, 0.0));
+    let (_, _, machine) = turn_by_turn(&description, raw, &setpoints);
+    let forces = forces(&machine);
+    assert_eq!(forces.len(), DEGREES);
+    let mut worst = 0.0_f64;
+    for (degree, force_n) in forces.iter().enumerate().take(350).skip(10) {
+        // The hardest place of a degree is one of its ends; from one to the other the force changes by 3 N at most.
+        let at = |i: usize| {
+            let engagement_mm = out_mm(azimuth(i));
+            law.force_n(law.deflection_mm(engagement_mm))
+        };
+        let wanted_n = (10 * degree..10 * degree + 10).map(at).fold(0.0, f64::max);
+        worst = worst.max((force_n - wanted_n).abs());
+    }
+    eprintln!("{worst:e} N off the law at most, of {:.0} N", forces[10]);
+    assert!(worst < 0.5, "{worst} N");
+}
+
+/// What is kept of every degree is what was told while the wheel was there: of a steady plunge the largest force of a turn's ticks.
+#[test]
+fn the_force_on_every_degree_is_the_largest_that_was_told_there() {
+    let (description, law) = soft(1.0e4, 15.0);
+    let (feed_mm, plunge) = (0.01, 60.0);
+    let setpoints =
+        turning(&description, plunge + 0.2, |angle| (20.0 - feed_mm * angle / TURN_RAD, -feed_mm / TURN_RAD, 0.0));
+    let (_, reports, machine) = turn_by_turn(&description, vec![20.0; DEFAULT_AZIMUTHS], &setpoints);
+    let mut told = [0.0_f64; DEGREES];
+    for report in &reports {
+        // A round part touches a wheel on the line from its axis to the wheel's.
+        let degrees = (report.axes[Axis::C.index()].position / TURN_RAD).rem_euclid(1.0) * DEGREES as f64;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a degree of a turn")]
+        let degree = (degrees as usize).min(DEGREES - 1);
+        told[degree] = told[degree].max(report.normal_force_n);
+    }
+    let steady_n = law.threshold_n() + law.grinding_n_mm() * feed_mm;
+    let kept = forces(&machine);
+    for (degree, (kept, told)) in kept.iter().zip(&told).enumerate() {
+        assert!((kept - told).abs() < 0.005 * steady_n, "{degree} deg: {kept} N, told {told} N");
+        assert!((kept - steady_n).abs() < 0.005 * steady_n, "{degree} deg: {kept} N, {steady_n} N");
+    }
+    let largest = |forces: &[f64]| forces.iter().copied().fold(0.0, f64::max);
+    assert!(largest(&kept) >= largest(&told), "{} N, told {} N", largest(&kept), largest(&told));
+}
+
+/// Without a law there is no force to know, and nothing is kept, not zeros.
+#[test]
+fn a_rigid_machine_knows_no_force() {
+    let setpoints = turning(&ideal(), 1.2, |_| (20.0, 0.0, 0.0));
+    let (_, _, machine) = turn_by_turn(&ideal(), vec![20.05; DEFAULT_AZIMUTHS], &setpoints);
+    assert!(machine.part().lobe("I1").expect("it is there").cut_record().is_none());
 }

@@ -17,6 +17,7 @@ mod csv;
 pub(crate) mod definition;
 mod durations;
 pub mod export;
+pub(crate) mod former;
 pub mod info;
 mod json;
 mod latched;

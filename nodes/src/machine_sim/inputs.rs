@@ -16,7 +16,7 @@ use crate::ros::{Node, Publisher, Qos, RosError};
 use camwright::machine::description::MachineDescription;
 use camwright::machine::report::TickReport;
 use camwright::machine::state::LastingState;
-use camwright_msgs::camwright_msgs::msg::{MachineInput, MachineKeyframe};
+use camwright_msgs::camwright_msgs::msg::{MachineInput, MachineKeyframe, PartLobe};
 use camwright_msgs::camwright_msgs::srv::{InjectFaultRequest, LoadLobeRequest};
 use serde::{Deserialize, Serialize};
 
@@ -148,11 +148,29 @@ fn digest_message(told: &Told) -> MachineInput {
     MachineInput { kind: MachineInput::DIGEST, number, digest, ..MachineInput::default() }
 }
 
+/// What counts of a request for a lobe. What else it says of it is not looked at, and so may be more or less than a request says today.
+#[derive(Debug, Deserialize)]
+struct LobeRecord {
+    clear: bool,
+    lobe: RawOutline,
+}
+
+/// A raw outline without its radii.
+#[derive(Debug, Deserialize)]
+struct RawOutline {
+    name: String,
+    station: String,
+    width: f64,
+    key_way: f64,
+}
+
 /// The lobe that a message tells.
 pub(super) fn lobe_of(message: &MachineInput) -> Result<RawLobe, String> {
-    let mut request: LoadLobeRequest = record(&message.content)?;
-    request.lobe.radius.clone_from(&message.values);
-    Ok(RawLobe::new(request))
+    let LobeRecord { clear, lobe } = record(&message.content)?;
+    let RawOutline { name, station, width, key_way } = lobe;
+    let radius = message.values.clone();
+    let lobe = PartLobe { name, station, width, key_way, radius, ..PartLobe::default() };
+    Ok(RawLobe::new(LoadLobeRequest { clear, lobe }))
 }
 
 /// The digest by which a message is known to be as it was made.

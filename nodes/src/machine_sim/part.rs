@@ -5,7 +5,7 @@ use crate::convert::{m_from_mm, mm_from_m};
 use camwright::machine::Machine;
 use camwright::machine::turned_part::{MOST_CELLS, PartGrid, TurnedPart, TurnedPartError};
 use camwright::machine::work_area::LoadingRefused;
-use camwright::machine::workpiece::{CutAt, LobeError};
+use camwright::machine::workpiece::{CutRecord, LobeError};
 use camwright_msgs::camwright_msgs::msg::TurnedPage;
 use camwright_msgs::camwright_msgs::srv::{LoadBarRequest, LoadLobeRequest};
 use thiserror::Error;
@@ -53,8 +53,8 @@ pub(super) struct SnapshotLobe {
     pub(super) station: String,
     pub(super) width_mm: f64,
     pub(super) radii_mm: Vec<f64>,
-    /// What was taken from every degree of it; empty where nobody knows.
-    pub(super) cut: Vec<CutAt>,
+    /// What the wheel did to every degree of it; none where nobody knows.
+    pub(super) cut: Option<CutRecord>,
 }
 
 /// The turned part of a snapshot.
@@ -155,7 +155,7 @@ impl Snapshot {
             station: stations.get(lobe.station()).map_or_else(String::new, |station| station.switch.clone()),
             width_mm: lobe.width_mm(),
             radii_mm: lobe.radii_mm().to_vec(),
-            cut: lobe.cut_record().map_or_else(Vec::new, |record| record.degrees().to_vec()),
+            cut: lobe.cut_record().cloned(),
         }));
         self.turned = machine.turned_part().map(|part| SnapshotTurned {
             name: part.name().to_owned(),

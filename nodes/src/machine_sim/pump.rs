@@ -18,7 +18,7 @@ use camwright::machine::alarm::{Alarm as CoreAlarm, Severity};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::machine::report::{IoState, MotionState, TickReport};
 use camwright::machine::state::LastingState;
-use camwright::machine::workpiece::CutAt;
+use camwright::machine::workpiece::CutRecord;
 use camwright::setpoint::{Input, Latch as CoreLatch};
 use camwright_msgs::camwright_msgs::msg::{
     GaugeReading, Latch, MachineAlarms, MachineIo, MachineStream, PartLobe, TurnedPage,
@@ -296,7 +296,7 @@ impl Pump {
                 finished: snapshot.finished,
                 key_way: snapshot.key_way_rad,
                 radius: lobe.radii_mm.iter().map(|radius| m_from_mm(*radius)).collect(),
-                ..cut_of(&lobe.cut, common_mm)
+                ..lobe.cut.as_ref().map(|cut| cut_of(cut, common_mm)).unwrap_or_default()
             })?;
         }
         Ok(())
@@ -319,12 +319,14 @@ pub(crate) fn joint_values(machine: &MachineDescription, report: &TickReport) ->
     message
 }
 
-/// What was taken from every degree of a lobe over the width that it has in common with the wheel (mm), as a message has it.
-pub(crate) fn cut_of(cut: &[CutAt], common_mm: f64) -> PartLobe {
+/// What the wheel did to every degree of a lobe over the width that both have in common (mm), as a message has it.
+pub(crate) fn cut_of(cut: &CutRecord, common_mm: f64) -> PartLobe {
+    let degrees = cut.degrees();
     PartLobe {
-        power: cut.iter().map(|at| at.power_w_mm * common_mm).collect(),
-        specific_energy: cut.iter().map(|at| j_m3_from_j_mm3(at.specific_energy_j_mm3)).collect(),
-        burn_index: cut.iter().map(|at| at.burn_index).collect(),
+        power: degrees.iter().map(|at| at.power_w_mm * common_mm).collect(),
+        specific_energy: degrees.iter().map(|at| j_m3_from_j_mm3(at.specific_energy_j_mm3)).collect(),
+        burn_index: degrees.iter().map(|at| at.burn_index).collect(),
+        normal_force: cut.forces_n().to_vec(),
         ..PartLobe::default()
     }
 }

@@ -150,7 +150,7 @@ fn rehearse_whole(
     let cut = |lobe: &PlannedLobe| {
         let lobe = machine.part().lobe(&lobe.design.name)?;
         let common_mm = lobe.width_mm().min(description.wheel.width_mm);
-        Some(cut_of(lobe.cut_record()?.degrees(), common_mm))
+        Some(cut_of(lobe.cut_record()?, common_mm))
     };
     let ground = |lobe: &PlannedLobe| {
         machine.part().lobe(&lobe.design.name).map_or_else(Vec::new, |lobe| lobe.radii_mm().to_vec())

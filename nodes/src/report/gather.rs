@@ -1,7 +1,8 @@
 //! What a bag says of its run, topic by topic; what it does not hold is left empty and never guessed.
 
 use super::ReportError;
-use crate::bag::{Bag, Message};
+use crate::bag::former::{add_empty_lists, lists_since};
+use crate::bag::{Bag, Message, Topic};
 use crate::convert::time::{TickClock, ns_from_time};
 use crate::ros::message_from_sample;
 use camwright_msgs::camwright_msgs::msg::{
@@ -92,8 +93,14 @@ impl Recorded {
         let names: Vec<Option<String>> =
             bag.topics().iter().map(|t| t.name.strip_prefix(&recorded.prefix).map(str::to_owned)).collect();
         let mut highest: Vec<(u64, u64)> = vec![(0, 0); names.len()];
+        // What a bag of a former program does not say of a message is empty.
+        let since = |topic: &Topic| {
+            camwright_msgs::by_type_name(&topic.type_name).map_or(0, |ours| lists_since(topic, ours.schema))
+        };
+        let since: Vec<usize> = bag.topics().iter().map(since).collect();
         let mut messages = bag.messages();
-        while let Some(message) = messages.next_message()? {
+        while let Some(mut message) = messages.next_message()? {
+            add_empty_lists(&mut message.data, since[message.topic]);
             let seen = &mut highest[message.topic];
             *seen = (seen.0.max(u64::from(message.sequence)), seen.1 + 1);
             if let Some(name) = &names[message.topic] {

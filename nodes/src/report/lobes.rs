@@ -91,7 +91,7 @@ pub(super) fn figures(out: &mut String, findings: &Findings<'_>) {
         }
         out.push_str(&force_chart(findings, index).figure());
         let outline = findings.story.outlines.iter().find(|part| part.name == *name);
-        for chart in heat_charts(outline.copied(), form) {
+        for chart in cut_charts(outline.copied(), form) {
             out.push_str(&chart.figure());
         }
         out.push_str("</div></section>\n");
@@ -176,12 +176,13 @@ fn force_chart(findings: &Findings<'_>, lobe: usize) -> Chart {
     let force = |sample: &Sample| sample.force_x_n;
     let with = turn_curve_of(findings, infeed_turn(findings, lobe), "is", "last turn with infeed", force);
     let last = turn_curve_of(findings, last_turn(findings, lobe), "other", "last turn of all", force);
-    let title = "Force of the motor of X (N), pressing inwards negative; the cut is the difference";
+    let title =
+        "Force of the motor of X, which holds the wheel against the part and moves its slide (N, inwards negative)";
     Chart { curves: vec![with, last], across: LINE, ..Chart::over_azimuth(title) }
 }
 
-/// Power and heat over the azimuth at which they were largest, as the machine told them with the part.
-fn heat_charts(outline: Option<&PartLobe>, form: &LobeForm) -> [Chart; 2] {
+/// Force, power and heat over the azimuth at which they were largest, as the machine told them with the part.
+fn cut_charts(outline: Option<&PartLobe>, form: &LobeForm) -> [Chart; 3] {
     let of = |values: Option<&Vec<f64>>| -> Vec<(f64, f64)> {
         let values = values.map_or(&[][..], Vec::as_slice);
         #[allow(clippy::cast_precision_loss, reason = "degrees of a turn")]
@@ -190,6 +191,11 @@ fn heat_charts(outline: Option<&PartLobe>, form: &LobeForm) -> [Chart; 2] {
     };
     let curve = |points, name: &str| vec![Curve { class: "is", name: name.into(), points }];
     let largest = "the largest of all turns";
+    let force = Chart {
+        curves: curve(of(outline.map(|part| &part.normal_force)), largest),
+        has_zero: true,
+        ..Chart::over_azimuth(format!("Normal force of the wheel on lobe {} (N)", form.name))
+    };
     let power = Chart {
         curves: curve(of(outline.map(|part| &part.power)), largest),
         has_zero: true,
@@ -201,5 +207,25 @@ fn heat_charts(outline: Option<&PartLobe>, form: &LobeForm) -> [Chart; 2] {
         has_zero: true,
         ..Chart::over_azimuth("Burn index")
     };
-    [power, burn]
+    [force, power, burn]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The force of every degree is drawn in the middle of it, as large as the machine told it, in N; without it there is no curve.
+    #[test]
+    fn the_force_that_is_drawn_is_that_of_the_message() {
+        let normal_force: Vec<f64> = (0..360).map(|degree| f64::from(degree * degree % 97)).collect();
+        let part = PartLobe { normal_force: normal_force.clone(), ..PartLobe::default() };
+        let form = LobeForm { name: "A".into(), ..LobeForm::default() };
+        let drawn = |part: Option<&PartLobe>| {
+            let [force, ..] = cut_charts(part, &form);
+            force.curves.into_iter().flat_map(|curve| curve.points).collect::<Vec<_>>()
+        };
+        let wanted: Vec<(f64, f64)> = (0..360).map(|degree| f64::from(degree) + 0.5).zip(normal_force).collect();
+        assert_eq!(drawn(Some(&part)), wanted);
+        assert!(drawn(Some(&PartLobe::default())).is_empty() && drawn(None).is_empty());
+    }
 }

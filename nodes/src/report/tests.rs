@@ -4,26 +4,36 @@ use super::*;
 use crate::bag::qos::{Durability, Reliability};
 use crate::bag::test_dir::TestDir;
 use crate::bag::{BagWriter, Outcome, Preset, QosProfile, Topic, WriterOptions};
+use crate::ros::sample_from_message;
 use byteorder::LittleEndian;
-use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus, LobeForm, LobeResult, MachineAlarms, TurnedResult};
+use camwright_msgs::camwright_msgs::msg::{
+    Alarm, JobStatus, LobeForm, LobeResult, MachineAlarms, PartLobe, TurnedResult,
+};
 use serde::Serialize;
 
 const HOSTILE: &str = "<script>alert('&')</script>";
 
 fn write<T: Serialize>(writer: &mut BagWriter, name: &str, type_name: &str, at: u64, message: &T) {
+    let mut data = vec![0, 1, 0, 0];
+    data.extend(cdr_encoding::to_vec::<T, LittleEndian>(message).expect("it is a message"));
+    write_data(writer, &topic(name, type_name), at, &data);
+}
+
+fn topic(name: &str, type_name: &str) -> Topic {
     let info = camwright_msgs::by_type_name(type_name).expect("the type is one of ours");
-    let topic = Topic {
+    Topic {
         name: name.into(),
         type_name: type_name.into(),
         type_hash: info.type_hash.into(),
         definition: info.schema.into(),
         offered_qos: vec![QosProfile::discovered(Reliability::Reliable, Durability::TransientLocal)],
-    };
-    let id = writer.add_topic(&topic).expect("it is open");
-    let mut data = vec![0, 1, 0, 0];
-    data.extend(cdr_encoding::to_vec::<T, LittleEndian>(message).expect("it is a message"));
+    }
+}
+
+fn write_data(writer: &mut BagWriter, topic: &Topic, at: u64, data: &[u8]) {
+    let id = writer.add_topic(topic).expect("it is open");
     let ns = 1_760_000_000_000_000_000 + at * 1_000_000;
-    writer.write(id, ns, ns, &data).expect("it is open");
+    writer.write(id, ns, ns, data).expect("it is open");
 }
 
 /// A bag of some messages of the cell `/a/`.
@@ -84,37 +94,80 @@ fn write_to_bag(path: &Path) -> PathBuf {
     out
 }
 
+/// A job of one lobe, A, that is 7.5 µm too small somewhere.
+fn lobe_out_of_tolerance(writer: &mut BagWriter) {
+    let mut form_error = vec![0.0; 720];
+    form_error[100] = -7.5e-6;
+    let form =
+        LobeForm { name: "A".into(), tolerance: 5e-6, contour: vec![0.02; 720], form_error, ..LobeForm::default() };
+    let lobe =
+        LobeResult { name: "A".into(), form_error_max: -7.5e-6, form_error_max_angle: 0.5, ..LobeResult::default() };
+    let done = JobStatus { lobes: vec![lobe], job: "a job".into(), ..status(JobStatus::COMPLETE) };
+    let of_job = "camwright_msgs/msg/JobStatus";
+    write(writer, "/job_planner/job_status", of_job, 1, &status(JobStatus::PLANNING));
+    let plan = camwright_msgs::camwright_msgs::msg::PlanPage {
+        plan_hash: "p".into(),
+        page_count: 1,
+        header: vec![camwright_msgs::camwright_msgs::msg::PlanHeader { lobes: vec!["A".into()], ..Default::default() }],
+        ..Default::default()
+    };
+    write(writer, "/job_planner/plan", "camwright_msgs/msg/PlanPage", 2, &plan);
+    write(writer, "/job_planner/lobe_forms", "camwright_msgs/msg/LobeForm", 3, &form);
+    write(writer, "/job_planner/job_status", of_job, 4, &done);
+}
+
+/// The figure under a heading that begins so.
+fn figure<'a>(page: &'a str, heading: &str) -> &'a str {
+    let rest = page.split(&format!("<figcaption>{heading}")).nth(1).unwrap_or_else(|| panic!("{heading}: {page}"));
+    rest.split("</figure>").next().unwrap_or_default()
+}
+
+/// What the machine told of every degree is drawn; a bag that was recorded before it told of the force is read all the same, and says that
+/// it has none.
+#[test]
+fn the_force_is_drawn_where_the_bag_has_it_and_missing_where_it_is_older() {
+    const PART: &str = "camwright_msgs/msg/PartLobe";
+    let part = |normal_force| PartLobe {
+        name: "A".into(),
+        finished: true,
+        radius: vec![0.02; 720],
+        power: vec![1000.0; 360],
+        normal_force,
+        ..PartLobe::default()
+    };
+    let dir = TestDir::new();
+    let page = html(&bag(&dir, |writer| {
+        lobe_out_of_tolerance(writer);
+        write(writer, "/machine/part", PART, 5, &part(vec![40.0; 360]));
+    }));
+    let page = page.expect("a report");
+    assert!(figure(&page, "Normal force of the wheel on lobe A (N)").contains("<path class=\"is\""), "{page}");
+    let dir = TestDir::new();
+    let page = html(&bag(&dir, |writer| {
+        let mut former = topic("/machine/part", PART);
+        former.definition = former
+            .definition
+            .lines()
+            .filter(|line| !line.contains(" normal_force "))
+            .fold(String::new(), |text, line| text + line + "\n");
+        assert!(former.definition.contains("burn_index") && !former.definition.contains("normal_force"));
+        let data = sample_from_message(&part(Vec::new())).expect("a message");
+        let (data, count) = data.split_last_chunk::<4>().expect("longer than that");
+        assert_eq!(*count, [0; 4], "the number of forces");
+        lobe_out_of_tolerance(writer);
+        write_data(writer, &former, 5, data);
+    }));
+    let page = page.expect("a report");
+    assert!(!page.contains("could not be understood"), "{page}");
+    assert!(figure(&page, "Power of the wheel").contains("<path class=\"is\""), "{page}");
+    assert!(figure(&page, "Normal force").contains("not recorded"), "{page}");
+}
+
 /// Without ticks the verdict stands, and the cause is said to be unknown.
 #[test]
 fn a_lobe_out_of_tolerance_is_not_good_and_its_worst_place_is_told() {
     let dir = TestDir::new();
-    let path = bag(&dir, |writer| {
-        let mut form_error = vec![0.0; 720];
-        form_error[100] = -7.5e-6;
-        let form =
-            LobeForm { name: "A".into(), tolerance: 5e-6, contour: vec![0.02; 720], form_error, ..LobeForm::default() };
-        let lobe = LobeResult {
-            name: "A".into(),
-            form_error_max: -7.5e-6,
-            form_error_max_angle: 0.5,
-            ..LobeResult::default()
-        };
-        let done = JobStatus { lobes: vec![lobe], job: "a job".into(), ..status(JobStatus::COMPLETE) };
-        let of_job = "camwright_msgs/msg/JobStatus";
-        write(writer, "/job_planner/job_status", of_job, 1, &status(JobStatus::PLANNING));
-        let plan = camwright_msgs::camwright_msgs::msg::PlanPage {
-            plan_hash: "p".into(),
-            page_count: 1,
-            header: vec![camwright_msgs::camwright_msgs::msg::PlanHeader {
-                lobes: vec!["A".into()],
-                ..Default::default()
-            }],
-            ..Default::default()
-        };
-        write(writer, "/job_planner/plan", "camwright_msgs/msg/PlanPage", 2, &plan);
-        write(writer, "/job_planner/lobe_forms", "camwright_msgs/msg/LobeForm", 3, &form);
-        write(writer, "/job_planner/job_status", of_job, 4, &done);
-    });
+    let path = bag(&dir, lobe_out_of_tolerance);
     let page = html(&path).expect("a report");
     for said in [
         "<h1>NOT GOOD</h1>",

@@ -34,8 +34,7 @@ impl Kept for Machine {
             drives_ordered, powered, power_off_due, estop, drive_faults, alarms, raised,
         } = self;
         fields!(tape: tick, lasting, axes, beyond, wheel, wheel_phase_rad, mode, followed, readings);
-        let record = || Some(CutRecord::new(description.process?, description.wheel.surface_speed_m_s));
-        tape.field("part", |tape| part.keep(tape, description.stations.len(), record))?;
+        tape.field("part", |tape| part.keep(tape, description.stations.len(), || CutRecord::of(description)))?;
         tape.field("turned", |tape| keep_clamped(turned, description.insert.is_some(), tape))?;
         fields!(tape: deflection, force_n, push_n, force_monitor, key_way_rad, dressed_zero_mm, since_cut, ground);
         equipment!(tape: work_area, gauge, gap);

@@ -46,8 +46,8 @@ impl Machine {
             });
         }
         let mut lobe = Lobe::new(String::from(name), index, width_mm, radii)?;
-        if let Some(process) = self.description.process {
-            lobe.record(CutRecord::new(process, self.description.wheel.surface_speed_m_s));
+        if let Some(record) = CutRecord::of(&self.description) {
+            lobe.record(record);
         }
         self.part.load(lobe);
         Ok(())

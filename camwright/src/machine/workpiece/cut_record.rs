@@ -1,12 +1,13 @@
-//! What the wheel took from every degree of a lobe, at its hardest: power, specific energy, and how hot it was.
+//! What the wheel did to every degree of a lobe, at its hardest: how it pressed, power, specific energy, and how hot it was.
 //!
-//! All of it is taken from the cut itself: the area that is gone and the time in which the contact passed a degree give the removal rate
-//! Q′, the contact law the depth a, both the footprint speed v = Q′/a; and with ω, the speed of the wheel line about the part, and β, the
-//! angle of the normal to it, the part's curvature κ at the contact is that of 1 + κR = centre·ω/(v cos β) (`speed_plan::process`).
+//! The force is that of the contact law. The rest is taken from the cut itself, where it is known what grinding takes: the area that is
+//! gone and the time in which the contact passed a degree give the removal rate Q′, the contact law the depth a, both the footprint speed
+//! v = Q′/a; and with ω, the speed of the wheel line about the part, and β, the angle of the normal to it, the part's curvature κ at the
+//! contact is that of 1 + κR = centre·ω/(v cos β) (`speed_plan::process`).
 
 use super::WheelPosition;
 use crate::keyframe::{Kept, Tape, TapeError};
-use crate::machine::description::{GrindingProcess, ReferenceCut};
+use crate::machine::description::{GrindingProcess, MachineDescription, ReferenceCut};
 use crate::units::TURN_RAD;
 use alloc::vec::Vec;
 
@@ -16,7 +17,7 @@ pub const DEGREES: usize = 360;
 /// A depth below which the wheel rubs (mm): rounding, not a chip.
 const LEAST_DEPTH_MM: f64 = 1e-6;
 
-/// One degree of a lobe.
+/// What was taken from one degree of a lobe.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CutAt {
     /// Largest power of the wheel's spindle per width (W/mm).
@@ -48,8 +49,11 @@ crate::kept!(Passage { degree, area_mm2, time_s, turned_rad, depth_mm, cos_beta,
 /// The record of a lobe.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CutRecord {
-    process: GrindingProcess,
+    process: Option<GrindingProcess>,
     wheel_speed_m_s: f64,
+    /// Largest normal force (N), of the whole contact as the law has it.
+    forces_n: Vec<f64>,
+    /// None of them where nobody says what grinding takes.
     degrees: Vec<CutAt>,
     passage: Option<Passage>,
     /// Azimuth of the wheel line before (rad).
@@ -58,11 +62,12 @@ pub struct CutRecord {
 
 impl Kept for CutRecord {
     fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
-        let Self { process: _, wheel_speed_m_s: _, degrees, passage, line_rad } = self;
-        tape.field("degrees", |tape| tape.list(degrees, DEGREES))?;
+        // How many degrees there are the description decides.
+        let Self { process: _, wheel_speed_m_s: _, forces_n, degrees, passage, line_rad } = self;
+        tape.field("forces_n", |tape| tape.numbers(forces_n))?;
+        tape.field("degrees", |tape| degrees.as_mut_slice().keep(tape))?;
         tape.field("passage", |tape| passage.keep(tape))?;
-        tape.field("line_rad", |tape| line_rad.keep(tape))?;
-        if degrees.len() == DEGREES { Ok(()) } else { Err(TapeError::Impossible("a turn has not so many degrees")) }
+        tape.field("line_rad", |tape| line_rad.keep(tape))
     }
 }
 
@@ -74,20 +79,32 @@ pub(super) struct ContactNow {
     pub(super) area_mm2: f64,
     /// Depth of cut along the normal (mm).
     pub(super) depth_mm: f64,
+    /// Normal force (N).
+    pub(super) force_n: f64,
     /// Cosine of the angle between the normal and the line from the part's axis to the wheel's centre.
     pub(super) cos_beta: f64,
 }
 
 impl CutRecord {
-    pub(crate) fn new(process: GrindingProcess, wheel_speed_m_s: f64) -> Self {
-        let degrees = alloc::vec![CutAt::default(); DEGREES];
-        Self { process, wheel_speed_m_s, degrees, passage: None, line_rad: None }
+    /// An empty one for a lobe on a machine; none where wheel and part do not give way, since the law of that is what a cut is known by.
+    pub(crate) fn of(description: &MachineDescription) -> Option<Self> {
+        description.contact.as_ref()?;
+        let process = description.process;
+        let degrees = alloc::vec![CutAt::default(); if process.is_some() { DEGREES } else { 0 }];
+        let (forces_n, wheel_speed_m_s) = (alloc::vec![0.0; DEGREES], description.wheel.surface_speed_m_s);
+        Some(Self { process, wheel_speed_m_s, forces_n, degrees, passage: None, line_rad: None })
     }
 
-    /// Every degree from the key-way on.
+    /// What was taken from every degree from the key-way on; empty where nobody says what grinding takes.
     #[must_use]
     pub fn degrees(&self) -> &[CutAt] {
         &self.degrees
+    }
+
+    /// Largest normal force on every degree from the key-way on (N), of the whole contact.
+    #[must_use]
+    pub fn forces_n(&self) -> &[f64] {
+        &self.forces_n
     }
 
     /// Nothing touches.
@@ -109,6 +126,7 @@ impl CutRecord {
             reason = "a fraction of a turn times the count"
         )]
         let degree = (((turns - libm::floor(turns)) * DEGREES as f64) as usize).min(DEGREES - 1);
+        self.forces_n[degree] = self.forces_n[degree].max(contact.force_n);
         if self.passage.is_none_or(|passage| passage.degree != degree) {
             if let Some(passage) = self.passage.take() {
                 self.finish(passage, wheel.radius_mm);
@@ -125,6 +143,7 @@ impl CutRecord {
     }
 
     fn finish(&mut self, passage: Passage, wheel_radius_mm: f64) {
+        let Some(process) = self.process else { return };
         let Passage { degree, area_mm2, time_s, turned_rad, depth_mm, cos_beta, centre_mm } = passage;
         if !(depth_mm > LEAST_DEPTH_MM && area_mm2 > 0.0 && time_s > 0.0 && turned_rad > 0.0) {
             return;
@@ -134,10 +153,10 @@ impl CutRecord {
         let omega = turned_rad / time_s;
         let equivalent_diameter_mm = 2.0 * wheel_radius_mm * cos_beta * footprint_speed_mm_s / (omega * centre_mm);
         let contact_mm = libm::sqrt(depth_mm * equivalent_diameter_mm);
-        let power_w_mm = self.process.power_w_mm(removal_mm2_s, contact_mm, self.wheel_speed_m_s);
+        let power_w_mm = process.power_w_mm(removal_mm2_s, contact_mm, self.wheel_speed_m_s);
         let cut = ReferenceCut { footprint_speed_mm_s, depth_mm, equivalent_diameter_mm };
         let at = &mut self.degrees[degree];
-        at.burn_index = at.burn_index.max(self.process.burn_index(&cut));
+        at.burn_index = at.burn_index.max(process.burn_index(&cut));
         if power_w_mm > at.power_w_mm {
             at.power_w_mm = power_w_mm;
             at.specific_energy_j_mm3 = power_w_mm / removal_mm2_s;

@@ -235,7 +235,7 @@ impl Lobe {
         self.record = Some(record);
     }
 
-    /// What was taken from every degree of it, if that is kept.
+    /// What the wheel did to every degree of it, if that is kept.
     #[must_use]
     pub fn cut_record(&self) -> Option<&CutRecord> {
         self.record.as_ref()

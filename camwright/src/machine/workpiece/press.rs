@@ -136,7 +136,8 @@ impl Lobe {
         };
         if let Some(record) = &mut self.record {
             let azimuth_rad = at as f64 / self.radii.len() as f64 * TURN_RAD;
-            let contact = ContactNow { azimuth_rad, area_mm2: removal.area_mm2, depth_mm, cos_beta: normal.0 };
+            let force_n = law.force_n(deflection.mm);
+            let contact = ContactNow { azimuth_rad, area_mm2: removal.area_mm2, depth_mm, force_n, cos_beta: normal.0 };
             record.note(position, contact, time_s);
         }
         (removal, deflection)
