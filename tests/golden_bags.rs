@@ -4,11 +4,14 @@
 //! bags and the table. Whoever does that has changed what the machine does on purpose.
 #![allow(clippy::print_stdout, reason = "what was replayed is told with --nocapture")]
 
+#[path = "support/changed_bag.rs"]
+mod changed_bag;
 mod support;
 
 use camwright_nodes::bag::{Bag, BagWriter, Message, Outcome, Preset, WriterOptions};
 use camwright_nodes::replan::{archived_jobs, plan_again};
-use camwright_nodes::rerun::{Verdict, again};
+use camwright_nodes::rerun::{Verdict, Window, again, within};
+use changed_bag::Original;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -50,7 +53,7 @@ const GOLDEN: [Golden; 4] = [
 ];
 
 /// What it takes to compute a run again and to plan its job again, and what tells where it differs.
-const TOPICS: [&str; 10] = [
+const TOPICS: [&str; 11] = [
     "/axis_interpolator/inputs",
     "/job_planner/job_files",
     "/job_planner/job_status",
@@ -59,6 +62,7 @@ const TOPICS: [&str; 10] = [
     "/machine/alarms",
     "/machine/description",
     "/machine/inputs",
+    "/machine/keyframes",
     "/machine/setpoints",
     "/machine/stream",
 ];
@@ -173,10 +177,69 @@ fn replayed(golden: &Golden) -> String {
     println!("{}: {}", golden.name, verdict.to_text());
     assert!(verdict.is_identical(), "{}: {}", golden.name, verdict.to_text());
     assert!(verdict.setpoints > 1000 && verdict.digests.0 > 3, "{}: {}", golden.name, verdict.to_text());
+    from_every_keyframe(&path, &verdict);
     let jobs = archived_jobs(&path).expect("a bag");
     assert_eq!(jobs.len(), 1, "{}", golden.name);
     let outcome = plan_again(&jobs[0], &[], &[], 0.0).unwrap_or_else(|reason| panic!("{}: {reason}", golden.name));
     println!("{}: {outcome}", golden.name);
     assert!(outcome.is_same && outcome.hashes[0] == outcome.hashes[1], "{}: {outcome}", golden.name);
     line(golden, &Bag::open(&path).expect("a bag"), &verdict)
+}
+
+/// The run is the same from each of its keyframes on: this program still reads what that one wrote.
+fn from_every_keyframe(path: &Path, whole: &Verdict) {
+    let heads = Original::read(path, PathBuf::new()).keyframes();
+    assert!(!heads.is_empty() && whole.keyframes == heads.len(), "{} of {} keyframes", whole.keyframes, heads.len());
+    for head in heads {
+        let verdict = within(path, Window { from_tick: Some(head.tick), to_tick: None });
+        let verdict = verdict.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        assert!(verdict.is_identical() && verdict.begun == head.tick, "{}: {}", path.display(), verdict.to_text());
+        assert_eq!(verdict.ticks + head.tick, whole.ticks);
+        assert!(verdict.digests.0 == 0 || verdict.digests.1 == whole.digests.1, "{}", verdict.to_text());
+    }
+}
+
+/// Keyframes with a state that harms, and a check that fits it: a replay says what is wrong with it, or that the machine goes another
+/// way; it does not fail. `CAMWRIGHT_MUTATIONS=2000 cargo test -p camwright_nodes --test golden_bags harms` tries more.
+#[test]
+fn no_state_harms_a_replay() {
+    let tries = std::env::var("CAMWRIGHT_MUTATIONS").ok().and_then(|text| text.parse().ok()).unwrap_or(40);
+    let mut seed = 2026_u64;
+    println!("seed {seed}");
+    let mut random = |below: usize| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        usize::try_from(seed >> 33).expect("31 bits") % below
+    };
+    let words =
+        [u64::MAX, 1 << 53, (1 << 31) - 1, 0, f64::INFINITY.to_bits(), 1e15_f64.to_bits(), (-1e9_f64).to_bits()];
+    for name in ["ground", "turned"] {
+        let work = Folder::new(&format!("harmful-{name}"));
+        let original = Original::read(&folder().join(name), work.join("changed"));
+        let head = original.keyframes().remove(0);
+        let state = original.state(&head);
+        let window = Window { from_tick: Some(head.tick), to_tick: Some(head.tick + 100) };
+        let (mut refused, mut differing, mut same) = (0, 0, 0);
+        for _ in 0..tries {
+            let mut changed = state.clone();
+            for _ in 0..=random(2) {
+                // Half of it where everything but the part stands: before it and behind it.
+                let at = match random(4) {
+                    0 => random(1200),
+                    1 => state.len() - 8 - random(4000),
+                    _ => random(state.len() - 8),
+                };
+                match random(2) {
+                    0 => changed[at] ^= 1 << random(8),
+                    _ => changed[at..at + 8].copy_from_slice(&words[random(words.len())].to_le_bytes()),
+                }
+            }
+            match within(original.with_state(&head, &changed, true), window) {
+                Err(_) => refused += 1,
+                Ok(verdict) if verdict.is_identical() => same += 1,
+                Ok(_) => differing += 1,
+            }
+        }
+        println!("{name}: of {tries} states {refused} were refused, {differing} went another way, {same} did not show");
+        assert!(refused > 0 && differing > 0, "{name}: {refused} refused, {differing} went another way");
+    }
 }
