@@ -114,6 +114,8 @@ fn listen(
     let target = match &settings.moving {
         None => None,
         Some(moving) => {
+            // What alarms say is latched, on its way since the first message of the stream.
+            let _told = ears.wait(DISCOVERY, |heard| (!heard.alarms.is_empty()).then_some(()));
             let free = motion::obstacle(ears).map_or(Ok(()), Err);
             let target = free.and_then(|()| ears.look(|heard| motion::target(&description, &facts, heard, moving)));
             Some(target.map_err(CheckError::Refused)?)
