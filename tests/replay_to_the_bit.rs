@@ -22,10 +22,13 @@ use camwright_msgs::control_msgs::action::{FollowJointTrajectory, FollowJointTra
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
 use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
 use camwright_nodes::rerun::{Verdict, again};
-use camwright_nodes::ros::{GoalStatus, ParameterValue, Qos, RosArgs};
+use camwright_nodes::ros::{GoalStatus, ParameterValue, Qos, RosArgs, sample_from_message};
 use camwright_nodes::run_logger::RunLogger;
 use cell::{Cell, PATIENCE};
 use changed_bag::{Original, as_it_was};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::mpsc;
@@ -147,6 +150,18 @@ fn replayed(bag: &Path) -> Verdict {
     verdict
 }
 
+/// The bag with one message changed.
+fn with<M: Serialize + DeserializeOwned>(original: &Original, place: usize, change: impl FnOnce(&mut M)) -> &Path {
+    let mut message: M = original.decoded(place);
+    change(&mut message);
+    let data = sample_from_message(&message).expect("it travels");
+    original.rewritten(
+        |index, message| {
+            if index == place { Some(Cow::Owned(data.clone())) } else { as_it_was(message) }
+        },
+    )
+}
+
 #[test]
 fn an_eventful_run_is_computed_again_to_the_bit_and_one_changed_bit_is_named_by_its_tick() {
     let folder = Folder::new("replay-to-the-bit");
@@ -160,7 +175,7 @@ fn an_eventful_run_is_computed_again_to_the_bit_and_one_changed_bit_is_named_by_
     what_comes_of_an_override_is_named(&original);
     // A setpoint and a sample that were recorded otherwise are told with field, values and µm.
     let chunks = original.places::<JointTrajectory>();
-    let changed = original.with::<JointTrajectory>(chunks[chunks.len() / 2], |chunk| {
+    let changed = with::<JointTrajectory>(&original, chunks[chunks.len() / 2], |chunk| {
         chunk.points[1].positions[1] = f64::from_bits(chunk.points[1].positions[1].to_bits() ^ 1 << 30);
     });
     let text = again(changed).expect("it can be computed").to_text();
@@ -168,7 +183,7 @@ fn an_eventful_run_is_computed_again_to_the_bit_and_one_changed_bit_is_named_by_
     // So is an alarm.
     let told = |place: &usize| !original.decoded::<MachineAlarms>(*place).alarms.is_empty();
     let alarm = original.places::<MachineAlarms>().into_iter().find(told).expect("the emergency stop");
-    let changed = original.with::<MachineAlarms>(alarm, |said| said.alarms[0].text.push('!'));
+    let changed = with::<MachineAlarms>(&original, alarm, |said| said.alarms[0].text.push('!'));
     let text = again(changed).expect("it can be computed").to_text();
     assert!(
         text.contains("machine/alarms: recorded alarm 1 of tick ") && text.contains("emergency stop pressed!"),
@@ -190,14 +205,14 @@ fn every_input_is_named(original: &Original) {
     for _ in 0..3 {
         let (place, bit) = (of_interpolator[next(of_interpolator.len())], 1 << next(64));
         let input: AppliedInput = original.decoded(place);
-        let changed = original.with::<AppliedInput>(place, |input| {
+        let changed = with::<AppliedInput>(original, place, |input| {
             input.value = f64::from_bits(input.value.to_bits() ^ bit);
         });
         let verdict = again(changed).expect("it can be computed");
         assert_eq!(verdict.changed.first().map(|(tick, _)| *tick), Some(input.tick), "{}", verdict.to_text());
         let (place, bit) = (of_machine[next(of_machine.len())], 1 << next(64));
         let input: MachineInput = original.decoded(place);
-        let changed = original.with::<MachineInput>(place, |input| input.digest ^= bit);
+        let changed = with::<MachineInput>(original, place, |input| input.digest ^= bit);
         let verdict = again(changed).expect("it can be computed");
         assert_eq!(verdict.changed.first().map(|(tick, _)| *tick), Some(input.tick), "{}", verdict.to_text());
     }
@@ -209,7 +224,7 @@ fn what_comes_of_an_override_is_named(original: &Original) {
     let is_override = |place: &&usize| original.decoded::<AppliedInput>(**place).kind == AppliedInput::OVERRIDE;
     let place = *inputs.iter().find(is_override).expect("the override was changed");
     let input: AppliedInput = original.decoded(place);
-    let changed = original.with::<AppliedInput>(place, |input| {
+    let changed = with::<AppliedInput>(original, place, |input| {
         // 0.7 with the highest bit of its mantissa: 0.95.
         input.value = f64::from_bits(input.value.to_bits() ^ 1 << 51);
     });

@@ -1,13 +1,11 @@
 //! A bag, and bags that differ from it in some messages.
 #![allow(missing_docs, reason = "a helper of tests")]
-#![allow(dead_code, reason = "each test target uses its part")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 
 use camwright_msgs::camwright_msgs::msg::MachineKeyframe;
 use camwright_nodes::bag::{Bag, BagWriter, Message, Outcome, WriterOptions};
 use camwright_nodes::convert::keyframes::{Arriving, pages};
 use camwright_nodes::ros::{message_from_sample, sample_from_message};
-use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -59,18 +57,6 @@ impl Original {
         }
         writer.close(Outcome::Complete, 0).expect("closed");
         &self.changed
-    }
-
-    /// With one message changed.
-    pub fn with<M: Serialize + DeserializeOwned>(&self, place: usize, change: impl FnOnce(&mut M)) -> &Path {
-        let mut message: M = self.decoded(place);
-        change(&mut message);
-        let data = sample_from_message(&message).expect("it travels");
-        self.rewritten(
-            |index, message| {
-                if index == place { Some(Cow::Owned(data.clone())) } else { as_it_was(message) }
-            },
-        )
     }
 
     /// Its keyframes, without their states.

@@ -3,7 +3,6 @@
 //! Alarms are data: they travel to the operator and into the recording. They are latched; a reset clears them once
 //! their cause is gone, and never restarts motion.
 
-use crate::keyframe::{Kept, Tape, TapeError};
 use crate::machine::description::Axis;
 use crate::units::deg_from_rad;
 use core::fmt;
@@ -351,17 +350,6 @@ impl AlarmKind {
     #[must_use]
     pub fn from_number(number: u16) -> Option<AlarmKind> {
         AlarmKind::ALL.into_iter().find(|kind| kind.entry().number == number)
-    }
-}
-
-impl Kept for AlarmKind {
-    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
-        let mut number = self.entry().number;
-        number.keep(tape)?;
-        if tape.is_reading() {
-            *self = AlarmKind::from_number(number).ok_or(TapeError::Impossible("no alarm has this number"))?;
-        }
-        Ok(())
     }
 }
 

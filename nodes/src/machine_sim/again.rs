@@ -1,6 +1,8 @@
 //! A machine that runs again what it was given once, without a clock: the cyclic thread's own code, fed from a record.
 
 use super::active_alarms::ActiveAlarms;
+use super::commands;
+use super::faults::asked_fault;
 use super::inputs::{BeginRecord, FORMAT, lobe_of, record};
 use super::keyframes::FORM as FORM_OF_KEYFRAMES;
 use super::output_digest::{OutputDigest, Told};
@@ -9,7 +11,6 @@ use super::pump::StreamState;
 use super::ticker::{Bounds, Pace, Ticker};
 use super::traffic::{Inbound, Outbound};
 use super::work_area::AreaOrder;
-use super::{asked_fault, commands};
 use crate::convert::setpoints::ChunkBuffer;
 use crate::cyclic::{Receiver, Sender, Waker, ring};
 use camwright::keyframe::{Kept, Tape};

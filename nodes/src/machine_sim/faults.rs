@@ -1,7 +1,10 @@
 //! Faults on their way to the machine: those of now, and those that wait for their tick of a job.
 
-use camwright::machine::fault::Fault;
+use super::traffic::AskedFault;
+use camwright::machine::description::MachineDescription;
+use camwright::machine::fault::{Fault, FaultError};
 use camwright::numeric::fixed_list::FixedList;
+use camwright_msgs::camwright_msgs::srv::InjectFaultRequest;
 
 /// Faults of one tick; more wait for the next.
 const AT_ONCE: usize = 8;
@@ -67,6 +70,13 @@ impl Faults {
         }
         due
     }
+}
+
+/// The fault that is asked for.
+pub(super) fn asked_fault(request: InjectFaultRequest, machine: &MachineDescription) -> Result<AskedFault, FaultError> {
+    let value = crate::convert::fault_value(&request.target, request.value);
+    let fault = Fault::from_name(&request.fault, &request.target, value, request.active, machine)?;
+    Ok(AskedFault { fault, job_tick: request.job_tick, request })
 }
 
 #[cfg(test)]

@@ -44,15 +44,16 @@ use crate::ros::{
 use crate::running::{NodeError, Threads, autostart};
 use camwright::machine::Machine;
 use camwright::machine::description::{Axis, MachineDescription, Scale};
-use camwright::machine::fault::{FAULTS, Fault, FaultError};
+use camwright::machine::fault::{FAULTS, Fault};
 use camwright::machine::state::LastingState;
 use camwright_msgs::camwright_msgs::msg::{
     AxisDescription, MachineCommand as CommandMessage, MachineDescription as DescriptionMessage, MachineStream,
     RecorderStatus, StationDescription,
 };
-use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultRequest, InjectFaultResponse};
+use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultResponse};
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
+use faults::asked_fault;
 use health::Health;
 use keyframes::Keyframes;
 use loading::Loads;
@@ -368,13 +369,6 @@ fn services(
     })?;
     let [lobe, bar] = loading::offer(node, inlet, loads)?;
     Ok(vec![reset, estop, inject, lobe, bar])
-}
-
-/// The fault that is asked for.
-fn asked_fault(request: InjectFaultRequest, machine: &MachineDescription) -> Result<AskedFault, FaultError> {
-    let value = crate::convert::fault_value(&request.target, request.value);
-    let fault = Fault::from_name(&request.fault, &request.target, value, request.active, machine)?;
-    Ok(AskedFault { fault, job_tick: request.job_tick, request })
 }
 
 /// What is told when the wheel or the parts have changed.

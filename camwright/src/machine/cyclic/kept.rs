@@ -3,10 +3,22 @@
 use super::turning::Clamped;
 use super::{Machine, Mode};
 use crate::keyframe::{Kept, Tape, TapeError};
+use crate::machine::alarm::AlarmKind;
 use crate::machine::turned_part::TurnedPart;
 use crate::machine::workpiece::CutRecord;
 
 crate::kept_cases!(Mode { 0 Following, 1 Draining, 2 OwnStop, 3 Halted });
+
+impl Kept for AlarmKind {
+    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+        let mut number = self.entry().number;
+        number.keep(tape)?;
+        if tape.is_reading() {
+            *self = AlarmKind::from_number(number).ok_or(TapeError::Impossible("no alarm has this number"))?;
+        }
+        Ok(())
+    }
+}
 
 /// Fields, one after the other.
 macro_rules! fields {
