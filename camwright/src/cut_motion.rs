@@ -1,7 +1,9 @@
 //! The motion of generation: C by a time law, X by a path over C plus an infeed, and their derivatives in time.
 
-use crate::numeric::hermite::{HermiteSpline, Sample};
+use crate::numeric::hermite::{HermiteSpline, Knot, Sample};
+use crate::numeric::hermite_exact::ExactHermite;
 use crate::numeric::periodic_spline::PeriodicSpline;
+use crate::numeric::twofold::Twofold;
 use crate::plan::{CutSegment, Plan, SegmentKind};
 use crate::units::{TURN_RAD, wrap_turn};
 use alloc::vec::Vec;
@@ -121,6 +123,55 @@ impl CutMotion<'_> {
     #[must_use]
     pub fn time_of(&self, angle_rad: f64) -> f64 {
         self.law.place_of(angle_rad)
+    }
+}
+
+/// Positions of a cut with the digits that a float loses behind many turns, for checks that difference them. Times follow each other.
+#[derive(Debug, Clone)]
+pub(crate) struct ExactCut<'a> {
+    motion: &'a CutMotion<'a>,
+    law: ExactHermite<'a>,
+    infeed: ExactHermite<'a>,
+    lead: Option<ExactHermite<'a>>,
+}
+
+impl<'a> ExactCut<'a> {
+    pub(crate) fn new(motion: &'a CutMotion<'a>) -> Self {
+        Self {
+            motion,
+            law: ExactHermite::new(motion.law),
+            infeed: ExactHermite::new(motion.infeed),
+            lead: motion.lead.map(ExactHermite::new),
+        }
+    }
+
+    /// As [`CutMotion::angle`].
+    pub(crate) fn angle(&mut self, time_s: Twofold) -> Twofold {
+        let beyond = |edge: &Knot| {
+            let since = time_s.plus_float(-edge.at);
+            since.times(Twofold::from(edge.first)).plus_float(edge.value)
+        };
+        match self.motion.law.knots() {
+            [first, ..] if time_s.value() < first.at => beyond(first),
+            [.., last] if time_s.value() > last.at => beyond(last),
+            _ => self.law.at(time_s),
+        }
+    }
+
+    /// As [`CutMotion::x_mm`].
+    pub(crate) fn x_mm(&mut self, time_s: Twofold) -> Twofold {
+        let angle = self.law.at(time_s);
+        let path_angle = angle.plus_float(self.motion.path_start_rad);
+        let infeed = self.infeed.at(angle);
+        let offset = match self.motion.ratio {
+            Some(ratio) => ratio.exact_value(path_angle).times(infeed),
+            None => infeed,
+        };
+        let x = self.motion.path.exact_value(path_angle).plus(offset);
+        match &mut self.lead {
+            Some(lead) => x.plus(lead.at(time_s)),
+            None => x,
+        }
     }
 }
 

@@ -243,6 +243,7 @@ impl InfeedSchedule {
                 for_acceleration.max(libm::cbrt(60.0 * step * w * w * w / jerk))
             }
         };
+        // Also where it is not a number.
         let blend_rad = blend_rad.clamp(TURN_RAD / 3600.0, LONGEST_BLEND_RAD);
         match self.course {
             InfeedCourse::PerAngle => InfeedLaw::spiral(*self, blend_rad),

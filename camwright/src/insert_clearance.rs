@@ -19,6 +19,7 @@ use crate::insert_path::InsertPath;
 use crate::machine::description::InsertDescription;
 use crate::surface::Surface;
 use crate::units::{TURN_RAD, deg_from_rad, rad_from_deg, wrap_turn};
+use alloc::string::String;
 use alloc::vec::Vec;
 use core::f64::consts::FRAC_PI_2;
 use thiserror::Error;
@@ -38,8 +39,9 @@ pub enum InsertClearanceError {
     },
     /// The flank touches the surface beside the edge.
     #[error(
-        "with the insert {height_mm:.3} mm below centre the flank clears the surface by {clearance_deg:.2} deg, it must be at least \
-         {bound_deg:.2} deg, turned to {turned_deg:.1} deg at z = {z_mm:.3} mm"
+        "with the insert {} the flank clears the surface by {clearance_deg:.2} deg, it must be at least \
+         {bound_deg:.2} deg, turned to {turned_deg:.1} deg at z = {z_mm:.3} mm",
+        beside_centre(*.height_mm)
     )]
     FlankTouches {
         /// H (mm), negative above centre.
@@ -55,8 +57,9 @@ pub enum InsertClearanceError {
     },
     /// The surface is so flat to the rake face that the tool scrapes.
     #[error(
-        "with the insert {height_mm:.3} mm below centre the surface lies at {approach_deg:.2} deg to the rake face, it must be at least \
-         {bound_deg:.2} deg, turned to {turned_deg:.1} deg at z = {z_mm:.3} mm"
+        "with the insert {} the surface lies at {approach_deg:.2} deg to the rake face, it must be at least \
+         {bound_deg:.2} deg, turned to {turned_deg:.1} deg at z = {z_mm:.3} mm",
+        beside_centre(*.height_mm)
     )]
     Scrapes {
         /// H (mm), negative above centre.
@@ -72,8 +75,9 @@ pub enum InsertClearanceError {
     },
     /// The rake plane passes beside part of the surface.
     #[error(
-        "the insert stands {height_mm:.3} mm below centre, but at azimuth {azimuth_deg:.1} deg, z = {z_mm:.3} mm the part has a radius of \
-         {bound_mm:.3} mm only: it must be below that"
+        "the insert stands {}, but at azimuth {azimuth_deg:.1} deg, z = {z_mm:.3} mm the part has a radius of \
+         {bound_mm:.3} mm only: it must be less than that from centre",
+        beside_centre(*.height_mm)
     )]
     Misses {
         /// H (mm), negative above centre.
@@ -104,8 +108,9 @@ pub enum InsertClearanceError {
     },
     /// No height works.
     #[error(
-        "no height of the insert works: it must stand at least {lowest_mm:.3} mm below centre to clear the surface by {clearance_deg:.2} deg, \
-         and at most {highest_mm:.3} mm to meet it at {approach_deg:.2} deg"
+        "no height of the insert works: it must stand {} or lower to clear the surface by {clearance_deg:.2} deg, \
+         and {} or higher to meet it at {approach_deg:.2} deg",
+        beside_centre(*.lowest_mm), beside_centre(*.highest_mm)
     )]
     NoHeight {
         /// Least H that clears (mm).
@@ -117,6 +122,13 @@ pub enum InsertClearanceError {
         /// Angle to the rake face asked for (deg).
         approach_deg: f64,
     },
+}
+
+/// Position of an insert in words, from its height below centre (mm); a negative height is above.
+#[must_use]
+pub fn beside_centre(below_mm: f64) -> String {
+    let side = if below_mm < 0.0 { "above" } else { "below" };
+    alloc::format!("{:.3} mm {side} centre", below_mm.abs())
 }
 
 /// The insert's flank, and what is asked of it.

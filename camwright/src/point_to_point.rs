@@ -13,7 +13,7 @@
 //! ```
 
 use crate::machine::description::{AXIS_COUNT, MachineDescription, MotionLimits};
-use crate::numeric::hermite::{HermiteSpline, Knot, Sample};
+use crate::numeric::hermite::{HermiteError, HermiteSpline, Knot, Sample};
 use crate::plan::AxisTarget;
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -206,8 +206,10 @@ impl JerkLaw {
     /// The same law as a spline over time, knots at the phase boundaries.
     ///
     /// A law of no duration becomes a nanosecond of rest, since a spline needs two knots.
-    #[must_use]
-    pub fn to_spline(&self) -> HermiteSpline {
+    ///
+    /// # Errors
+    /// Phases so long against others, or numbers so large, that floats do not hold them.
+    pub fn to_spline(&self) -> Result<HermiteSpline, HermiteError> {
         let mut knots: Vec<Knot> = Vec::with_capacity(self.count + 1);
         for phase in &self.phases[..self.count] {
             // Over less than a microsecond the digits of the values no longer carry an acceleration (1e-13 mm / h²);
@@ -223,7 +225,7 @@ impl JerkLaw {
         }
         let at = if self.count == 0 { 1e-9 } else { self.duration };
         knots.push(Knot { at, value: end.value, first: end.first, second: end.second });
-        HermiteSpline::new(knots).expect("phase boundaries increase and are finite")
+        HermiteSpline::new(knots)
     }
 }
 
@@ -347,7 +349,7 @@ pub fn from_velocity(
     validate(distance, v0, v1, limits)?;
     let law = solve(distance, v0, 0.0, v1, limits);
     check(&law, distance, v0, v1, limits)?;
-    Ok(law.to_spline())
+    law.to_spline().map_err(|_| PointToPointError::Check { distance, v0, v1 })
 }
 
 /// The fastest change of velocity from `v0` to `v1`, a spline over time (s) that starts at (0, 0): a run-up.
@@ -358,7 +360,7 @@ pub fn velocity_ramp(v0: f64, v1: f64, limits: &MotionLimits) -> Result<HermiteS
     validate(0.0, v0, v1, limits)?;
     let law = velocity_change(v0, v1, limits);
     check(&law, law.end.value, v0, v1, limits)?;
-    Ok(law.to_spline())
+    law.to_spline().map_err(|_| PointToPointError::Check { distance: law.end.value, v0, v1 })
 }
 
 /// A straight line in the space of the axes, from rest to rest: all axes start and arrive together.

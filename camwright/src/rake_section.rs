@@ -17,6 +17,7 @@
 //! point and nothing stands in front of it.
 
 use crate::numeric::uniform_hermite::UniformHermite;
+use crate::numeric::work::WorkBudget;
 use crate::surface::{Surface, SurfaceBounds, SurfacePoint};
 use crate::units::{TURN_RAD, deg_from_rad};
 use alloc::vec::Vec;
@@ -65,6 +66,19 @@ pub enum RakeSectionError {
         angle_deg: f64,
         /// What it must exceed (deg).
         bound_deg: f64,
+    },
+    /// More looks at the surface than are allowed.
+    #[error(
+        "turned to {turned_deg:.2} deg, z = {z_mm:.3} mm the surface has been looked at {allowed} times, as often as is allowed for a job: \
+         fewer or coarser passes, fewer angles a turn, or a smoother surface without narrow hollows"
+    )]
+    TooMuchWork {
+        /// Turned angle θ (deg).
+        turned_deg: f64,
+        /// z (mm).
+        z_mm: f64,
+        /// Looks that are allowed.
+        allowed: u64,
     },
     /// A section that bends too sharply for its spline.
     #[error(
@@ -131,6 +145,8 @@ pub struct RakeSection<'a> {
     /// Range of ψ in which all points lie.
     leads: (f64, f64),
     single: bool,
+    /// Work budget that each look at the surface uses.
+    budget: Option<&'a WorkBudget>,
 }
 
 /// A section along z as a spline.
@@ -197,7 +213,13 @@ impl<'a> RakeSection<'a> {
         let (near, far) = (libm::asin(height_mm / bounds.largest_mm), libm::asin(height_mm / least));
         let leads = if y_mm < 0.0 { (-far, -near) } else { (near, far) };
         let single = bounds.steepest_ratio * libm::tan(far) < 1.0;
-        Ok(Self { surface, y_mm, from_mm, to_mm, bounds, leads, single })
+        Ok(Self { surface, y_mm, from_mm, to_mm, bounds, leads, single, budget: None })
+    }
+
+    /// The same sections, of which every look at the surface counts against a budget.
+    #[must_use]
+    pub fn within(self, budget: &'a WorkBudget) -> Self {
+        Self { budget: Some(budget), ..self }
     }
 
     /// The surface.
@@ -239,6 +261,10 @@ impl<'a> RakeSection<'a> {
 
     /// A point, unless the surface lies flat to the plane there.
     pub(crate) fn checked(&self, point: SectionPoint, turned_rad: f64) -> Result<SectionPoint, RakeSectionError> {
+        if let Some(budget) = self.budget.filter(|budget| budget.is_used_up()) {
+            let (turned_deg, z_mm) = (deg_from_rad(turned_rad), point.z_mm);
+            return Err(RakeSectionError::TooMuchWork { turned_deg, z_mm, allowed: budget.allowed() });
+        }
         let angle = FRAC_PI_2 - point.normal_rad().abs();
         if angle >= LEAST_ANGLE_RAD && point.x_mm.is_finite() {
             return Ok(point);
@@ -277,6 +303,9 @@ impl<'a> RakeSection<'a> {
     /// The surface seen at an angle ψ, and how far off the plane it is: (r sin ψ − y₀) over its slope (rad).
     #[inline]
     pub(crate) fn place(&self, turned_rad: f64, z_mm: f64, lead_rad: f64) -> (Place, f64) {
+        if let Some(budget) = self.budget {
+            budget.spend(1);
+        }
         let (sin, cos) = libm::sincos(lead_rad);
         let surface = self.surface.point(lead_rad + turned_rad, z_mm);
         let off = (surface.radius_mm * sin - self.y_mm) / (surface.radius_mm * cos + surface.by_azimuth * sin);
@@ -292,6 +321,12 @@ impl<'a> RakeSection<'a> {
         let mut x = libm::sqrt(self.bounds.largest_mm * self.bounds.largest_mm - y * y) + 1e-6;
         let mut lead = 0.0;
         for _ in 0..MOST_WALK {
+            if let Some(budget) = self.budget {
+                budget.spend(1);
+                if budget.is_used_up() {
+                    break;
+                }
+            }
             lead = libm::atan2(y, x);
             let outside = libm::hypot(x, y) - self.surface.radius(lead + turned_rad, z_mm);
             if outside < 1e-9 * least {
@@ -301,6 +336,10 @@ impl<'a> RakeSection<'a> {
             if x.is_nan() || x <= 0.0 {
                 break;
             }
+        }
+        if let Some(budget) = self.budget.filter(|budget| budget.is_used_up()) {
+            let turned_deg = deg_from_rad(turned_rad);
+            return Err(RakeSectionError::TooMuchWork { turned_deg, z_mm, allowed: budget.allowed() });
         }
         let place = self.place(turned_rad, z_mm, lead).0;
         Err(RakeSectionError::Grazes {

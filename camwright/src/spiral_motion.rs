@@ -3,6 +3,8 @@
 use crate::cut_motion::chain;
 use crate::machine::description::{AXIS_COUNT, Axis};
 use crate::numeric::hermite::{HermiteSpline, Sample};
+use crate::numeric::hermite_exact::ExactHermite;
+use crate::numeric::twofold::Twofold;
 use crate::plan::{Plan, SpiralSegment};
 
 /// Motion along one spiral: what a [`SpiralSegment`] says, at any time.
@@ -40,15 +42,33 @@ impl SpiralMotion<'_> {
         axes[Axis::Z.index()] = chain(self.advance.sample(c.value), c);
         axes
     }
+}
 
-    /// Position of one axis at a time, as of [`Self::at`] (rad or mm).
-    #[must_use]
-    pub fn position(&self, axis: Axis, time_s: f64) -> f64 {
-        let c_rad = self.law.sample(time_s).value;
+/// Positions along a spiral with the digits that a float loses behind many turns, for checks that difference them. Times follow each
+/// other; before its start and after its end it rests.
+#[derive(Debug, Clone)]
+pub(crate) struct ExactSpiral<'a> {
+    path: ExactHermite<'a>,
+    advance: ExactHermite<'a>,
+    law: ExactHermite<'a>,
+}
+
+impl<'a> ExactSpiral<'a> {
+    pub(crate) fn new(motion: &SpiralMotion<'a>) -> Self {
+        Self {
+            path: ExactHermite::new(motion.path),
+            advance: ExactHermite::new(motion.advance),
+            law: ExactHermite::new(motion.law),
+        }
+    }
+
+    /// Position of one axis, as of [`SpiralMotion::at`] (rad or mm).
+    pub(crate) fn position(&mut self, axis: Axis, time_s: Twofold) -> Twofold {
+        let c = self.law.at(time_s);
         match axis {
-            Axis::C => c_rad,
-            Axis::X => self.path.sample(c_rad).value,
-            Axis::Z => self.advance.sample(c_rad).value,
+            Axis::C => c,
+            Axis::X => self.path.at(c),
+            Axis::Z => self.advance.at(c),
         }
     }
 }

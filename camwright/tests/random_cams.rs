@@ -1,12 +1,48 @@
-//! A fixed slice of the campaign of `cargo run --release -p camwright --example random_cams`.
+//! Fixed slices of the campaigns of `cargo run --release -p camwright --example random_cams` and `… --example long_cuts`.
 
 #[path = "cams/campaign.rs"]
 mod campaign;
 mod cams;
+#[path = "cams/long_cuts.rs"]
+mod long_cuts;
+#[path = "cams/odd_jobs.rs"]
+mod odd_jobs;
 
 pub(crate) use cams::{Seeded, segment};
 
 use campaign::{Verdict, judge};
+use odd_jobs::{OddVerdict, judge_odd_job};
+
+/// Zero, next to nothing, beyond anything, infinite and not a number where a job has a number.
+#[test]
+fn jobs_with_numbers_that_nobody_means_are_refused_or_planned() {
+    let (mut planned, mut refused) = (0, 0);
+    for seed in 1..=24 {
+        match judge_odd_job(seed).0 {
+            OddVerdict::Planned => planned += 1,
+            OddVerdict::Refused => refused += 1,
+            OddVerdict::Wrong(text) => panic!("seed {seed}: {text}"),
+        }
+    }
+    assert!(planned >= 2 && refused >= 10, "both are met: {planned} planned, {refused} refused");
+}
+
+use long_cuts::{CutVerdict, judge_cut, reference_cut};
+
+/// After many turns a position has fewer digits behind its point: that is no reason to refuse a plan.
+#[test]
+fn no_cut_is_refused_because_its_positions_were_rounded() {
+    assert_eq!(reference_cut(), CutVerdict::Planned(21));
+    let (mut planned, mut most_turns) = (0, 0);
+    for seed in 1..=60 {
+        match judge_cut(seed) {
+            CutVerdict::Planned(turns) => (planned, most_turns) = (planned + 1, most_turns.max(turns)),
+            CutVerdict::Refused(_) => {}
+            CutVerdict::Wrong(text) => panic!("seed {seed}: {text}"),
+        }
+    }
+    assert!(planned >= 20 && most_turns > 500, "{planned} were planned, of up to {most_turns} turns");
+}
 
 /// No panic, no NaN, no limit broken; lifts come back, turned lifts turn the contour.
 #[test]

@@ -13,6 +13,7 @@
 use super::clearance::check_clearance;
 use super::dry_run;
 use super::error::PlanError;
+use super::gouge::{GougeRequest, check_gouges};
 use super::lobe::{begin_at, soft_limit};
 use super::logged::{Contact, Logged, NotCorrected, unknown};
 use super::sequence::Sequence;
@@ -20,6 +21,7 @@ use super::{PlanStart, PlannedJob};
 use crate::job::JobSpec;
 use crate::machine::description::{Axis, MachineDescription};
 use crate::numeric::hermite::{HermiteSpline, Knot};
+use crate::numeric::hull::lowest;
 use crate::numeric::periodic_spline::PeriodicSpline;
 use crate::numeric::range::least_and_most;
 use crate::plan::{CutSegment, Half, Plan};
@@ -93,8 +95,9 @@ pub fn plan_corrections(
         let radius_mm = lobe.design.contour.radius_at(0.0);
         let path = PeriodicSpline::from_coefficients(alloc::vec![radius_mm; CIRCLE_KNOTS]).expect("finite numbers");
         let offset = lowered(&correction.way, radius_mm);
+        let lowest_mm = lowest(&correction.way).value;
         // Its knots lie closer than it bends.
-        let (lowest_mm, highest_mm) = least_and_most(correction.way.knots().iter().map(|knot| knot.value));
+        let (_, highest_mm) = least_and_most(correction.way.knots().iter().map(|knot| knot.value));
         soft_limit(machine, Axis::X, lowest_mm, place(), "the lowest point of the correction")?;
         let held_mm = highest_mm + job.retract_clearance_mm;
         soft_limit(machine, Axis::X, held_mm, place(), "a hold in the correction")?;
@@ -139,6 +142,19 @@ pub fn plan_corrections(
         dry_run::stand_off(&mut plan, machine, stand_off_mm);
     }
     check_clearance(job, machine, &first.lobes, &plan, start.counts)?;
+    let stock_mm = first.lobes.iter().zip(corrections);
+    let stock_mm =
+        stock_mm.map(|(lobe, correction)| correction.highest_before_mm() - lobe.design.contour.radius_at(0.0));
+    check_gouges(&GougeRequest {
+        job,
+        machine,
+        lobes: &first.lobes,
+        plan: &plan,
+        start_counts: start.counts,
+        c_homed: start.c_homed,
+        stock_mm: &stock_mm.collect::<Vec<_>>(),
+        corrections,
+    })?;
     let report = check_plan(&plan, machine, start.counts)?;
     Ok(PlannedCorrection { plan, report })
 }

@@ -4,7 +4,6 @@ use super::error::PlanError;
 use super::lobe::{PlannedLobe, extremes, soft_limit};
 use crate::job::JobSpec;
 use crate::machine::description::{Axis, MachineDescription};
-use crate::numeric::periodic_spline::PeriodicSpline;
 use crate::plan::{Command, Half, Plan, SegmentKind};
 use crate::units::TURN_RAD;
 use alloc::string::String;
@@ -70,8 +69,7 @@ pub(super) fn stand_off(plan: &mut Plan, machine: &MachineDescription, stand_off
     let off_mm = scale.position(counts);
     for path in &mut plan.paths {
         // The basis functions sum to 1 everywhere.
-        let coefficients = path.coefficients().iter().map(|coefficient| coefficient + off_mm).collect();
-        *path = PeriodicSpline::from_coefficients(coefficients).expect("as many as before, and as finite");
+        *path = path.raised(off_mm);
     }
     for segment in &mut plan.segments {
         match &mut segment.kind {

@@ -5,10 +5,12 @@ use crate::dressing::DressError;
 use crate::infeed::InfeedError;
 use crate::job::JobError;
 use crate::machine::description::{Axis, WheelTooFast};
+use crate::numeric::periodic_spline::PeriodicSplineError;
 use crate::plan_check::PlanCheckError;
 use crate::point_to_point::PointToPointError;
 use crate::speed_plan::SpeedPlanError;
 use crate::tool_path::ToolPathError;
+use crate::units::um_from_mm;
 use alloc::string::String;
 use thiserror::Error;
 
@@ -51,6 +53,17 @@ pub enum PlanError {
         most_mm: f64,
         /// Why.
         source: ToolPathError,
+    },
+    /// The wheel's centre comes to the axis of the part.
+    #[error(
+        "profile {profile}: the wheel's centre comes through the spindle axis, so the infeed cannot be measured along the normal \
+         ({source}); with infeed.along: x it can"
+    )]
+    NoNormal {
+        /// Name of the profile.
+        profile: String,
+        /// What came of it.
+        source: PeriodicSplineError,
     },
     /// C turns on, and the wheel finds no way onto the lobe.
     #[error(
@@ -237,9 +250,37 @@ pub enum PlanError {
         /// The stand-off that keeps it (mm).
         least_mm: f64,
     },
+    /// The wheel would be deeper in the part than allowed.
+    #[error(
+        "{step}: {}with c_axis at {c_deg:.2} deg the wheel would be {:.2} um below {surface} of lobe {lobe}; {:.2} um are allowed ({why})",
+        in_turn(*.turn), um_from_mm(*.depth_mm), um_from_mm(*.allowed_mm)
+    )]
+    Gouges {
+        /// Label of the step.
+        step: String,
+        /// Name of the lobe.
+        lobe: String,
+        /// Turns of C since a cut began.
+        turn: Option<f64>,
+        /// Angle of C (deg).
+        c_deg: f64,
+        /// Depth below the surface (mm).
+        depth_mm: f64,
+        /// Depth allowed (mm).
+        allowed_mm: f64,
+        /// The surface.
+        surface: &'static str,
+        /// Reason for the allowed depth.
+        why: &'static str,
+    },
     /// The finished plan failed its forward check: a defect of the planner, told rather than driven.
     #[error("the plan failed its forward check: {0}")]
     Check(#[from] PlanCheckError),
+}
+
+/// `in turn 3 `, or nothing.
+fn in_turn(turns: Option<f64>) -> String {
+    turns.map_or_else(String::new, |turns| alloc::format!("in turn {:.0} ", libm::floor(turns) + 1.0))
 }
 
 /// `80.000` or `80.000 to 125.000`.

@@ -8,7 +8,7 @@ use crate::dressing::{LobeStock, WheelCourse, stock_area_mm2};
 use crate::infeed::InfeedSchedule;
 use crate::job::{InfeedDirection, JobSpec, LobeSpec};
 use crate::machine::description::{Axis, MachineDescription};
-use crate::numeric::periodic_spline::PeriodicSpline;
+use crate::numeric::periodic_spline::{PeriodicSpline, PeriodicSplineError};
 use crate::numeric::range::least_and_most;
 use crate::speed_plan::{SpeedPlan, SpeedRequest, Turning};
 use crate::tool_path::ToolPath;
@@ -163,8 +163,11 @@ pub(super) fn shapes(
                 })
             })?,
         };
-        let path = if machine.rotation_sense < 0 { mirrored(tool_path.spline()) } else { tool_path.spline().clone() };
-        let ratio = along_normal.then(|| normal_ratio(&path, radius_mm));
+        let path = if machine.rotation_sense < 0 { tool_path.spline().mirrored() } else { tool_path.spline().clone() };
+        let ratio = match along_normal {
+            true => Some(normal_ratio(&path, radius_mm).map_err(|source| through_axis(job, profile, source))?),
+            false => None,
+        };
         Ok::<_, PlanError>(Shape { profile, lobe, contour, tool_path, path, ratio })
     };
     let mut shapes = Vec::new();
@@ -226,21 +229,20 @@ const RATIO_KNOTS: u32 = 720;
 /// Way of X per depth along the contour's normal: 1/cos β, with tan β = X'/X of the wheel's centre. To first order in the depth s:
 /// the wheel's centre is seen from the contact's centre of curvature, at the distance ρ, so that the path of a contour larger by
 /// s all round lies s² tan²β/(2ρ cos β) lower, under 1 µm for 0.4 mm on an ordinary flank.
-fn normal_ratio(path: &PeriodicSpline, wheel_radius_mm: f64) -> PeriodicSpline {
+fn normal_ratio(path: &PeriodicSpline, wheel_radius_mm: f64) -> Result<PeriodicSpline, PeriodicSplineError> {
     let at = |knot: u32| {
         let x = path.sample(f64::from(knot) * TURN_RAD / f64::from(RATIO_KNOTS));
         let centre = x.value + wheel_radius_mm;
         libm::hypot(centre, x.first) / centre
     };
     let values: Vec<f64> = (0..RATIO_KNOTS).map(at).collect();
-    PeriodicSpline::interpolate(&values).expect("720 finite values: the wheel's centre is off the axis")
+    PeriodicSpline::interpolate(&values)
 }
 
-/// f(−φ): the basis is symmetric about its knots, so the coefficients only change places.
-fn mirrored(spline: &PeriodicSpline) -> PeriodicSpline {
-    let mut coefficients = spline.coefficients().to_vec();
-    coefficients[1..].reverse();
-    PeriodicSpline::from_coefficients(coefficients).expect("as many and as finite as before")
+/// The wheel's centre comes through the axis of the part, where no normal has a direction.
+fn through_axis(job: &JobSpec, profile: usize, source: PeriodicSplineError) -> PlanError {
+    let profile = job.profiles.get(profile).map(|profile| profile.name.clone()).unwrap_or_default();
+    PlanError::NoNormal { profile, source }
 }
 
 /// Smallest and largest value, on four points per knot.

@@ -25,11 +25,13 @@ mod dress;
 mod dress_now;
 mod dry_run;
 mod error;
+mod gouge;
 mod identify;
 mod lobe;
 mod logged;
 mod measure;
 mod order;
+mod outline;
 mod program;
 mod sequence;
 mod steps;
@@ -46,7 +48,7 @@ pub use logged::{Contact, ContactFrom, NotCorrected, rests_rad};
 pub use measure::{MeasuredJob, PlannedMeasuring, Skipped, measured_stocks, plan_measured_job, plan_measuring};
 pub use order::{LobeOrder, fastest_order};
 pub use program::{PlannedProgram, ProgramLobe, ProgramPlanError, ProgramRequest, plan_program};
-pub use turned::{PlannedPass, PlannedTurning, TurningError, plan_turning};
+pub use turned::{MAX_SURFACE_LOOKS, PlannedPass, PlannedTurning, TurningError, plan_turning};
 
 use crate::dressing::PlannedDress;
 use crate::infeed::InfeedSchedule;
@@ -55,6 +57,7 @@ use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::plan::Plan;
 use crate::plan_check::{PlanReport, check_plan};
 use crate::wheel::WheelNow;
+use gouge::{GougeRequest, check_gouges};
 use lobe::LobePlanner;
 use sequence::Sequence;
 
@@ -161,6 +164,16 @@ pub fn plan_job(
         build.stopping(true)?.duration_s
     };
     clearance::check_clearance(job, machine, &lobes, &plan, start.counts)?;
+    check_gouges(&GougeRequest {
+        job,
+        machine,
+        lobes: &lobes,
+        plan: &plan,
+        start_counts: start.counts,
+        c_homed: start.c_homed,
+        stock_mm: &alloc::vec![job.most_stock_mm(); lobes.len()],
+        corrections: &[],
+    })?;
     let report = check_plan(&plan, machine, start.counts)?;
     let dresses = dress::with_kept_paths(job, &contours, &shapes, wheel_now.radius_mm, &wheel);
     let start_c_counts = start.counts[Axis::C.index()];

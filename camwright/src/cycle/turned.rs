@@ -26,6 +26,7 @@ use crate::insert_path::{
 };
 use crate::machine::description::{Axis, InsertDescription, MachineDescription};
 use crate::numeric::hermite::{HermiteError, HermiteSpline, Knot};
+use crate::numeric::work::WorkBudget;
 use crate::plan::{Command, Phase, Plan, SegmentKind, SpiralSegment};
 use crate::plan_check::{PlanCheckError, PlanReport, check_plan};
 use crate::point_to_point::{MOVE_SHARE, whole_ticks};
@@ -40,8 +41,13 @@ use thiserror::Error;
 /// How far beyond where it could touch the bar the insert begins (mm).
 const AIR_MM: f64 = 0.5;
 
-/// Most knots of all passes together: some hundred bytes each in path, plan and pages.
-const MOST_KNOTS: u32 = 5_000_000;
+/// Most knots of all passes together: some hundred bytes each in path, plan and pages, and some microseconds each to find them. The shipped
+/// turned cam has less than a tenth of them.
+const MOST_KNOTS: u32 = 1_000_000;
+
+/// Most looks at the surface for the paths of all passes: seconds of work. A test holds the shipped turned cam, whose insert bridges a hollow,
+/// to a tenth of them.
+pub const MAX_SURFACE_LOOKS: u64 = 50_000_000;
 
 /// Why a part cannot be turned.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -177,6 +183,8 @@ pub struct PlannedTurning {
     pub flank_distance_mm: f64,
     /// What the forward check found.
     pub report: PlanReport,
+    /// Looks at the surface that its paths took; at most [`MAX_SURFACE_LOOKS`] are allowed.
+    pub surface_looks: u64,
 }
 
 /// Plans a part that is turned. `start` is where the axes stand; without it X and Z are taken to stand clear of the part's end, C unhomed.
@@ -203,8 +211,9 @@ pub fn plan_turning(
     if knots > f64::from(MOST_KNOTS) {
         return Err(TurningError::TooLong { passes: requests.len(), knots, most: MOST_KNOTS });
     }
+    let budget = WorkBudget::new(MAX_SURFACE_LOOKS);
     for (index, (depth_mm, request)) in requests.into_iter().enumerate() {
-        passes.push(plan_pass(job, machine, index + 1, depth_mm, &request)?);
+        passes.push(plan_pass(job, machine, index + 1, depth_mm, &request, &budget)?);
     }
     let counts = |axis: Axis, at: f64| machine.axis(axis).scale.counts(at);
     let first_z_mm = passes.first().map_or(0.0, |pass| pass.path.request().from_mm) - job.part_zero_mm;
@@ -230,7 +239,7 @@ pub fn plan_turning(
         Some(pass) => flank_distance_mm(&job.surface, &pass.path, &flank)?,
         None => f64::INFINITY,
     };
-    Ok(PlannedTurning { plan, passes, clearance, flank_distance_mm, report })
+    Ok(PlannedTurning { plan, passes, clearance, flank_distance_mm, report, surface_looks: budget.spent() })
 }
 
 fn check(job: &TurningJob) -> Result<(), TurningError> {
@@ -323,9 +332,10 @@ fn plan_pass(
     pass: usize,
     depth_mm: f64,
     request: &PathRequest,
+    budget: &WorkBudget,
 ) -> Result<PlannedPass, TurningError> {
     let wrong = |source| TurningError::Path { pass, source };
-    let path = InsertPath::new(&job.surface, request).map_err(wrong)?;
+    let path = InsertPath::within(&job.surface, request, budget).map_err(wrong)?;
     let limits = |axis: Axis| machine.axis(axis).limits.with_share(MOVE_SHARE);
     let c = limits(Axis::C);
     let most = AxisLimits { x: limits(Axis::X), z: limits(Axis::Z), spindle_rad_s: c.velocity };

@@ -34,6 +34,7 @@ pub use spindle::{BoundShare, SpindleLaw};
 use crate::numeric::hermite::{HermiteError, HermiteSpline, Knot, Sample};
 use crate::numeric::range::least_and_most;
 use crate::numeric::uniform_hermite::UniformHermite;
+use crate::numeric::work::WorkBudget;
 use crate::rake_section::{RakeSection, RakeSectionError};
 use crate::surface::Surface;
 use crate::units::{TURN_RAD, deg_from_rad};
@@ -291,12 +292,20 @@ impl InsertPath {
     /// Numbers out of range, a plane that does not cut the surface, a surface too rough for the angles, a result that the forward check
     /// does not confirm.
     pub fn new(surface: &Surface, request: &PathRequest) -> Result<Self, InsertPathError> {
+        Self::within(surface, request, &WorkBudget::new(u64::MAX))
+    }
+
+    /// The same path within a budget of looks at the surface.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; a budget that is used up.
+    pub fn within(surface: &Surface, request: &PathRequest, budget: &WorkBudget) -> Result<Self, InsertPathError> {
         request.check()?;
         let reach = request.reach_mm();
         let (low, high) = (request.from_mm.min(request.to_mm), request.from_mm.max(request.to_mm));
         // The centre lies up to a radius beyond the contact, and what it touches may, up to another beyond that.
         let room = if matches!(request.feed, Feed::AlongZ(_)) { reach } else { 2.0 * reach };
-        let section = RakeSection::new(surface, request.plane_y_mm, low - room, high + room)?;
+        let section = RakeSection::new(surface, request.plane_y_mm, low - room, high + room)?.within(budget);
         let hollows = Hollows::find(&section, reach)?;
         let contacts = Contacts::new(&section, reach, &hollows);
         let (x, z) = match request.feed {

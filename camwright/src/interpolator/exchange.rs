@@ -206,6 +206,9 @@ pub enum StartError {
     /// It was cancelled before it could begin.
     #[error("it was cancelled before the axes stood still")]
     Cancelled,
+    /// The machine is silent, or was started again.
+    #[error("the machine is silent, or was started again")]
+    MachineLost,
     /// An axis of a move or a probe whose zero is not known.
     #[error("{} is not homed, its zero is not known", .0.joint())]
     NotHomed(Axis),

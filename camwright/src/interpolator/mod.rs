@@ -11,6 +11,7 @@ mod exchange;
 mod execution;
 mod following;
 mod homing;
+pub mod join;
 mod line;
 pub mod manual;
 mod path_time;

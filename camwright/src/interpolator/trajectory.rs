@@ -5,6 +5,7 @@
 //! follow neither. So what a point does not say is filled in from its neighbours, every point is met at its time, and
 //! what then exceeds a limit is refused by name instead of being smoothed away.
 
+use super::join::{self, AxisLaw, StartTolerance};
 use super::tolerance::FollowingTolerances;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits};
 use crate::numeric::hermite::{HermiteSpline, Knot};
@@ -127,15 +128,21 @@ pub enum TrajectoryError {
         /// Its velocity.
         velocity: f64,
     },
-    /// A first point at time 0 that is not where the axis is.
-    #[error("joint {}: the point at time 0 is at {asked} {}, the axis at {actual}", axis.joint(), Quantity::Position.unit(*axis))]
+    /// A first point at time 0 that is farther from the axis than allowed.
+    #[error(
+        "joint {}: the point at time 0 is at {asked} {unit}, the setpoint of the axis at {actual} {unit}, allowed are {allowed} {unit} \
+         between them; plan from the present position, or raise the start tolerance",
+        axis.joint(), unit = Quantity::Position.unit(*axis)
+    )]
     StartsElsewhere {
         /// Which joint.
         axis: Axis,
         /// Position of the point.
         asked: f64,
-        /// Position of the axis.
+        /// Setpoint of the axis.
         actual: f64,
+        /// Largest difference.
+        allowed: f64,
     },
     /// A joint that moves is not told where to go.
     #[error("joint {} still moves and the new trajectory does not name it", axis.joint())]
@@ -198,7 +205,7 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// The trajectory through points from `start` on, which is at rest or where another trajectory is at that time.
+    /// The trajectory through points from exactly `start` on, which is at rest or where another trajectory is at that time.
     ///
     /// A quantity that the points do not give is taken from their neighbours: velocities by the parabola through three
     /// points, zero where the direction turns and at the ends; accelerations as the mean of the two cubics that meet.
@@ -211,19 +218,37 @@ impl Trajectory {
         start: &Start,
         machine: &MachineDescription,
     ) -> Result<Self, TrajectoryError> {
+        Self::joined(joints, points, start, &StartTolerance::default(), machine)
+    }
+
+    /// The same, where a first point at time 0 may lie beside `start`: the trajectory is joined within
+    /// [`join::MAX_JOIN_S`], see [`join`].
+    ///
+    /// # Errors
+    /// As [`Trajectory::from_points`], and a first point farther away than the tolerance.
+    pub fn joined(
+        joints: &[Axis],
+        points: &[TrajectoryPoint],
+        start: &Start,
+        tolerance: &StartTolerance,
+        machine: &MachineDescription,
+    ) -> Result<Self, TrajectoryError> {
         validate(joints, points)?;
         if let Some(axis) = Axis::ALL.into_iter().find(|axis| start.is_moving(*axis) && !joints.contains(axis)) {
             return Err(TrajectoryError::StillMoves { axis });
         }
+        let mut all: Vec<AxisLaw> = Vec::with_capacity(joints.len());
+        for (joint, axis) in joints.iter().enumerate() {
+            if joints[..joint].contains(axis) {
+                return Err(TrajectoryError::JointTwice { axis: *axis });
+            }
+            all.push(law_of(joint, *axis, points, start, tolerance, machine)?);
+        }
         let mut laws: [Option<HermiteSpline>; AXIS_COUNT] = [None, None, None];
         let mut peaks = [MotionLimits { velocity: 0.0, acceleration: 0.0, jerk: 0.0 }; AXIS_COUNT];
         let mut duration_s: f64 = 0.0;
-        for (joint, axis) in joints.iter().enumerate() {
-            if laws[axis.index()].is_some() {
-                return Err(TrajectoryError::JointTwice { axis: *axis });
-            }
-            let law = law_of(joint, *axis, points, start, machine)?;
-            peaks[axis.index()] = check_limits(*axis, &law, machine)?;
+        for (axis, law, reached) in join::all(&all, machine)? {
+            peaks[axis.index()] = reached;
             duration_s = duration_s.max(law.end());
             laws[axis.index()] = Some(law);
         }
@@ -305,8 +330,9 @@ fn law_of(
     axis: Axis,
     points: &[TrajectoryPoint],
     start: &Start,
+    tolerance: &StartTolerance,
     machine: &MachineDescription,
-) -> Result<HermiteSpline, TrajectoryError> {
+) -> Result<AxisLaw, TrajectoryError> {
     let from = Knot {
         at: 0.0,
         value: start.position[axis.index()],
@@ -316,10 +342,15 @@ fn law_of(
     let scale = machine.axis(axis).scale;
     let of = |values: &Vec<f64>| values.get(joint).copied().unwrap_or(0.0);
     let mut knots: Vec<Knot> = Vec::with_capacity(points.len() + 2);
+    let mut difference = 0.0;
     if points[0].time_s > 0.0 {
         knots.push(from);
     } else if scale.counts(points[0].positions[joint]) != scale.counts(from.value) {
-        return Err(TrajectoryError::StartsElsewhere { axis, asked: points[0].positions[joint], actual: from.value });
+        let (asked, actual, allowed) = (points[0].positions[joint], from.value, tolerance.0[axis.index()]);
+        difference = actual - asked;
+        if libm::fabs(difference) > allowed {
+            return Err(TrajectoryError::StartsElsewhere { axis, asked, actual, allowed });
+        }
     }
     knots.extend(points.iter().map(|point| Knot {
         at: point.time_s,
@@ -327,8 +358,8 @@ fn law_of(
         first: of(&point.velocities),
         second: of(&point.accelerations),
     }));
-    // From where the axis is, as it moves there, not from where it was believed to be.
-    knots[0] = from;
+    // From where the axis is, as it moves there, not from where it was believed to be; a difference is added afterwards.
+    knots[0] = Knot { value: from.value - difference, ..from };
     let last = knots.len() - 1;
     #[allow(clippy::float_cmp, reason = "rest is exactly zero")]
     if knots[last].first != 0.0 {
@@ -341,10 +372,12 @@ fn law_of(
         fill_accelerations(&mut knots);
     }
     if last == 0 {
-        // A single point at time 0, where the axis is already.
-        knots.push(Knot { at: machine.cycle_time_s(), ..knots[0] });
+        // A single point at time 0, where the axis is already, or will soon be.
+        let time_s = join::move_s(difference, &machine.axis(axis).limits).unwrap_or(join::MAX_JOIN_S);
+        knots.push(Knot { at: time_s.max(machine.cycle_time_s()), ..knots[0] });
     }
-    Ok(HermiteSpline::new(knots).expect("points were validated: finite, times increase"))
+    let law = HermiteSpline::new(knots).expect("points were validated: finite, times increase");
+    Ok(AxisLaw { axis, law, difference })
 }
 
 fn fill_velocities(knots: &mut [Knot]) {
@@ -370,7 +403,7 @@ fn fill_accelerations(knots: &mut [Knot]) {
 }
 
 /// Largest derivatives, or the limit that is exceeded most.
-fn check_limits(
+pub(super) fn check_limits(
     axis: Axis,
     law: &HermiteSpline,
     machine: &MachineDescription,

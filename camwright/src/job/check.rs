@@ -8,12 +8,26 @@ use crate::compensation::{MOST_CORRECTION_MM, MOST_HARMONICS as MOST_LEARNED_HAR
 use crate::machine::description::{GaugeKind, MachineDescription};
 use crate::machine::fixture::Extent;
 use crate::numeric::range::least_and_most;
+use crate::runout::Mode;
 use crate::runout::state::MOST_HARMONICS;
 use alloc::string::String;
 use alloc::vec::Vec;
 
 /// What rounding may add to a bound, relative.
 const ROUNDING: f64 = 1e-3;
+
+/// Most turns without infeed of a pass: beyond it a mistyped number is likelier than a wish.
+const MAX_SPARK_OUT_TURNS: u32 = 1000;
+
+/// Slowest and fastest work speed that a job may ask for (rad/s).
+const WORK_SPEEDS_RAD_S: (f64, f64) = (1e-3, 1e4);
+
+/// Largest length (mm), depth of a pass (mm) and azimuth (rad) of a job, and smallest and largest speed of X (mm/s): positions then stay far
+/// inside what counts can hold, and times inside what ticks can.
+const MAX_LENGTH_MM: f64 = 1e4;
+const MAX_INFEED_MM: f64 = 100.0;
+const MAX_PHASE_RAD: f64 = 1e3;
+const RAPID_SPEEDS_MM_S: (f64, f64) = (1e-2, 1e5);
 
 impl JobSpec {
     /// Checks everything that can be said without a path: names, stations, widths, ranges.
@@ -37,13 +51,19 @@ impl JobSpec {
         for pass in &self.passes {
             let place = || alloc::format!("pass {}: ", pass.name);
             positive(place, "total_infeed_mm", pass.total_infeed_mm)?;
+            within(place, "total_infeed_mm", pass.total_infeed_mm, (0.0, MAX_INFEED_MM), "above 0 and at most 100")?;
             positive(place, "infeed_per_block_mm", pass.infeed_per_block_mm)?;
             for (key, value) in pass.speed.settings() {
                 positive(place, key, value)?;
+                if key == "work_speed_rad_s" {
+                    within(place, key, value, WORK_SPEEDS_RAD_S, "0.001 to 10000 (0.01 to 95000 rpm)")?;
+                }
             }
             if pass.spark_out_turns == 0 {
                 return Err(JobError::NoSparkOut { pass: pass.name.clone() });
             }
+            let turns = (1.0, f64::from(MAX_SPARK_OUT_TURNS));
+            within(place, "spark_out_turns", f64::from(pass.spark_out_turns), turns, "1 to 1000")?;
             self.check_spark_out(pass, machine)?;
             let first = &self.passes[0];
             if pass.infeed_direction != first.infeed_direction {
@@ -55,10 +75,11 @@ impl JobSpec {
                 });
             }
         }
-        positive(String::new, "rapid_advance_mm", self.rapid_advance_mm)?;
+        length(String::new, "rapid_advance_mm", self.rapid_advance_mm)?;
         positive(String::new, "rapid_speed_mm_s", self.rapid_speed_mm_s)?;
-        positive(String::new, "retract_clearance_mm", self.retract_clearance_mm)?;
-        positive(String::new, "stock_mm", self.stock_mm)?;
+        within(String::new, "rapid_speed_mm_s", self.rapid_speed_mm_s, RAPID_SPEEDS_MM_S, "0.01 to 100000")?;
+        length(String::new, "retract_clearance_mm", self.retract_clearance_mm)?;
+        length(String::new, "stock_mm", self.stock_mm)?;
         if let BetweenLobes::TurnsOn { margin_s } = self.c_between_lobes {
             if !(0.0..=1.0).contains(&margin_s) {
                 let (key, value) = ("c_between_lobes.margin_s", margin_s);
@@ -73,9 +94,9 @@ impl JobSpec {
             positive(String::new, "wheel_power.specific_energy_j_mm3", power.specific_energy_j_mm3)?;
             positive(String::new, "wheel_power.rubbing_n_mm2", power.rubbing_n_mm2)?;
         }
-        if !(self.clearance_mm >= 0.0 && self.clearance_mm.is_finite()) {
-            let (key, value) = ("clearance_mm", self.clearance_mm);
-            return Err(JobError::OutOfRange { place: String::new(), key, value, wanted: "a number from 0 on" });
+        within(String::new, "clearance_mm", self.clearance_mm, (0.0, MAX_LENGTH_MM), "0 to 10000")?;
+        if let Some(stand_off_mm) = self.dry_run_mm {
+            length(String::new, "dry_run.stand_off_mm", stand_off_mm)?;
         }
         if let Some(obstacle) = self.obstacles.iter().find(|obstacle| !obstacle.extent.is_body()) {
             let Extent { from_mm, to_mm, radius_mm } = obstacle.extent;
@@ -95,10 +116,13 @@ impl JobSpec {
         self.check_stock(machine)?;
         self.check_compensation()?;
         for wish in &self.wheels {
-            positive(|| alloc::format!("{}: ", wish.of), "wheel_radius_mm", wish.radius_mm)?;
+            length(|| alloc::format!("{}: ", wish.of), "wheel_radius_mm", wish.radius_mm)?;
         }
-        finite(String::new, "home.x_mm", self.home.x_mm)?;
-        finite(String::new, "home.z_mm", self.home.z_mm)
+        for (key, value) in [("home.x_mm", self.home.x_mm), ("home.z_mm", self.home.z_mm)] {
+            finite(String::new, key, value)?;
+            within(String::new, key, value, (-MAX_LENGTH_MM, MAX_LENGTH_MM), "-10000 to 10000")?;
+        }
+        finite(String::new, "part_phase_rad", self.part_phase_rad)
     }
 
     /// A spark-out that ends by force needs a force, and turns that nobody counts on.
@@ -130,11 +154,15 @@ impl JobSpec {
             return if self.identification.is_none() { Ok(()) } else { Err(JobError::IdentifiesForNothing) };
         };
         let lacks = |what| Err(JobError::CannotCorrect { machine: machine.name.clone(), what });
-        if machine.gauge.is_none() {
-            return lacks("in-process gauge");
-        }
-        if machine.contact.is_none() {
-            return lacks("known stiffness (contact)");
+        let Some(gauge) = &machine.gauge else { return lacks("in-process gauge") };
+        let Some(contact) = &machine.contact else { return lacks("known stiffness (contact)") };
+        let seen = (gauge.seen(contact.part_share, machine.cycle_time_s()))
+            .map_err(|source| JobError::GaugeSeesNoCut { machine: machine.name.clone(), source })?;
+        if correction.mode == Mode::Published && !seen.gauge.fits_published() {
+            return Err(JobError::PublishedGauge {
+                machine: machine.name.clone(),
+                gauge: if seen.gauge.is_two() { "two gauges" } else { "a gauge that feels the part give way" },
+            });
         }
         if let BetweenLobes::TurnsOn { .. } = self.c_between_lobes {
             return Err(JobError::CorrectsAndTurnsOn);
@@ -183,6 +211,8 @@ impl JobSpec {
             return Err(JobError::StockNotRound { lobe: lobe.name.clone() });
         }
         positive(String::new, "measure_stock.speed_rad_s", stock.speed_rad_s)?;
+        let wanted = "0.001 to 10000 (0.01 to 95000 rpm)";
+        within(String::new, "measure_stock.speed_rad_s", stock.speed_rad_s, WORK_SPEEDS_RAD_S, wanted)?;
         if !(stock.margin_mm > 0.0 && stock.margin_mm <= MOST_MARGIN_MM) {
             let (key, value) = ("measure_stock.margin_mm", stock.margin_mm);
             return Err(JobError::OutOfRange { place: String::new(), key, value, wanted: "above 0 and at most 2" });
@@ -251,8 +281,10 @@ impl JobSpec {
         if air_mm < needed_mm {
             return Err(JobError::NoAir { air_mm, needed_mm });
         }
-        positive(String::new, "identification.push_mm", identification.push_mm)?;
+        length(String::new, "identification.push_mm", identification.push_mm)?;
         positive(String::new, "identification.push_speed_mm_s", identification.push_speed_mm_s)?;
+        let (key, value) = ("identification.push_speed_mm_s", identification.push_speed_mm_s);
+        within(String::new, key, value, (1e-6, RAPID_SPEEDS_MM_S.1), "0.000001 to 100000")?;
         #[allow(clippy::cast_precision_loss, reason = "a force")]
         positive(String::new, "identification.most_n", identification.most_n as f64)
     }
@@ -289,6 +321,7 @@ impl JobSpec {
         }
         let place = || alloc::format!("lobe {}: ", lobe.name);
         finite(place, "phase_rad", lobe.phase_rad)?;
+        within(place, "phase_rad", lobe.phase_rad, (-MAX_PHASE_RAD, MAX_PHASE_RAD), "-1000 to 1000")?;
         positive(place, "width_mm", lobe.width_mm)?;
         if lobe.width_mm > machine.wheel.width_mm {
             return Err(JobError::WiderThanWheel {
@@ -329,6 +362,24 @@ fn positive(place: impl Fn() -> String, key: &'static str, value: f64) -> Result
         return Ok(());
     }
     Err(JobError::OutOfRange { place: place(), key, value, wanted: "a number above 0" })
+}
+
+fn length(place: impl Fn() -> String, key: &'static str, value: f64) -> Result<(), JobError> {
+    positive(&place, key, value)?;
+    within(place, key, value, (0.0, MAX_LENGTH_MM), "above 0 and at most 10000")
+}
+
+fn within(
+    place: impl Fn() -> String,
+    key: &'static str,
+    value: f64,
+    (least, most): (f64, f64),
+    wanted: &'static str,
+) -> Result<(), JobError> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    Err(JobError::OutOfRange { place: place(), key, value, wanted })
 }
 
 fn finite(place: impl Fn() -> String, key: &'static str, value: f64) -> Result<(), JobError> {

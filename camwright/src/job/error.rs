@@ -159,6 +159,24 @@ pub enum JobError {
         /// What it lacks.
         what: &'static str,
     },
+    /// The gauge stands where it cannot tell a depth of cut.
+    #[error("the runout of journals cannot be corrected on machine {machine}: {source}")]
+    GaugeSeesNoCut {
+        /// The machine.
+        machine: String,
+        /// Why.
+        source: crate::runout::gauge::GaugeError,
+    },
+    /// The published method takes the difference of two diameters for a depth of cut.
+    #[error(
+        "runout_correction.mode is published, which needs one gauge that reads a diameter; machine {machine} has {gauge}: set          runout_correction.mode to exact"
+    )]
+    PublishedGauge {
+        /// The machine.
+        machine: String,
+        /// What it has.
+        gauge: &'static str,
+    },
     /// What is measured is for the correction.
     #[error("the stiffness is measured for the correction of runout, and the job has none")]
     IdentifiesForNothing,

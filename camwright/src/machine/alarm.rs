@@ -103,6 +103,18 @@ pub enum AlarmKind {
     ChuckStuck,
     /// The loader went silent while it was in the work area.
     LoaderLost,
+    /// The sender of setpoints fell silent while the machine waited for it. Value: longest silence allowed (s).
+    SenderLost,
+    /// The machine fell silent, or was started again, while a motion was executed. Value: longest silence allowed (s).
+    MachineLost,
+    /// The machine was deactivated, or its node ended, while a motion was executed.
+    MachineDeactivated,
+    /// The recorder fell silent or fell behind while it recorded. Value: longest silence allowed (s).
+    RecordingLost,
+    /// The job planner fell silent while its plan was executed. Value: longest silence allowed (s).
+    PlannerLost,
+    /// The machine could not send its feedback. Value: how long it tried (s).
+    FeedbackBlocked,
 }
 
 /// One row of the alarm table.
@@ -119,7 +131,7 @@ pub struct AlarmEntry {
 }
 
 /// Number of kinds, those of an axis counted once per axis; no more alarms than this are ever active.
-pub const ALARM_KINDS: usize = 60;
+pub const ALARM_KINDS: usize = 66;
 
 impl AlarmKind {
     /// Every kind, in the order of the numbers.
@@ -184,6 +196,12 @@ impl AlarmKind {
         AlarmKind::DoorStuck,
         AlarmKind::ChuckStuck,
         AlarmKind::LoaderLost,
+        AlarmKind::SenderLost,
+        AlarmKind::MachineLost,
+        AlarmKind::MachineDeactivated,
+        AlarmKind::RecordingLost,
+        AlarmKind::PlannerLost,
+        AlarmKind::FeedbackBlocked,
     ];
 
     /// The axis it is about.
@@ -342,6 +360,30 @@ impl AlarmKind {
             AlarmKind::LoaderLost => {
                 (155, "loader lost", Stop, "look at the loader, bring it out of the work area, then reset")
             }
+            AlarmKind::SenderLost => {
+                (160, "sender lost", Stop, "check the axis interpolator, start it again if it has ended, then reset")
+            }
+            AlarmKind::MachineLost => {
+                (161, "machine lost", Stop, "check the machine, start it again if it has ended, then reset")
+            }
+            AlarmKind::MachineDeactivated => {
+                (162, "machine deactivated", Stop, "activate the machine, inspect the part, then reset")
+            }
+            AlarmKind::RecordingLost => {
+                (163, "recording lost", Warning, "check run_logger and its disk; the job goes on without a recording")
+            }
+            AlarmKind::PlannerLost => (
+                164,
+                "planner lost",
+                Stop,
+                "check the job planner, start it again if it has ended, then run the job again",
+            ),
+            AlarmKind::FeedbackBlocked => (
+                165,
+                "feedback blocked",
+                Stop,
+                "end the subscriber that does not acknowledge, or wait 50 s, then reset",
+            ),
         };
         AlarmEntry { number, name, severity, remedy }
     }
@@ -467,6 +509,22 @@ impl fmt::Display for Alarm {
             AlarmKind::DoorStuck => f.write_str("the door does not come to its end"),
             AlarmKind::ChuckStuck => f.write_str("the chuck does not come to its end"),
             AlarmKind::LoaderLost => f.write_str("the loader went silent while it was in the work area"),
+            AlarmKind::SenderLost => {
+                write!(f, "the sender of setpoints has been silent for {} s: stopped on the path", self.value)
+            }
+            AlarmKind::MachineLost => {
+                write!(f, "the machine has been silent for {} s, or was started again", self.value)
+            }
+            AlarmKind::MachineDeactivated => {
+                f.write_str("the machine was deactivated while a motion was executed: stopped on the path")
+            }
+            AlarmKind::RecordingLost => write!(f, "the recorder has been silent or behind for {} s", self.value),
+            AlarmKind::PlannerLost => {
+                write!(f, "the job planner has been silent for {} s: its plan is cancelled", self.value)
+            }
+            AlarmKind::FeedbackBlocked => {
+                write!(f, "the machine could not send its feedback for {} s: stopped on the path", self.value)
+            }
         }
     }
 }

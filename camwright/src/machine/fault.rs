@@ -160,7 +160,7 @@ pub const FAULTS: [FaultEntry; 20] = [
     FaultEntry { name: "double_origin", target: "", value: "angle of the second mark from the first (deg)" },
     FaultEntry { name: "bouncing_input", target: SWITCH, value: "none" },
     FaultEntry { name: "shared_input", target: "two inputs with + between them", value: "none" },
-    FaultEntry { name: "encoder_offset", target: JOINT, value: "offset of the reading (mm or rad)" },
+    FaultEntry { name: "encoder_offset", target: JOINT, value: "offset of the reading (m; c_axis: rad)" },
     FaultEntry { name: "drive_gain", target: JOINT, value: "fraction of the gains left, 0 (blocked) to 1" },
     FaultEntry { name: "drive_fault", target: JOINT, value: "none" },
     FaultEntry { name: "lost_chunks", target: "", value: "how many" },
@@ -272,7 +272,12 @@ impl Fault {
                 let axis = axis()?;
                 // Ten times the trip level is as good as any more.
                 let most = 10.0 * machine.axis(axis).max_following_error;
-                Fault::EncoderOffset { axis, offset: if active { between(-most, most)? } else { 0.0 } }
+                // People give metres for a slide.
+                let si = if axis == Axis::C { 1.0 } else { 1e-3 };
+                if active && !(-most..=most).contains(&value) {
+                    return Err(FaultError::Value { name, value: si * value, low: -si * most, high: si * most });
+                }
+                Fault::EncoderOffset { axis, offset: if active { value } else { 0.0 } }
             }
             "drive_gain" => Fault::DriveGain { axis: axis()?, factor: if active { between(0.0, 1.0)? } else { 1.0 } },
             "drive_fault" => Fault::DriveFault { axis: axis()?, active },

@@ -94,6 +94,12 @@ impl WheelSpindle {
         self.ticks == self.ticks_to_speed
     }
 
+    /// It runs up or down.
+    #[must_use]
+    pub fn is_changing(&self) -> bool {
+        if self.ordered && !self.stalled { !self.is_running() } else { !self.is_still() }
+    }
+
     /// Its angular speed (rad/s) with this radius (mm).
     #[must_use]
     pub fn rad_s(&self, radius_mm: f64) -> f64 {

@@ -1,5 +1,7 @@
 //! Derivatives by differencing values: the other arithmetic with which motion is checked after it was planned.
 
+use super::twofold::Twofold;
+
 /// A largest magnitude and where it was met.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Extreme {
@@ -47,6 +49,43 @@ pub fn largest_derivatives(f: impl Fn(f64) -> f64, from: f64, to: f64, step: f64
     found
 }
 
+/// As [`largest_derivatives`], of values and at abscissae that keep the digits which a float loses: their rounding does not grow with
+/// either.
+pub fn largest_exact_derivatives(
+    mut f: impl FnMut(Twofold) -> Twofold,
+    from: Twofold,
+    to: Twofold,
+    step: f64,
+) -> [Extreme; 3] {
+    let mut found = [Extreme::default(); 3];
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "counts of steps are small and positive"
+    )]
+    let count = libm::ceil(to.minus(from) / step).max(0.0) as u64;
+    // Steps of the same length to the last digit.
+    #[allow(clippy::cast_precision_loss, reason = "counts of steps are far below 2^53")]
+    let place = |k: u64| from.plus(Twofold::product(k as f64, step));
+    let mut before = f(from);
+    let (mut last1, mut last2) = (0.0, 0.0);
+    for k in 1..=count.max(3) {
+        let at = place(k);
+        let here = f(at);
+        let d1 = here.minus(before);
+        let d2 = d1 - last1;
+        found[0].take(d1 / step, at.value() - 0.5 * step);
+        if k >= 2 {
+            found[1].take(d2 / (step * step), at.value() - step);
+        }
+        if k >= 3 {
+            found[2].take((d2 - last2) / (step * step * step), at.value() - 1.5 * step);
+        }
+        (before, last1, last2) = (here, d1, d2);
+    }
+    found
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -58,6 +97,19 @@ mod tests {
         for (extreme, wanted) in found.iter().zip([3.0, 9.0, 27.0]) {
             assert!((extreme.value - wanted).abs() < 1e-3 * wanted, "{extreme:?} {wanted}");
         }
+    }
+
+    /// A parabola behind 2,000 turns, at the steps of the finest check. As floats its second derivative would be off by some 5, its
+    /// third by more than 1e4.
+    #[test]
+    fn rounding_does_not_grow_with_the_value() {
+        let parabola = |t: Twofold| Twofold::from(12_566.370_614).plus(t.times(t)).plus(t.times(Twofold::from(20.0)));
+        let from = Twofold::from(900.0);
+        let found = largest_exact_derivatives(parabola, from, from.plus_float(0.01), 5e-6);
+        assert!(found[2].value < 0.1, "{found:?}");
+        assert!((found[1].value - 2.0).abs() < 1e-6, "{found:?}");
+        let rounded = largest_derivatives(|t| 12_566.370_614 + t * (20.0 + t), 900.0, 900.01, 5e-6);
+        assert!(rounded[2].value > 1e4, "{rounded:?}");
     }
 
     #[test]

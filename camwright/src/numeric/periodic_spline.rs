@@ -1,6 +1,7 @@
 //! Uniform periodic quintic B-splines over one turn: C⁴, the form in which every closed curve of a cam travels.
 
 use super::banded::{CyclicBand, CyclicCholesky};
+use super::twofold::Twofold;
 use crate::units::TURN_RAD;
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -76,6 +77,14 @@ impl PeriodicSpline {
         CyclicBand::<3>::circulant(count, [66.0 / 120.0, 26.0 / 120.0, 1.0 / 120.0]).factor().ok()
     }
 
+    /// f(−φ): the basis is symmetric about its knots, so the coefficients only change places.
+    #[must_use]
+    pub fn mirrored(&self) -> Self {
+        let mut coefficients = self.coefficients.clone();
+        coefficients[1..].reverse();
+        Self { coefficients }
+    }
+
     /// Its coefficients, one per knot.
     #[must_use]
     pub fn coefficients(&self) -> &[f64] {
@@ -104,6 +113,20 @@ impl PeriodicSpline {
         #[allow(clippy::cast_possible_truncation, reason = "angles are far inside i64 knots")]
         let knot = (floor as i64).rem_euclid(i64::try_from(self.coefficients.len()).unwrap_or(i64::MAX));
         self.combine(usize::try_from(knot).unwrap_or(0), &Weights::at(x - floor))
+    }
+
+    /// The value at an angle, with the digits that a float loses behind many turns and behind a large value. It repeats exactly after
+    /// [`TURN_RAD`].
+    #[must_use]
+    pub fn exact_value(&self, angle_rad: Twofold) -> Twofold {
+        #[allow(clippy::cast_precision_loss, reason = "coefficient counts are far below 2^53")]
+        let per_rad = Twofold::quotient(self.coefficients.len() as f64, TURN_RAD);
+        let (floor, u) = angle_rad.times(per_rad).floor();
+        #[allow(clippy::cast_possible_truncation, reason = "angles are far inside i64 knots")]
+        let knot = (floor as i64).rem_euclid(i64::try_from(self.coefficients.len()).unwrap_or(i64::MAX));
+        let [a, b, m, p, q, r] = self.around(usize::try_from(knot).unwrap_or(0));
+        let v = basis(u);
+        Twofold::sum(m, v[0] * (a - m) + v[1] * (b - m) + v[3] * (p - m) + v[4] * (q - m) + v[5] * (r - m))
     }
 
     /// As [`PeriodicSpline::sample`], at `parts` equal steps from every knot to the next, from angle 0 on round the turn.

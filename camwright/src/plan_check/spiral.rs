@@ -2,21 +2,22 @@
 
 use super::{PlanFault, Walk, larger, within};
 use crate::machine::description::Axis;
-use crate::numeric::differences::largest_derivatives;
+use crate::numeric::differences::largest_exact_derivatives;
 use crate::numeric::hermite::HermiteSpline;
+use crate::numeric::twofold::Twofold;
 use crate::plan::SpiralSegment;
 use crate::speed_plan::{LimitUse, Quantity};
-use crate::spiral_motion::SpiralMotion;
+use crate::spiral_motion::{ExactSpiral, SpiralMotion};
 use crate::units::TURN_RAD;
 use alloc::vec::Vec;
 use core::cell::Cell;
 
 /// Points between two knots at which a spiral is differenced: of its path X and Z, of its law C.
 const PARTS: f64 = 8.0;
-/// Shortest step (s): the rounding of a metre in a third difference is 2e-12 mm over its cube.
+/// Shortest step (s).
 const SHORTEST_STEP_S: f64 = 1e-5;
-/// Share of the limit of C's jerk that the rounding of its angle may show in a third difference: where the law has few knots, and at most.
-const ROUNDING_SHARES: (f64, f64) = (1e-7, 1e-4);
+/// Fewest steps over the whole of a spiral.
+const MIN_STEPS: f64 = 65_536.0;
 /// Within a stretch the speed of C changes by this factor at most, or between two knots of its law.
 const SPEEDS_APART: f64 = 2.0;
 
@@ -53,12 +54,9 @@ impl Stretch {
 
     /// Step at which an axis is differenced here (s).
     #[allow(clippy::cast_precision_loss, reason = "counts of knots are far below 2^53")]
-    fn step_s(&self, axis: Axis, motion: &SpiralMotion<'_>, jerk: f64) -> f64 {
+    fn step_s(&self, axis: Axis, motion: &SpiralMotion<'_>) -> f64 {
         if axis == Axis::C {
-            // 8 ε |c| / step³ in the third difference.
-            let step = |share: f64| libm::cbrt(8.0 * f64::EPSILON * motion.angle_rad().abs() / (share * jerk));
-            let whole = step(ROUNDING_SHARES.0).max(motion.duration_s() / 65_536.0);
-            return whole.min(self.knots_s / PARTS).max(step(ROUNDING_SHARES.1));
+            return (motion.duration_s() / MIN_STEPS).min(self.knots_s / PARTS).max(SHORTEST_STEP_S);
         }
         let knots = motion.path.knots().len() as f64;
         (motion.angle_rad() / (PARTS * knots * self.speeds_rad_s.1)).max(SHORTEST_STEP_S)
@@ -94,16 +92,18 @@ impl Walk<'_> {
         for axis in Axis::ALL {
             let description = self.machine.axis(axis);
             let range = Cell::new((f64::INFINITY, f64::NEG_INFINITY));
-            let at = |t: f64| {
-                let value = motion.position(axis, t.clamp(0.0, end_s));
-                let (low, high) = range.get();
-                range.set((low.min(value), high.max(value)));
-                value
-            };
+            let mut exact = ExactSpiral::new(&motion);
             for stretch in &stretches {
-                let step = stretch.step_s(axis, &motion, description.limits.jerk);
+                let step = stretch.step_s(axis, &motion);
+                let at = |t: Twofold| {
+                    let value = exact.position(axis, t);
+                    let (low, high) = range.get();
+                    range.set((low.min(value.value()), high.max(value.value())));
+                    value
+                };
                 // Differences that reach from one stretch into the next are in both.
-                let extremes = largest_derivatives(at, stretch.from_s - 3.0 * step, stretch.to_s + 3.0 * step, step);
+                let (from, to) = (stretch.from_s - 3.0 * step, stretch.to_s + 3.0 * step);
+                let extremes = largest_exact_derivatives(at, Twofold::from(from), Twofold::from(to), step);
                 for (quantity, extreme) in Quantity::ALL.into_iter().zip(extremes) {
                     let allowed = quantity.limit(&description.limits);
                     let angle_rad = motion.law.sample(extreme.at).value;

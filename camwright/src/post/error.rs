@@ -17,6 +17,17 @@ const MOST_CALLS: usize = 100_000;
 /// Why there is no program.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PostError {
+    /// More blocks in a turn than a program should have.
+    #[error(
+        "a turn takes at least {blocks} blocks, at most {allowed} are allowed: so slow a turn is driven in single increments; a faster \
+         work speed, or fewer decimals"
+    )]
+    TooLongTurn {
+        /// Blocks that the turn takes at least.
+        blocks: u64,
+        /// Allowed.
+        allowed: u64,
+    },
     /// A number that makes no program.
     #[error("{what} is {value}; {allowed}")]
     BadNumber {

@@ -20,8 +20,16 @@ const ROUNDED_DOWN: f64 = 0.999;
 /// Looks per turn for the steepest travel.
 const LOOKS_PER_TURN: u32 = 720;
 
+/// Places at which the path is compared with a chord that may be made level, and share of the tolerance it may use: all of it is judged
+/// afterwards.
+const LOOKS_PER_PIECE: u32 = 32;
+const LEVEL_SHARE: f64 = 0.9;
+
 /// A block in which a linear axis moves by its last increment while C turns on takes this share of what LinuxCNC's least rate allows.
 const STEP_SHARE: f64 = 0.8;
+
+/// Most blocks of one turn: the shipped programs have up to some thousand, and controls hold programs of some megabytes.
+const MAX_TURN_BLOCKS: u64 = 100_000;
 
 /// A knot in increments.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,8 +74,13 @@ impl Pieces {
     ) -> Result<Self, PostError> {
         let mut tolerance_mm = pass.tolerance_mm;
         loop {
-            let mut pieces =
-                Self::new(turn, control, pass, tolerance_mm).map_err(|error| error.within(&of.name, &pass.name))?;
+            // Level pieces and wide steps where the tolerance has room for them, else steps of an increment.
+            let attempt = Self::new(turn, control, pass, tolerance_mm, true);
+            let attempt = match attempt {
+                Err(PostError::OffThePath { .. }) => Self::new(turn, control, pass, tolerance_mm, false),
+                other => other,
+            };
+            let mut pieces = attempt.map_err(|error| error.within(&of.name, &pass.name))?;
             let least_s = control.dialect.shortest_block_s();
             let is_last = tolerance_mm >= pass.widest_tolerance_mm;
             if is_last {
@@ -92,7 +105,13 @@ impl Pieces {
         }
     }
 
-    fn new(turn: &Turn<'_>, control: &Control, pass: &PassRequest<'_>, tolerance_mm: f64) -> Result<Self, PostError> {
+    fn new(
+        turn: &Turn<'_>,
+        control: &Control,
+        pass: &PassRequest<'_>,
+        tolerance_mm: f64,
+        widely: bool,
+    ) -> Result<Self, PostError> {
         let axes = turn.axes();
         let mut pieces = Self {
             axes,
@@ -129,7 +148,7 @@ impl Pieces {
             }
         }
         if control.dialect == Dialect::LinuxCnc {
-            pieces.step_slowly(turn)?;
+            pieces.step_slowly(turn, widely)?;
         }
         pieces.time(turn);
         pieces.judge(turn, pass)?;
@@ -175,10 +194,16 @@ impl Pieces {
         Ok(())
     }
 
-    /// LinuxCNC makes a rate of the time by the linear way, none below a least one: what is slower is driven as steps of an increment, each
-    /// in a short block in which C turns on, with C alone between them.
-    fn step_slowly(&mut self, turn: &Turn<'_>) -> Result<(), PostError> {
+    /// LinuxCNC makes a rate of the time by the linear way, none below a least one. What is slower is driven level, as one block of C
+    /// alone, where the path stays within the tolerance of that, else as steps as wide as the tolerance allows, each in a short block in
+    /// which C turns on, with C alone between them. Not `widely`: as steps of an increment.
+    fn step_slowly(&mut self, turn: &Turn<'_>, widely: bool) -> Result<(), PostError> {
         let format = self.format;
+        // Where stretches meet, and at the end, knots lie on the path.
+        let mut is_end = alloc::vec![false; self.knots.len()];
+        for stretch in &self.stretches {
+            (is_end[stretch.from], is_end[stretch.to]) = (true, true);
+        }
         let mut knots: Vec<Knot> = Vec::with_capacity(self.knots.len());
         let mut places = alloc::vec![0; self.knots.len()];
         for (index, knot) in self.knots.iter().enumerate() {
@@ -187,7 +212,17 @@ impl Pieces {
                 let time_s = turn.time_s(u, v);
                 let way_mm = self.way_mm(&last, knot);
                 if way_mm > 0.0 && way_mm * 60.0 / time_s < LEAST_RATE_MM_MIN * 1.001 {
-                    self.add_steps(turn, &last, knot, &mut knots)?;
+                    let level = Knot { c: knot.c, positions: last.positions.clone() };
+                    let next = self.knots.get(index + 1).filter(|_| widely && !is_end[index]);
+                    if next.is_some_and(|next| {
+                        self.room_mm(turn, &last, &level) >= 0.0 && self.room_mm(turn, &level, next) >= 0.0
+                    }) {
+                        knots.push(level);
+                        places[index] = knots.len() - 1;
+                        continue;
+                    }
+                    let room_mm = if widely { self.room_mm(turn, &last, knot) } else { 0.0 };
+                    self.add_steps(turn, (&last, knot), room_mm, &mut knots)?;
                 }
             }
             knots.push(knot.clone());
@@ -200,13 +235,46 @@ impl Pieces {
         Ok(())
     }
 
-    /// The knots between two ends of a slow piece.
-    fn add_steps(&self, turn: &Turn<'_>, from: &Knot, to: &Knot, knots: &mut Vec<Knot>) -> Result<(), PostError> {
+    /// Tolerance left beside a chord (mm): below 0 the path goes farther from it than that.
+    fn room_mm(&self, turn: &Turn<'_>, from: &Knot, to: &Knot) -> f64 {
+        let (begins, ends) = (self.format.value(NcAxis::C, from.c), self.format.value(NcAxis::C, to.c));
+        let mut farthest_mm = 0.0_f64;
+        for (index, axis) in self.axes.iter().enumerate() {
+            let value = |knot: &Knot| self.format.value(NcAxis::from(*axis), knot.positions[index]);
+            let (at_begin, at_end) = (value(from), value(to));
+            for look in 0..=LOOKS_PER_PIECE {
+                let share = f64::from(look) / f64::from(LOOKS_PER_PIECE);
+                let path = turn.at(*axis, begins + (ends - begins) * share).value;
+                farthest_mm = farthest_mm.max((path - (at_begin + (at_end - at_begin) * share)).abs());
+            }
+        }
+        LEVEL_SHARE * self.tolerance_mm - farthest_mm
+    }
+
+    /// The knots between two ends of a slow piece, in steps of half of which there is so much room beside the chord (mm).
+    fn add_steps(
+        &self,
+        turn: &Turn<'_>,
+        (from, to): (&Knot, &Knot),
+        room_mm: f64,
+        knots: &mut Vec<Knot>,
+    ) -> Result<(), PostError> {
         let ways: Vec<i64> = from.positions.iter().zip(&to.positions).map(|(a, b)| b - a).collect();
-        let steps = ways.iter().map(|way| way.abs()).max().unwrap_or(0);
+        let increments = ways.iter().map(|way| way.abs()).max().unwrap_or(0);
         let least_mm =
             self.axes.iter().map(|axis| self.format.value(NcAxis::from(*axis), 1)).fold(f64::INFINITY, f64::min);
-        let step_s = STEP_SHARE * least_mm * 60.0 / LEAST_RATE_MM_MIN;
+        #[allow(clippy::cast_possible_truncation, reason = "a tolerance in increments")]
+        let wide = ((2.0 * room_mm.max(0.0) / least_mm) as i64).clamp(1, increments.max(1));
+        let steps = (increments + wide - 1) / wide;
+        let knots_wanted =
+            u64::try_from(steps).unwrap_or(u64::MAX).saturating_mul(2).saturating_add(knots.len() as u64);
+        if knots_wanted > MAX_TURN_BLOCKS {
+            return Err(PostError::TooLongTurn { blocks: knots_wanted, allowed: MAX_TURN_BLOCKS });
+        }
+        // What the smallest of them goes: none is slower than the least rate.
+        let of_step = (increments / steps.max(1)).max(1);
+        #[allow(clippy::cast_precision_loss, reason = "increments of one piece")]
+        let step_s = STEP_SHARE * least_mm * of_step as f64 * 60.0 / LEAST_RATE_MM_MIN;
         let (begins, ends) = (self.format.value(NcAxis::C, from.c), self.format.value(NcAxis::C, to.c));
         let position = |step: i64| -> Vec<i64> {
             // Rounded to the nearest: division cuts towards zero.

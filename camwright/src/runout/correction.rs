@@ -38,10 +38,10 @@ const PARTS: u32 = 4;
 
 /// Share of the runout that may be left where the path is looked at between phases: as much as is promised without noise. With noise
 /// as much as it is: a curve through noisy phases has no truth between them.
-const LEFT_SHARE: f64 = 0.01;
+pub(super) const LEFT_SHARE: f64 = 0.01;
 
 /// What may be left in any case (mm): what a good gauge resolves.
-const LEFT_MM: f64 = 1e-4;
+pub(super) const LEFT_MM: f64 = 1e-4;
 
 /// To which radius the turn cuts.
 #[derive(Debug, Clone, Copy, PartialEq)]

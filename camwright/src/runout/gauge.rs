@@ -218,6 +218,13 @@ impl Gauge {
         matches!(self.kind, Kind::TwoDiameters { .. })
     }
 
+    /// The published method can take the difference of its readings for a depth of cut: it is one gauge, and a part that gives way changes
+    /// nothing of what it reads.
+    #[must_use]
+    pub fn fits_published(&self) -> bool {
+        !self.is_two() && self.feels_deflection() == 0.0
+    }
+
     /// Angles after the wheel of the contacts of one gauge, within a turn (rad).
     pub(super) fn contacts_rad(&self, which: Which) -> [Option<f64>; 2] {
         let near = match (self.kind, which) {

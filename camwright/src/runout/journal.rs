@@ -16,7 +16,7 @@
 //! its wear or by the growth of a machine that has warmed up, and the turn is moved by as much.
 
 use super::Mode;
-use super::correction::{Correction, CorrectionError, Forecast, Start, Target};
+use super::correction::{Correction, CorrectionError, Forecast, LEFT_MM, LEFT_SHARE, Start, Target};
 use super::fit::Fit;
 use super::gauge::{Gauge, GaugeError};
 use super::identify::IdentifyError;
@@ -25,6 +25,7 @@ use super::record::{Reading, RecordError};
 use super::seen::{Readings, Seen, turning_on};
 use super::spark_out::{self, SparkOutError};
 use super::state::{MeasureSettings, PartState, StateError};
+use super::swept::{self, Lowest, PLACES, place_rad};
 use super::wheel_log::{WheelLog, WheelLogError, WheelPosition};
 use crate::contact_law::ContactLaw;
 use crate::numeric::hermite::{HermiteError, HermiteSpline, Knot, Sample};
@@ -188,10 +189,29 @@ pub struct JournalCorrection {
     pub scatter_mm: Option<f64>,
     /// The first and the last tick that it was decided from.
     pub ticks: (u64, u64),
+    /// Depth below the journal's radius that the way may reach (mm): what a correction may leave, and how far the wheel may be below its
+    /// target where it has entered.
+    pub allowed_below_mm: f64,
     law: ContactLaw,
+    /// Radii of the part before it, by `x_axis`, from the place at the wheel on (mm).
+    part_mm: Vec<f64>,
 }
 
 impl JournalCorrection {
+    /// Smallest radius that a way of the wheel leaves of this journal, as the gauge reads it. `x` is `x_axis` over the angle since C began
+    /// to turn, for as many turns as the correction has (mm over rad).
+    #[must_use]
+    pub fn lowest(&self, wheel_radius_mm: f64, x: impl Fn(f64) -> Sample) -> Lowest {
+        let lowest = swept::lowest(&self.law, &self.part_mm, self.turns, wheel_radius_mm, x);
+        Lowest { radius_mm: lowest.radius_mm + self.size_offset_mm.unwrap_or(0.0), ..lowest }
+    }
+
+    /// Largest radius of the part before it, by `x_axis` (mm).
+    #[must_use]
+    pub fn highest_before_mm(&self) -> f64 {
+        self.part_mm.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+    }
+
     /// The contact that it was computed with.
     #[must_use]
     pub const fn law(&self) -> &ContactLaw {
@@ -222,7 +242,9 @@ impl JournalCorrection {
             forecast: None,
             scatter_mm: None,
             ticks: (0, 0),
+            allowed_below_mm: LEFT_MM,
             law,
+            part_mm: alloc::vec![radius_mm; PLACES as usize],
         }
     }
 
@@ -269,7 +291,7 @@ impl JournalCorrection {
                 (decided, begins)
             }
             Mode::Published => {
-                if gauge.feels_deflection() != 0.0 || gauge.is_two() {
+                if !gauge.fits_published() {
                     return Err(JournalError::NoDiameter);
                 }
                 let window_rad = record.end_rad() - (TURN_RAD + gauge.span_rad()) - ROUNDING_RAD;
@@ -277,13 +299,18 @@ impl JournalCorrection {
                 // Where the wheel stood while it was measured.
                 let wheel_mm = positions.iter().map(|position| position.x_mm).fold(f64::INFINITY, f64::min);
                 let decided = Correction::published(&runout, &request.law, wheel_mm, earliest_rad)?;
-                let begins = decided.at(0.0);
+                // The slope and curvature of a turn through noisy phases, carried on over a way in of more than half a turn, would take
+                // the wheel millimetres into the part: the way in is a step without either.
+                let begins = Sample { value: decided.at(0.0).value, ..Sample::default() };
                 (decided, begins)
             }
         };
         let before = state.radii_at(request.rest_rad)?;
         let (low, high) = least_and_most(before.radii_mm().iter().copied());
         let (way, turns) = whole_way(&decided, begins, request.rest_rad, clear_mm)?;
+        // As each place last left the wheel.
+        let left_at = |place| request.rest_rad + place_rad(place) - if place > 0 { TURN_RAD } else { 0.0 };
+        let left_mm = (LEFT_SHARE * (high - low)).max(LEFT_MM).max(state.scatter_mm().unwrap_or(0.0));
         Ok(Self {
             mode: request.mode,
             way,
@@ -294,7 +321,9 @@ impl JournalCorrection {
             forecast: decided.forecast().copied(),
             scatter_mm: state.scatter_mm(),
             ticks: (readings[0].tick, readings[readings.len() - 1].tick),
+            allowed_below_mm: left_mm + MOST_BELOW_MM,
             law: request.law,
+            part_mm: (0..PLACES).map(|place| state.radius_mm(left_at(place))).collect(),
         })
     }
 }

@@ -64,6 +64,7 @@ pub mod spark_out;
 pub mod state;
 pub mod stiffness;
 pub mod stiffness_map;
+pub mod swept;
 pub mod wheel_log;
 
 /// How a runout is measured and corrected.

@@ -54,6 +54,31 @@ pub enum SpeedPlanError {
         /// The largest speed that fits, rounded down; `None` if a thousandth of the wanted one does not.
         largest_rad_s: Option<f64>,
     },
+    /// The cut takes longer than any should.
+    #[error(
+        "the cut of {turns} turns takes {} h, at most {} h are allowed: a higher work speed, or fewer turns",
+        figures(*.duration_s / 3600.0), figures(*.most_s / 3600.0)
+    )]
+    TooLong {
+        /// Turns of the cut.
+        turns: u32,
+        /// Time it takes (s).
+        duration_s: f64,
+        /// Most allowed (s).
+        most_s: f64,
+    },
+    /// A varying speed over so many turns is more than a plan holds.
+    #[error(
+        "the speed of {turns} turns has {knots:.0} knots, at most {most:.0} are allowed: fewer turns, or a constant work speed"
+    )]
+    TooManyKnots {
+        /// Turns of the cut.
+        turns: u32,
+        /// Knots of its law.
+        knots: f64,
+        /// Most allowed.
+        most: f64,
+    },
     /// No stop on the path within ten seconds keeps the limits.
     #[error("no stop of up to {longest_s} s on the path keeps the limits of the axes")]
     NoStop {

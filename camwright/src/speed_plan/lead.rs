@@ -118,7 +118,7 @@ pub(super) fn lead_in(turning: &Turning, limits: &MotionLimits, along: impl Fn(f
                 .all(|i| law.sample(law.duration() * f64::from(i) / f64::from(POINTS)).value >= -ROUNDING_MM);
             // Where the length jumps over the time there is, the two do not meet.
             if from_mm > 0.0 && is_above && (law.duration() - high).abs() < 1e-9 {
-                return Some(before_zero(&law.to_spline()));
+                return law.to_spline().ok().map(|way| before_zero(&way));
             }
         }
         low_s = high_s;

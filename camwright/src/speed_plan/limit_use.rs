@@ -1,9 +1,10 @@
 //! How far a motion uses the limits of its axes, found twice: by the chain rule, and by differencing positions.
 
 use super::{PATH_SHARE, cam_angle_deg};
-use crate::cut_motion::CutMotion;
+use crate::cut_motion::{CutMotion, ExactCut};
 use crate::machine::description::{Axis, MotionLimits};
-use crate::numeric::differences::{Extreme, largest_derivatives};
+use crate::numeric::differences::{Extreme, largest_exact_derivatives};
+use crate::numeric::twofold::Twofold;
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -194,12 +195,12 @@ pub fn uses_by_differences(
     let mut found = [[Extreme::default(); 3]; 2];
     for (from, to) in windows {
         // Three steps before the start and after the end, where X rests and C goes on as it does, so that a jump there would show.
-        let (from, to) = (from - 3.0 * step, to + 3.0 * step);
-        let c_at = |t: f64| motion.angle(t).value;
-        let x_at = |t: f64| motion.x_mm(t);
-        for (extremes, new) in
-            found.iter_mut().zip([largest_derivatives(c_at, from, to, step), largest_derivatives(x_at, from, to, step)])
-        {
+        let (from, to) = (Twofold::from(from - 3.0 * step), Twofold::from(to + 3.0 * step));
+        let (mut c, mut x) = (ExactCut::new(motion), ExactCut::new(motion));
+        for (extremes, new) in found.iter_mut().zip([
+            largest_exact_derivatives(|t| c.angle(t), from, to, step),
+            largest_exact_derivatives(|t| x.x_mm(t), from, to, step),
+        ]) {
             for (extreme, new) in extremes.iter_mut().zip(new) {
                 extreme.take(new.value, new.at);
             }

@@ -70,6 +70,14 @@ const PLANNING_GRID: usize = 3600;
 /// How much finer the forward check looks than the planning did.
 const CHECK_FACTOR: f64 = 8.0;
 
+/// Longest cut (s), a day, and most knots of its law: beyond them a mistyped speed is likelier than a wish.
+const MAX_CUT_S: f64 = 86_400.0;
+const MAX_LAW_KNOTS: f64 = 2e6;
+
+/// Excess of a velocity over its limit that may appear because the knots of the plan are floats, relative: then it is planned again,
+/// slower by that.
+const VELOCITY_ROUNDING: f64 = 1e-6;
+
 /// Shortest step of the forward check (s): below it the digits of a position no longer carry a jerk.
 const SHORTEST_CHECK_STEP_S: f64 = 5e-6;
 
@@ -142,6 +150,10 @@ enum Misfit {
     /// What the wheel's power allows (rad/s), and the path angle where it is least.
     Power(f64, f64),
     NoPlateau(f64),
+    /// Time of the whole cut (s).
+    TooLong(f64),
+    /// Knots of the law.
+    TooManyKnots(f64),
     Ramp(PointToPointError),
     Turn(TurnError),
     NoRunUp,
@@ -153,6 +165,19 @@ impl SpeedPlan {
     /// # Errors
     /// A limit exceeded at the speed wanted, ramps longer than the cut, no stop, a failed forward check.
     pub fn new(request: &SpeedRequest<'_>) -> Result<Self, SpeedPlanError> {
+        match Self::within(request, &request.c, &request.x) {
+            // It sits on the limit of a velocity, and the plan's own numbers round to above it.
+            Err(SpeedPlanError::Check(found))
+                if found.quantity == Quantity::Velocity && found.ratio() <= 1.0 + VELOCITY_ROUNDING =>
+            {
+                Self::within(&request.slower(found.ratio() * (1.0 + 1e-9)), &request.c, &request.x)
+            }
+            outcome => outcome,
+        }
+    }
+
+    /// The plan for a pass, checked against limits that may be wider than those of the request.
+    fn within(request: &SpeedRequest<'_>, c: &MotionLimits, x: &MotionLimits) -> Result<Self, SpeedPlanError> {
         let (candidate, speed_range_rad_s, least_turn_s) = match request.speed {
             SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: speed } => {
                 let candidate = constant_speed(request, speed).map_err(|misfit| request.refusal(speed, misfit))?;
@@ -172,11 +197,11 @@ impl SpeedPlan {
         let motion = request.motion(&candidate);
         let stretches = windows(&motion, candidate.plateau_s, candidate.turn_s, candidate.infeed.last_blend_rad());
         let step = (request.step(candidate.turn_s) / CHECK_FACTOR).max(SHORTEST_CHECK_STEP_S);
-        let found = uses_by_differences(&motion, &stretches, step, &request.c, &request.x);
+        let found = uses_by_differences(&motion, &stretches, step, c, x);
         if let Some(exceeded) = request.seen_from_lobe(found).into_iter().find(|found| found.ratio() > 1.0) {
             return Err(SpeedPlanError::Check(exceeded));
         }
-        let limits = [&request.c, &request.x];
+        let limits = [c, x];
         let stop_ticks = stop::shortest(&motion, &stretches, candidate.turn_s, request.cycle_time_s, limits)
             .ok_or(SpeedPlanError::NoStop { longest_s: stop::LONGEST_S })?;
         Ok(Self {
@@ -269,6 +294,18 @@ impl SpeedPlan {
 }
 
 impl<'a> SpeedRequest<'a> {
+    /// The same at velocities lower by a factor.
+    fn slower(&self, factor: f64) -> Self {
+        let slower = |limits: MotionLimits| MotionLimits { velocity: limits.velocity / factor, ..limits };
+        let speed = match self.speed {
+            SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => {
+                SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: work_speed_rad_s / factor }
+            }
+            other => other,
+        };
+        Self { speed, c: slower(self.c), x: slower(self.x), ..*self }
+    }
+
     fn turns(&self) -> u32 {
         self.infeed.turns() + self.spark_out_turns
     }
@@ -334,8 +371,9 @@ impl<'a> SpeedRequest<'a> {
             let out = way.iter().rev().skip(1);
             lead.extend(out.map(|knot| Knot { at: end_s - knot.at, first: -knot.first, ..*knot }));
         }
-        let spline = |knots| HermiteSpline::new(knots).expect("knots before, in and after the cut, all finite");
-        let (law, lead) = (spline(law), Some(spline(lead)));
+        let total_s = end_s;
+        let spline = |knots| HermiteSpline::new(knots).map_err(|_| self.refusal(0.0, Misfit::TooLong(total_s)));
+        let (law, lead) = (spline(law)?, Some(spline(lead)?));
         Ok(Candidate { law, lead, ..candidate })
     }
 
@@ -366,6 +404,12 @@ impl<'a> SpeedRequest<'a> {
                 turns: self.turns(),
                 largest_rad_s: largest(),
             },
+            Misfit::TooLong(duration_s) => {
+                SpeedPlanError::TooLong { turns: self.turns(), duration_s, most_s: MAX_CUT_S }
+            }
+            Misfit::TooManyKnots(knots) => {
+                SpeedPlanError::TooManyKnots { turns: self.turns(), knots, most: MAX_LAW_KNOTS }
+            }
             Misfit::Ramp(error) => error.into(),
             Misfit::Turn(error) => SpeedPlanError::Turn(error),
             Misfit::NoRunUp => SpeedPlanError::NoRunUp {
@@ -390,6 +434,9 @@ fn constant_speed(request: &SpeedRequest<'_>, speed: f64) -> Result<Candidate, M
     let infeed = request.infeed_for(speed);
     let (comes_rad_s, goes_rad_s) = request.end_speeds_rad_s();
     let total = f64::from(request.turns()) * TURN_RAD;
+    if total > MAX_CUT_S * speed {
+        return Err(Misfit::TooLong(total / speed));
+    }
     let mut misfit = None;
     for share in RAMP_SHARES {
         let limits = MotionLimits { velocity: request.c.velocity.max(speed), ..request.c.with_share(share) };
@@ -399,7 +446,7 @@ fn constant_speed(request: &SpeedRequest<'_>, speed: f64) -> Result<Candidate, M
         if ramps_rad > total - TURN_RAD {
             return Err(misfit.unwrap_or(Misfit::NoPlateau(ramps_rad)));
         }
-        let (law, plateau_s) = between(&ramps.0, &ramps.1, speed, total);
+        let (law, plateau_s) = between(&ramps.0, &ramps.1, speed, total)?;
         let (infeed, turn_s) = (infeed.clone(), TURN_RAD / speed);
         let candidate = Candidate { law, infeed, lead: None, plateau_s, turn_s, uses: Vec::new() };
         let motion = request.motion(&candidate);
@@ -434,7 +481,7 @@ fn ramp(from: f64, to: f64, limits: &MotionLimits) -> Result<Vec<Knot>, Misfit> 
 }
 
 /// Run-up, plateau, and run-down, which is given as the run-up that it is backwards, over `total` rad exactly.
-fn between(up: &[Knot], down: &[Knot], speed: f64, total: f64) -> (HermiteSpline, (f64, f64)) {
+fn between(up: &[Knot], down: &[Knot], speed: f64, total: f64) -> Result<(HermiteSpline, (f64, f64)), Misfit> {
     let (up_end, down_end) = (up[up.len() - 1], down[down.len() - 1]);
     let begin = up_end.at;
     let end = begin + (total - (up_end.value + down_end.value)) / speed;
@@ -445,8 +492,9 @@ fn between(up: &[Knot], down: &[Knot], speed: f64, total: f64) -> (HermiteSpline
         first: knot.first,
         second: -knot.second,
     }));
-    let law = HermiteSpline::new(knots).expect("the plateau is at least a turn long and the ramp's knots increase");
-    (law, (begin, end))
+    // So long a plateau that the knots of the run-down are the same float.
+    let law = HermiteSpline::new(knots).map_err(|_| Misfit::TooLong(end + down_end.at))?;
+    Ok((law, (begin, end)))
 }
 
 /// The largest speed below `speed` that fits, rounded down to four digits.

@@ -5,9 +5,10 @@
 //! r³p‴ + 3rṙp″ + r̈p′. The longest change is the stop, from 1 to 0, but it is not always the worst one: half-way down, a
 //! change from 1 to ½ still has most of the path's own jerk.
 
-use crate::cut_motion::CutMotion;
+use crate::cut_motion::{CutMotion, ExactCut};
 use crate::machine::description::MotionLimits;
-use crate::numeric::differences::largest_derivatives;
+use crate::numeric::differences::largest_exact_derivatives;
+use crate::numeric::twofold::Twofold;
 use crate::path_stop::{rate_step, rate_step_area, rate_step_bend, rate_step_slope};
 use alloc::vec::Vec;
 
@@ -128,15 +129,16 @@ fn passes_check(motion: &CutMotion<'_>, stop_s: f64, turn_s: f64, limits: [&Moti
         let share = f64::from(k) * 0.618_033_988_749_894_9;
         let into = (share - libm::floor(share)) * first_turns;
         let start = if k % 2 == 0 { begin + into } else { end - into };
-        let time = |t: f64| {
-            let u = (t / stop_s).clamp(0.0, 1.0);
+        let time = |t: Twofold| {
+            let u = (t.value() / stop_s).clamp(0.0, 1.0);
             let advanced = if k % 4 < 2 { u - rate_step_area(u) } else { rate_step_area(u) };
-            start + stop_s * advanced
+            Twofold::sum(start, stop_s * advanced)
         };
-        let c_at = |t: f64| motion.angle(time(t)).value;
+        let (mut c, mut x) = (ExactCut::new(motion), ExactCut::new(motion));
+        let (from, to) = (Twofold::from(0.0), Twofold::from(stop_s));
         let found = [
-            largest_derivatives(c_at, 0.0, stop_s, step),
-            largest_derivatives(|t| motion.x_mm(time(t)), 0.0, stop_s, step),
+            largest_exact_derivatives(|t| c.angle(time(t)), from, to, step),
+            largest_exact_derivatives(|t| x.x_mm(time(t)), from, to, step),
         ];
         found
             .iter()

@@ -112,6 +112,11 @@ impl TurnSpeed {
         self.times[self.times.len() - 1]
     }
 
+    /// Knots over the turn.
+    pub(super) fn knots_of_turn(&self) -> usize {
+        self.times.len() - 1
+    }
+
     /// A time below which no plan can be, whatever its jerk and whatever X does (s).
     #[must_use]
     pub fn least_s(&self) -> f64 {

@@ -4,7 +4,10 @@ use super::process::{Cutting, largest_speed_rad_s};
 use super::run_up::run_up;
 use super::square_speed::to_f64;
 use super::turn_speed::TurnSpeed;
-use super::{Candidate, Misfit, PATH_SHARE, PLANNING_GRID, SpeedRequest, TurnRequest, VARYING_X_SHARE, windows};
+use super::{
+    Candidate, MAX_CUT_S, MAX_LAW_KNOTS, Misfit, PATH_SHARE, PLANNING_GRID, SpeedRequest, TurnRequest, VARYING_X_SHARE,
+    windows,
+};
 use crate::numeric::hermite::{HermiteSpline, Knot, Sample};
 use crate::units::TURN_RAD;
 use alloc::vec::Vec;
@@ -87,7 +90,15 @@ pub(super) fn variable_speed(request: &SpeedRequest<'_>) -> Result<(Candidate, T
 
 /// Ramps and turns put together, and how they use the limits.
 fn around(request: &SpeedRequest<'_>, turn: &TurnSpeed, ramp_share: f64) -> Result<Candidate, Misfit> {
-    let total = f64::from(request.turns()) * TURN_RAD;
+    let (turns, total) = (f64::from(request.turns()), f64::from(request.turns()) * TURN_RAD);
+    let cut_s = turns * turn.turn_s();
+    if cut_s.is_nan() || cut_s > MAX_CUT_S {
+        return Err(Misfit::TooLong(cut_s));
+    }
+    let count = turns * to_f64(turn.knots_of_turn());
+    if count > MAX_LAW_KNOTS {
+        return Err(Misfit::TooManyKnots(count));
+    }
     let knots = turn.knots(request.path_start_rad, 0.0, total);
     let (_, fastest) = turn.range_rad_s();
     let infeed = request.infeed_for(fastest);

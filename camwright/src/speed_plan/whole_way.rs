@@ -83,7 +83,17 @@ impl WayRequest<'_> {
             let (work_speed_rad_s, turns) = (speed_rad_s, self.turns);
             return Err(SpeedPlanError::NoPlateau { work_speed_rad_s, ramps_deg, turns, largest_rad_s: None });
         }
-        let (law, plateau_s) = between(&up, &up, speed_rad_s, total_rad);
+        let too_long = |duration_s| {
+            let (turns, most_s) = (self.turns, super::MAX_CUT_S);
+            Err(SpeedPlanError::TooLong { turns, duration_s, most_s })
+        };
+        let way_s = total_rad / speed_rad_s;
+        if way_s.is_nan() || way_s > super::MAX_CUT_S {
+            return too_long(way_s);
+        }
+        let Ok((law, plateau_s)) = between(&up, &up, speed_rad_s, total_rad) else {
+            return too_long(way_s);
+        };
         let motion =
             CutMotion { path: self.path, path_start_rad: 0.0, infeed: self.offset, ratio: None, lead: None, law: &law };
         let (turn_s, stretches) = (TURN_RAD / speed_rad_s, [(law.start(), law.end())]);

@@ -34,7 +34,7 @@ pub struct MeshReading {
 }
 
 /// Most triangles.
-const MOST_TRIANGLES: usize = 5_000_000;
+const MOST_TRIANGLES: usize = 3_000_000;
 
 /// Largest coordinate (mm).
 const LARGEST_MM: f64 = 1e5;

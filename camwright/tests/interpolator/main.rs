@@ -6,6 +6,7 @@ mod disturbances;
 mod feedback;
 mod following;
 mod homing;
+mod joining;
 mod manual;
 mod on_the_machine;
 mod setup;

@@ -4,7 +4,7 @@
 mod stiffness;
 mod stock;
 
-use camwright::cycle::{Contact, PlannedJob, decide_corrections, plan_corrections, plan_job};
+use camwright::cycle::{Contact, PlanError, PlannedJob, decide_corrections, plan_corrections, plan_job};
 use camwright::follower::Follower;
 use camwright::interpolator::{Interpolator, Motion, Prepared};
 use camwright::job::{
@@ -19,6 +19,7 @@ use camwright::machine::description::{
 use camwright::machine::reference::cam_grinder;
 use camwright::machine::state::LastingState;
 use camwright::machine::workpiece::DEFAULT_AZIMUTHS;
+use camwright::numeric::hermite::HermiteSpline;
 use camwright::plan::Plan;
 use camwright::raw_part::{RawPart, Wave};
 use camwright::rehearsal::rehearse;
@@ -234,6 +235,64 @@ fn the_published_turn_takes_a_machine_that_gives_way_for_runout() {
     let (published, exact) = (left(Mode::Published), left(Mode::Exact));
     eprintln!("left: published {published:.3}, exact {exact:.4}");
     assert!(published > 0.5 && exact < 0.01, "{published} {exact}");
+}
+
+/// A noisy gauge gives the published turn a slope and a curvature where it begins; neither is carried on over the way in.
+#[test]
+fn the_published_way_in_never_goes_below_where_the_turn_begins() {
+    for seed in [1, 2, 3] {
+        let mut machine = grinder(0.2, 270.0);
+        if let Some(gauge) = &mut machine.gauge {
+            (gauge.noise_mm, gauge.resolution_mm, gauge.seed) = (2e-4, 1e-4, seed);
+        }
+        for (_, _, off_mm, decided) in ground(&machine, &job(Mode::Published)) {
+            let x_mm = |share: f64| decided.way.sample(share * decided.corrects_from_rad).value;
+            let ways: Vec<f64> = (0..=2000).map(|i| x_mm(f64::from(i) / 2000.0)).collect();
+            assert!(ways.windows(2).all(|pair| pair[1] <= pair[0] + 1e-12), "seed {seed}: it goes in and out");
+            assert!(off_mm > 0.0, "seed {seed}: the journal is {off_mm} mm too small");
+        }
+    }
+}
+
+/// A correction that would cut below the journal is refused with where and how much, and nothing has moved.
+#[test]
+fn a_correction_that_gouges_is_refused_with_where_and_how_much() {
+    let (machine, job) = (grinder(0.2, 270.0), job(Mode::Published));
+    let first = plan_job(&job, &machine, 60.0, None).unwrap_or_else(|error| panic!("{error}"));
+    let logs = Cell::new(&machine, &job).run(&first.plan);
+    let decided = decide_corrections(&job, &machine, &first, &logs, &[]).unwrap_or_else(|error| panic!("{error}"));
+    // The slope and curvature of a noisy turn where the way in ends.
+    let mut steep = decided.clone();
+    let mut knots = decided[1].way.knots().to_vec();
+    (knots[2].first, knots[2].second) = (0.4, -4.0);
+    steep[1].way = HermiteSpline::new(knots).expect("as many knots");
+    let error = plan_corrections(&job, &machine, &first, &steep).expect_err("it gouges");
+    let PlanError::Gouges { lobe, turn: Some(turn), depth_mm, allowed_mm, .. } = &error else { panic!("{error}") };
+    assert_eq!(lobe, "J2");
+    let entered = decided[1].corrects_from_rad / TURN_RAD;
+    assert!((entered - 0.7..entered).contains(turn), "{turn} of {entered}");
+    assert!(*depth_mm > 0.05 && *allowed_mm < 2e-3, "{error}");
+    assert!(error.to_string().contains("um below the finished contour of lobe J2"), "{error}");
+}
+
+/// A job that cannot be measured as published is refused before anything is ground.
+#[test]
+fn a_gauge_that_does_not_fit_its_method_is_refused_when_the_job_is_planned() {
+    let refusal = |mode: Mode, first_deg: f64, second_deg: Option<f64>| {
+        let mut machine = grinder(0.2, first_deg);
+        if let Some(gauge) = &mut machine.gauge {
+            gauge.second_behind_wheel_rad = second_deg.map(f64::to_radians);
+        }
+        plan_job(&job(mode), &machine, 60.0, None).map(|_| ()).map_err(|error| error.to_string())
+    };
+    let error = refusal(Mode::Published, 300.0, Some(60.0)).expect_err("two gauges");
+    assert!(error.contains("two gauges") && error.contains("runout_correction.mode to exact"), "{error}");
+    assert_eq!(refusal(Mode::Exact, 300.0, Some(60.0)), Ok(()));
+    assert_eq!(refusal(Mode::Published, 270.0, None), Ok(()));
+    for mode in [Mode::Exact, Mode::Published] {
+        let error = refusal(mode, 180.0, None).expect_err("it stands opposite the wheel");
+        assert!(error.contains("belongs to no side of a cut"), "{error}");
+    }
 }
 
 /// An amplifier of 50 Hz lags by 1° at a turn a second.

@@ -35,6 +35,48 @@ fn jobs_without_what_they_need_are_refused() {
     assert_eq!(error.to_string(), "stock_mm is NaN; it must be a number above 0");
 }
 
+/// A plan of a year is a mistyped speed, and one of the age of the universe has knots that are the same float.
+#[test]
+fn cuts_that_take_longer_than_a_day_are_refused() {
+    let at = |work_speed_rad_s: f64| {
+        refusal(|job| job.passes[0].speed = SpeedLaw::ConstantWorkSpeed { work_speed_rad_s }).to_string()
+    };
+    for speed in [1e-8, 1e-13, 1e-300, 1e300, f64::INFINITY] {
+        let text = at(speed);
+        assert!(text.contains("work_speed_rad_s") && text.contains("it must be"), "{speed}: {text}");
+    }
+    let slow = |job: &mut JobSpec| {
+        job.passes[0].spark_out_turns = 1000;
+        job.passes[0].speed = SpeedLaw::ConstantWorkSpeed { work_speed_rad_s: 0.01 };
+    };
+    let text = refusal(slow).to_string();
+    assert!(text.contains("takes 174.88 h, at most 24 h are allowed"), "{text}");
+    let starved = |job: &mut JobSpec| {
+        job.passes[0].speed = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 1e-9, most_rad_s: 10.0 };
+    };
+    let text = refusal(starved).to_string();
+    assert!(text.contains("h, at most 24 h are allowed"), "{text}");
+}
+
+#[test]
+fn numbers_beyond_any_machine_are_refused() {
+    type Change = fn(&mut JobSpec);
+    let changes: [(&str, Change); 8] = [
+        ("home.x_mm", |job| job.home.x_mm = 1e300),
+        ("rapid_advance_mm", |job| job.rapid_advance_mm = 1e300),
+        ("rapid_speed_mm_s", |job| job.rapid_speed_mm_s = 1e-300),
+        ("retract_clearance_mm", |job| job.retract_clearance_mm = 1e18),
+        ("phase_rad", |job| job.lobes[0].phase_rad = 1e18),
+        ("spark_out_turns", |job| job.passes[0].spark_out_turns = u32::MAX),
+        ("total_infeed_mm", |job| job.passes[0].total_infeed_mm = 1e300),
+        ("clearance_mm", |job| job.clearance_mm = 1e300),
+    ];
+    for (key, change) in changes {
+        let text = refusal(change).to_string();
+        assert!(text.contains(key) && text.contains("it must be"), "{key}: {text}");
+    }
+}
+
 #[test]
 fn lobes_nearer_than_the_wheel_is_wide_are_refused() {
     let mut machine = machine();

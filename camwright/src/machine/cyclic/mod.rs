@@ -299,6 +299,12 @@ impl Machine {
         self.axes.iter().all(AxisState::is_at_rest)
     }
 
+    /// The wheel runs up or down.
+    #[must_use]
+    pub fn is_wheel_changing(&self) -> bool {
+        self.wheel.is_changing()
+    }
+
     /// A job begins: what only chance decides begins anew, so that a job is the same whatever the machine did before.
     pub fn begin_job(&mut self) {
         self.axes.iter_mut().for_each(AxisState::begin_job);
