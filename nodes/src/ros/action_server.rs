@@ -8,8 +8,8 @@ use std::{
     collections::BTreeMap,
     fmt,
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
-        atomic::{AtomicI8, Ordering},
+        Arc, Mutex, MutexGuard, PoisonError, Weak,
+        atomic::{AtomicBool, AtomicI8, Ordering},
     },
     time::{Duration, Instant},
 };
@@ -33,8 +33,21 @@ use super::{
     node::{Node, WeakNode},
     qos::Qos,
     services::{Responder, ServiceHandle},
+    telemetry::{Drops, Telemetry},
     topics::Publisher,
 };
+
+/// Goals with which every change of status is published at once.
+const PUBLISHED_AT_ONCE: usize = 16;
+
+/// Time from status to status with more goals.
+const STATUS_PERIOD: Duration = Duration::from_millis(20);
+
+/// Goals an action server keeps: those under way, and those that ended within the last seconds.
+const MAX_GOALS: usize = 1024;
+
+/// Clients that may wait for the result of one goal.
+const MAX_WAITING_FOR_RESULT: usize = 64;
 
 /// Whether a goal is taken on.
 #[derive(Debug)]
@@ -158,10 +171,14 @@ pub(super) struct Core<A: Action> {
     pub(super) name: String,
     /// Guards the table and the order of what is published about it: the status is published with the lock held.
     goals: Mutex<BTreeMap<GoalId, Entry<A>>>,
-    pub(super) feedback: Publisher<A::FeedbackMessage>,
+    /// Dropped where a client leaves no room: an action goes on without it.
+    pub(super) feedback: Telemetry<A::FeedbackMessage>,
     status: Publisher<GoalStatusArray>,
     pub(super) logger: Logger,
     node: WeakNode,
+    this: Weak<Core<A>>,
+    /// A status that stands for several changes is due.
+    is_status_due: AtomicBool,
 }
 
 impl<A: Action> Core<A> {
@@ -173,7 +190,24 @@ impl<A: Action> Core<A> {
         self.node.upgrade().map(|node| node.now()).unwrap_or_default()
     }
 
+    /// Publishes the status, at once or, with many goals, soon: a message names them all, and each goal changes it three times.
     fn publish_status(&self, goals: &BTreeMap<GoalId, Entry<A>>) {
+        if goals.len() <= PUBLISHED_AT_ONCE {
+            return self.publish_status_now(goals);
+        }
+        if self.is_status_due.swap(true, Ordering::AcqRel) {
+            return;
+        }
+        let Some(node) = self.node.upgrade() else { return };
+        let core = self.this.clone();
+        node.after(STATUS_PERIOD, move || {
+            let Some(core) = core.upgrade() else { return };
+            core.is_status_due.store(false, Ordering::Release);
+            core.publish_status_now(&core.goals());
+        });
+    }
+
+    fn publish_status_now(&self, goals: &BTreeMap<GoalId, Entry<A>>) {
         let mut status_list: Vec<GoalStatusMsg> = goals
             .iter()
             .map(|(id, entry)| GoalStatusMsg {
@@ -233,12 +267,12 @@ impl<A: Action> Core<A> {
         verdict: Verdict,
     ) {
         let stamp = self.now();
-        let verdict = verdict.and_then(|()| match self.goals().contains_key(&id) {
-            true => Err("its id is in use".into()),
-            false => Ok(()),
+        let verdict = verdict.and_then(|()| match self.make_room(id) {
+            None => Ok(()),
+            Some(reason) => Err(reason),
         });
         if let Err(reason) = verdict {
-            self.logger.warn(&format!("goal {id} of {} rejected: {reason}", self.name));
+            self.warn_of_rejection(id, &reason);
             responder.send(&A::send_goal_response(false, stamp));
             return;
         }
@@ -254,6 +288,13 @@ impl<A: Action> Core<A> {
             self.set(&goals, id, GoalStatus::Executing);
         }
         handler.lock().unwrap_or_else(PoisonError::into_inner).accepted(handle);
+    }
+
+    fn warn_of_rejection(&self, id: GoalId, reason: &str) {
+        let Some(node) = self.node.upgrade() else { return };
+        node.load().goals_rejected.add_one();
+        let kind = format!("goals of {} rejected: {reason}", self.name);
+        node.warn_once(&kind, &format!("goal {id} of {} rejected: {reason}", self.name));
     }
 
     /// Takes a request to cancel, by the rules of `action_msgs/srv/CancelGoal`.
@@ -308,10 +349,12 @@ impl<A: Action> Core<A> {
             None => A::get_result_response(GoalStatus::Unknown as i8, A::Result::default()),
             Some(entry) => match &entry.result {
                 Some(result) => A::get_result_response(entry.status() as i8, result.clone()),
-                None => {
+                None if entry.waiting.len() < MAX_WAITING_FOR_RESULT => {
                     entry.waiting.push(responder);
                     return;
                 }
+                // Its status says that this is not the end.
+                None => A::get_result_response(entry.status() as i8, A::Result::default()),
             },
         };
         drop(goals);
@@ -340,6 +383,25 @@ impl<A: Action> Core<A> {
             responder.send(&response);
         }
         true
+    }
+
+    /// Makes room for a goal; the reason if there is none. Results that nobody may ask for any more go first.
+    fn make_room(&self, id: GoalId) -> Option<String> {
+        let mut goals = self.goals();
+        if goals.contains_key(&id) {
+            return Some("its id is in use".into());
+        }
+        if goals.len() < MAX_GOALS {
+            return None;
+        }
+        let ended = goals.iter().filter_map(|(id, entry)| entry.ended.map(|ended| (ended, *id)));
+        match ended.min() {
+            Some((_, oldest)) => {
+                goals.remove(&oldest);
+                None
+            }
+            None => Some(format!("{MAX_GOALS} goals of this action have not ended; wait for one to end")),
+        }
     }
 
     fn expire(&self) {
@@ -393,13 +455,17 @@ impl Node {
         handler: impl ActionHandler<A>,
     ) -> Result<ActionServer<A>, RosError> {
         let names = ActionNames::resolve(self, name)?;
-        let core = Arc::new(Core::<A> {
+        let feedback = self.telemetry(&names.feedback, &Qos::default_topic(), &Drops::default())?;
+        let status = self.publisher(&names.status, &Qos::action_status())?;
+        let core = Arc::new_cyclic(|this| Core::<A> {
             name: names.action,
             goals: Mutex::default(),
-            feedback: self.publisher(&names.feedback, &Qos::default_topic())?,
-            status: self.publisher(&names.status, &Qos::action_status())?,
+            feedback,
+            status,
             logger: self.logger().clone(),
             node: self.downgrade(),
+            this: this.clone(),
+            is_status_due: AtomicBool::new(false),
         });
         let handler = Arc::new(Mutex::new(handler));
         let (accepting, accepting_handler) = (Arc::clone(&core), Arc::clone(&handler));

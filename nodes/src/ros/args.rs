@@ -7,6 +7,7 @@ use super::{
     names::{self, NameKind, RemapRule, RemapTarget},
     parameter_value::ParameterValue,
     params_file::{self, NodeParameters},
+    unsupported::Unsupported,
 };
 
 /// A command line or an environment that cannot be meant. Programs print it and exit.
@@ -79,6 +80,7 @@ pub struct RosArgs {
     domain_id: u16,
     range: DiscoveryRange,
     namespace: String,
+    unsupported: Unsupported,
 }
 
 impl Default for RosArgs {
@@ -95,6 +97,7 @@ impl Default for RosArgs {
             domain_id: 0,
             range: DiscoveryRange::Localhost,
             namespace: "/".into(),
+            unsupported: Unsupported::default(),
         }
     }
 }
@@ -127,7 +130,7 @@ impl RosArgs {
         variable: impl Fn(&str) -> Option<String>,
     ) -> Result<(Self, Vec<String>), ArgsError> {
         let mut ros = RosArgs::default();
-        ros.read_environment(variable)?;
+        ros.read_environment(&variable)?;
         let mut rest = Vec::new();
         let mut args = args.iter();
         let mut inside = false;
@@ -139,6 +142,7 @@ impl RosArgs {
                 (false, other) => rest.push(other.to_string()),
             }
         }
+        ros.unsupported = Unsupported::read(&variable, ros.enclave.as_deref());
         Ok((ros, rest))
     }
 
@@ -278,6 +282,10 @@ impl RosArgs {
     /// Security enclave, if one was named (security itself is not supported).
     pub fn enclave(&self) -> Option<&str> {
         self.enclave.as_deref()
+    }
+
+    pub(super) fn unsupported(&self) -> &Unsupported {
+        &self.unsupported
     }
 
     pub(super) fn default_namespace(&self) -> &str {

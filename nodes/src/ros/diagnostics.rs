@@ -29,12 +29,28 @@ impl Reporter {
     fn publish(&self) {
         let Some(node) = self.node.upgrade() else { return };
         let mut status = (self.report.lock().unwrap_or_else(PoisonError::into_inner))();
+        let fault = node.supervisor().fault();
+        status.splice(0..0, fault.map(|fault| diagnostic_status(DiagnosticStatus::ERROR, "", fault, &[])));
+        self.send(&node, status);
+    }
+
+    /// What killed a thread, and nothing else: whoever asks for the rest may wait for that thread.
+    fn publish_fault(&self, fault: &str) {
+        if let Some(node) = self.node.upgrade() {
+            self.send(&node, vec![diagnostic_status(DiagnosticStatus::ERROR, "", fault, &[])]);
+        }
+    }
+
+    fn send(&self, node: &Node, mut status: Vec<DiagnosticStatus>) {
         for item in &mut status {
             item.name =
                 if item.name.is_empty() { node.name().to_string() } else { format!("{}: {}", node.name(), item.name) };
             if item.hardware_id.is_empty() {
                 item.hardware_id.clone_from(&self.hardware_id);
             }
+        }
+        if let Some(first) = status.first_mut() {
+            first.values.extend(node.load().values());
         }
         let message = DiagnosticArray { header: Header { stamp: node.now(), ..Default::default() }, status };
         if let Err(error) = self.publisher.publish(&message) {
@@ -88,6 +104,12 @@ impl Node {
             publisher: self.publisher("/diagnostics", &Qos::default_topic())?,
             hardware_id: hardware_id.to_string(),
             report: Mutex::new(Box::new(report)),
+        });
+        let failing = Arc::downgrade(&reporter);
+        self.supervisor().on_fault(move |fault| {
+            if let Some(reporter) = failing.upgrade() {
+                reporter.publish_fault(fault);
+            }
         });
         let reporting = Arc::clone(&reporter);
         let timer = self.timer(PERIOD, move || reporting.publish());

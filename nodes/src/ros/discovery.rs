@@ -19,7 +19,13 @@ use rustdds::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::{matches::Matches, names, qos::Qos, rtps::Beside};
+use super::{
+    matches::Matches,
+    names,
+    network::gate::{self, Gate, Prefix},
+    qos::Qos,
+    rtps::Beside,
+};
 
 /// Identity of an endpoint: DDS GUID.
 pub type Guid = [u8; 16];
@@ -170,10 +176,17 @@ impl Graph {
         self.changed.notify_all();
     }
 
-    /// Takes what discovery has reported; returns sentences about endpoints that cannot talk to ours.
-    pub(super) fn drain(&self, events: &DomainParticipantStatusListener, beside: &Beside) -> Vec<String> {
+    /// Takes what discovery has reported; returns sentences about endpoints that cannot talk to ours, and about a flood of participants.
+    pub(super) fn drain(
+        &self,
+        events: &DomainParticipantStatusListener,
+        beside: &Beside,
+        gate: &mut Gate,
+    ) -> Vec<String> {
         let mut news = false;
+        let mut sentences = Vec::new();
         while let Some(event) = events.try_recv_status() {
+            sentences.extend(gate.take(&event, || self.state().partners()));
             if let DomainParticipantStatusEvent::RemoteWriterMatched { local_reader, remote_writer } = &event {
                 beside.writer_matched(local_reader, remote_writer);
             }
@@ -182,7 +195,8 @@ impl Graph {
         if news {
             self.tell();
         }
-        std::mem::take(&mut self.state().incompatible)
+        sentences.append(&mut self.state().incompatible);
+        sentences
     }
 
     /// Takes a participant's list of nodes.
@@ -371,6 +385,12 @@ impl State {
         true
     }
 
+    /// Participants with an endpoint that matches one of ours, and our own.
+    fn partners(&self) -> BTreeSet<Prefix> {
+        let matched = self.matched.values().flat_map(BTreeMap::keys).map(prefix);
+        matched.chain(self.own).collect()
+    }
+
     fn forget(&mut self, gone: impl Fn(&GUID) -> bool) {
         for matches in self.matched.values_mut() {
             matches.retain(|other, _| !gone(other));
@@ -447,10 +467,8 @@ impl State {
     }
 }
 
-fn prefix(guid: &GUID) -> [u8; 12] {
-    let mut prefix = [0; 12];
-    prefix.copy_from_slice(guid.prefix.as_ref());
-    prefix
+fn prefix(guid: &GUID) -> Prefix {
+    gate::octets(guid.prefix)
 }
 
 /// A callback on graph changes; dropping it ends the calls.

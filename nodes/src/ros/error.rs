@@ -24,6 +24,12 @@ pub enum RosError {
         /// The middleware's own words.
         reason: String,
     },
+    /// There is no room for a message: a peer does not acknowledge those before it, or the network is congested.
+    #[error("cannot publish on {topic}: a subscriber does not acknowledge, and no room is left for another message")]
+    Congested {
+        /// Resolved topic name.
+        topic: String,
+    },
     /// A peer did not answer or did not appear in time.
     #[error("{what}: no answer within {waited_s:.3} s")]
     Timeout {

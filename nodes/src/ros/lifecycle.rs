@@ -124,6 +124,9 @@ const SUCCESS: &str = "transition_success";
 const FAILURE: &str = "transition_failure";
 const ERROR: &str = "transition_error";
 
+/// Number of the error that leads out of a state in which the node works: `rcl_lifecycle` has none from the state itself.
+const DEACTIVATE_ERROR: u8 = 42;
+
 const EDGES: [Edge; 25] = [
     edge(1, "configure", S::Unconfigured, S::Configuring),
     edge(10, SUCCESS, S::Configuring, S::Inactive),
@@ -288,6 +291,9 @@ impl Core {
             None => Ok(()),
         };
         let label = if outcome.is_ok() { SUCCESS } else { FAILURE };
+        if self.state() != edge.to {
+            return Err("a thread of the node died meanwhile".into());
+        }
         if let Some(end) = EDGES.iter().find(|end| end.from == edge.to && end.label == label) {
             self.take(end);
         }
@@ -295,6 +301,14 @@ impl Core {
             self.logger.error(&format!("cannot {}: {reason}", edge.label));
         }
         outcome
+    }
+
+    /// A thread of the node died: nothing leads out of this state but the end of the process.
+    fn fail(&self) {
+        let from = self.state();
+        let id =
+            EDGES.iter().find(|edge| edge.from == from && edge.label == ERROR).map_or(DEACTIVATE_ERROR, |edge| edge.id);
+        self.take(&edge(id, ERROR, from, S::ErrorProcessing));
     }
 
     fn ask(&self, edge: &'static Edge, done: impl FnOnce(Result<(), String>) + Send + 'static) {
@@ -409,9 +423,15 @@ impl Node {
         });
         let services = offer(self, &core)?;
         let running = Arc::clone(&core);
-        let thread = std::thread::Builder::new()
-            .name(format!("lifecycle {}", self.name()))
-            .spawn(move || {
+        let failing = Arc::downgrade(&core);
+        self.supervisor().on_fault(move |_| {
+            if let Some(core) = failing.upgrade() {
+                core.fail();
+            }
+        });
+        let thread = self
+            .supervisor()
+            .spawn(&format!("lifecycle {}", self.name()), move || {
                 let _current = running.logger.enter();
                 for Request { edge, done } in requests {
                     done(running.run(edge, &mut callbacks));

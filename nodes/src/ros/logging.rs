@@ -50,6 +50,13 @@ impl Level {
             .find(|level| level.name().eq_ignore_ascii_case(name))
     }
 
+    /// Level of a number.
+    pub fn from_number(number: u32) -> Option<Self> {
+        [Level::Unset, Level::Debug, Level::Info, Level::Warn, Level::Error, Level::Fatal]
+            .into_iter()
+            .find(|level| *level as u32 == number)
+    }
+
     /// Name as ROS prints it.
     pub fn name(self) -> &'static str {
         match self {
@@ -77,6 +84,8 @@ impl From<tracing::Level> for Level {
 struct Inner {
     name: String,
     threshold: AtomicU8,
+    /// Level of the command line.
+    usual: Level,
     console: bool,
     rosout: bool,
     outlet: Mutex<Option<(Publisher<Log>, WeakNode)>>,
@@ -105,11 +114,13 @@ struct Origin<'a> {
 impl Logger {
     pub(super) fn new(names: &Names, args: &RosArgs) -> Self {
         let name = names.logger();
-        let threshold = AtomicU8::new(args.level_of(&name) as u8);
+        let usual = args.level_of(&name);
+        let threshold = AtomicU8::new(usual as u8);
         Logger {
             inner: Arc::new(Inner {
                 name,
                 threshold,
+                usual,
                 console: args.console(),
                 rosout: args.rosout(),
                 outlet: Mutex::default(),
@@ -148,10 +159,15 @@ impl Logger {
         &self.inner.name
     }
 
-    /// Lets through only this level and above.
+    /// Lets through only this level and above; unset is the level of the start.
     pub fn set_level(&self, level: Level) {
-        let level = if level == Level::Unset { Level::Info } else { level };
+        let level = if level == Level::Unset { self.inner.usual } else { level };
         self.inner.threshold.store(level as u8, Ordering::Relaxed);
+    }
+
+    /// Lowest level that is let through.
+    pub fn level(&self) -> Level {
+        Level::from_number(u32::from(self.inner.threshold.load(Ordering::Relaxed))).unwrap_or(self.inner.usual)
     }
 
     /// Whether a level is let through.
@@ -322,6 +338,7 @@ mod tests {
         assert_eq!(Level::from_name("wArN"), Some(Level::Warn));
         assert_eq!(Level::from_name("loud"), None);
         assert_eq!(Level::Fatal as u8, Log::FATAL);
+        assert_eq!((Level::from_number(30), Level::from_number(35)), (Some(Level::Warn), None));
         assert_eq!(Level::Info as u8, Log::INFO);
         assert!(Level::Debug < Level::Info);
     }

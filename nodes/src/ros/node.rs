@@ -2,31 +2,35 @@
 
 use std::{
     fmt,
-    net::{IpAddr, Ipv4Addr},
     sync::{Arc, Mutex, Once, OnceLock, PoisonError},
     thread::JoinHandle,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use camwright_msgs::builtin_interfaces;
-use rustdds::{DomainParticipant, DomainParticipantBuilder, QosPolicies, RTPSEntity, Topic, TopicKind};
+use rustdds::{DomainParticipant, QosPolicies, RTPSEntity, Topic, TopicKind};
 
 use super::{
-    args::{DiscoveryRange, RosArgs},
+    args::RosArgs,
     clock::TimeSource,
     delay::{DelayInjection, DelaySource},
     discovery::{Graph, Guid, ParticipantEntities},
     error::RosError,
     executor::{Executor, TimerHandle},
+    load::Load,
+    logger_services,
     logging::{Level, Logger},
     loopback::Loopback,
     names::{NameKind, Names},
+    network::{gate::Gate, participant, watchdog},
     parameters::{Parameter, Parameters},
-    qos::Qos,
+    qos::{Qos, WriterWindow},
+    repeated_warnings::RepeatedWarnings,
     rtps::Beside,
-    shutdown::Shutdown,
+    shutdown::{EXIT_FAILED, Shutdown},
     type_description,
 };
+use crate::supervised::Supervisor;
 
 /// How long a leaving node waits for its farewell to be sent: 300 ms let real ROS 2 forget its name within 10 ms; without it names
 /// stay for the lease of 50 s (measured with Fast DDS).
@@ -41,6 +45,9 @@ const FAREWELL: Duration = Duration::from_millis(300);
 /// with the pause). The handshake was seen to take 70 to 100 ms on two busy cores.
 const ACQUAINTANCE: Duration = Duration::from_millis(250);
 
+/// How often a node that is closed to newcomers looks whether it can open.
+const GATE_PERIOD: Duration = Duration::from_secs(5);
+
 /// What a node is made from.
 #[derive(Debug, Clone)]
 pub struct NodeOptions {
@@ -48,6 +55,7 @@ pub struct NodeOptions {
     args: RosArgs,
     parameters: Vec<Parameter>,
     delay_injection: Option<DelayInjection>,
+    writer_window: WriterWindow,
 }
 
 impl NodeOptions {
@@ -58,6 +66,7 @@ impl NodeOptions {
             args: args.clone(),
             parameters: Vec::new(),
             delay_injection: DelayInjection::from_env(),
+            writer_window: WriterWindow::default(),
         }
     }
 
@@ -73,6 +82,20 @@ impl NodeOptions {
     pub fn parameters(mut self, parameters: impl IntoIterator<Item = Parameter>) -> Self {
         self.parameters.extend(parameters);
         self
+    }
+
+    /// Sets how many unacknowledged samples its writers may hold (default: wide).
+    #[must_use]
+    pub fn writer_window(mut self, window: WriterWindow) -> Self {
+        self.writer_window = window;
+        self
+    }
+
+    /// Value that the arguments ask for a parameter; `None`: its default. Names that cannot be are refused when the node starts.
+    pub(crate) fn asked(&self, parameter: &str) -> Option<super::parameter_value::ParameterValue> {
+        let names = Names::new(&self.name, self.args.default_namespace(), self.args.remap_rules()).ok()?;
+        let overrides = self.args.overrides_for(names.node(), &names.fully_qualified());
+        overrides.into_iter().rev().find(|asked| asked.name == parameter).map(|asked| asked.value)
     }
 
     /// Delays the callbacks of subscriptions at random (default: what `CAMWRIGHT_DELAY_INJECTION=seed:max_ms` says).
@@ -100,9 +123,14 @@ pub(super) struct NodeInner {
     clock: OnceLock<TimeSource>,
     beside: Arc<Beside>,
     delay_injection: Option<DelayInjection>,
+    writer_window: WriterWindow,
+    load: Arc<Load>,
+    warnings: RepeatedWarnings,
     next_delay: Mutex<u64>,
+    watch: Mutex<Option<watchdog::Watch>>,
     crate_side: Mutex<Option<CrateSide>>,
     keep: Mutex<Vec<Box<dyn std::any::Any + Send>>>,
+    supervisor: Supervisor,
 }
 
 impl Drop for NodeInner {
@@ -117,6 +145,7 @@ impl NodeInner {
         self.executor.close();
         self.logger.detach();
         self.keep.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        self.watch.lock().unwrap_or_else(PoisonError::into_inner).take();
         let CrateSide { node, context, participant } = side;
         // Dropping the node publishes the list of nodes without it; the participant must live until that is on its way.
         drop(node);
@@ -151,18 +180,16 @@ impl Node {
     /// # Errors
     /// A name or a parameter override is refused, or the network is.
     pub fn new(options: NodeOptions) -> Result<Self, RosError> {
-        let NodeOptions { name, args, parameters, delay_injection } = options;
+        let NodeOptions { name, args, parameters, delay_injection, writer_window } = options;
         let names = Names::new(&name, args.default_namespace(), args.remap_rules())?;
         let fully_qualified = names.fully_qualified();
         let failed = |reason: String| RosError::create(format!("node {fully_qualified}"), reason);
 
         raise_descriptor_limit();
+        args.unsupported().refuse().map_err(&failed)?;
         // One participant per node: status events go to a single reader per participant.
-        let mut builder = DomainParticipantBuilder::new(args.domain_id());
-        if args.discovery_range() == DiscoveryRange::Localhost {
-            builder = builder.with_only_networks([IpAddr::V4(Ipv4Addr::LOCALHOST)]);
-        }
-        let participant = builder.build().map_err(|error| failed(error.to_string()))?;
+        let participant::Guarded { participant, vitals, gate } =
+            participant::build(args.domain_id(), args.discovery_range()).map_err(failed)?;
         std::thread::sleep(ACQUAINTANCE);
         let context = ros2_client::Context::from_domain_participant(participant.clone())
             .map_err(|error| failed(error.to_string()))?;
@@ -177,6 +204,7 @@ impl Node {
         let (domain_id, participant_id) = (participant.domain_id(), participant.participant_id());
         let beside = Beside::new(participant.guid(), domain_id, participant_id, args.discovery_range()).map_err(io)?;
         let logger = Logger::new(&names, &args);
+        let watch = watchdog::watch(vitals, report_death(&logger, &fully_qualified)).map_err(io)?;
         let graph = Arc::<Graph>::default();
         graph.set_own(participant.guid());
         let node = Node {
@@ -190,29 +218,48 @@ impl Node {
                 clock: OnceLock::new(),
                 beside: Arc::new(beside),
                 delay_injection,
+                writer_window,
+                load: Arc::default(),
+                warnings: RepeatedWarnings::default(),
                 next_delay: Mutex::new(0),
+                watch: Mutex::new(Some(watch)),
                 crate_side: Mutex::new(Some(CrateSide { node, context, participant: participant.clone() })),
                 keep: Mutex::default(),
+                supervisor: Supervisor::default(),
             }),
         };
-        node.watch_graph(&participant)?;
+        let logger = node.logger().clone();
+        node.supervisor().on_fault(move |fault| logger.error(fault));
+        node.watch_graph(&participant, gate)?;
         node.logger().attach(&node)?;
+        if let Some(warning) = args.unsupported().warning() {
+            static ONCE: Once = Once::new();
+            ONCE.call_once(|| node.logger().warn(&warning));
+        }
         let parameters = Parameters::declare(&node, parameters, &args)?;
         let _ = node.inner.parameters.set(parameters);
         let _ = node.inner.clock.set(TimeSource::new(&node)?);
         node.parameters().offer_services(&node)?;
         type_description::offer(&node)?;
+        logger_services::offer(&node)?;
         Ok(node)
     }
 
-    fn watch_graph(&self, participant: &DomainParticipant) -> Result<(), RosError> {
+    fn watch_graph(&self, participant: &DomainParticipant, gate: Gate) -> Result<(), RosError> {
         let (graph, logger) = (Arc::clone(self.graph()), self.logger().clone());
+        let gate = Arc::new(Mutex::new(gate));
+        let (reopened, reporter) = (Arc::clone(&gate), logger.clone());
+        self.keep(self.timer(GATE_PERIOD, move || {
+            let sentence = reopened.lock().unwrap_or_else(PoisonError::into_inner).reopen();
+            sentence.iter().for_each(|sentence| reporter.warn(sentence));
+        }));
         let beside = Arc::clone(&self.inner.beside);
         let events = self
             .executor()
             .add_source(participant.status_listener(), |events| {
                 Box::new(move |_| {
-                    for sentence in graph.drain(&events, &beside) {
+                    let mut gate = gate.lock().unwrap_or_else(PoisonError::into_inner);
+                    for sentence in graph.drain(&events, &beside, &mut gate) {
                         logger.warn(&sentence);
                     }
                     false
@@ -254,12 +301,33 @@ impl Node {
         &self.inner.beside
     }
 
+    /// Counts of what was refused or lost under load.
+    pub(super) fn load(&self) -> &Arc<Load> {
+        &self.inner.load
+    }
+
+    /// Warns once of what is refused again and again. Repetitions of `kind` within five seconds are counted and reported together.
+    #[track_caller]
+    pub fn warn_once(&self, kind: &str, text: &str) {
+        if self.inner.warnings.is_first(self, kind) {
+            self.inner.logger.warn(text);
+        }
+    }
+
+    pub(super) fn warnings(&self) -> &RepeatedWarnings {
+        &self.inner.warnings
+    }
+
     pub(super) fn loopback(&self) -> &Arc<Loopback> {
         &self.inner.loopback
     }
 
     pub(super) fn downgrade(&self) -> WeakNode {
         WeakNode(Arc::downgrade(&self.inner))
+    }
+
+    pub(super) fn writer_policies(&self, qos: &Qos) -> QosPolicies {
+        qos.writer_policies(self.inner.writer_window)
     }
 
     pub(super) fn delay_source(&self) -> Option<DelaySource> {
@@ -352,6 +420,11 @@ impl Node {
         self.inner.executor.every(period, Box::new(callback))
     }
 
+    /// Runs `job` on the executor thread once, after a time.
+    pub fn after(&self, delay: Duration, job: impl FnOnce() + Send + 'static) {
+        self.inner.executor.at(Instant::now() + delay, Box::new(job));
+    }
+
     /// Runs `job` on the executor thread as soon as possible.
     pub fn post(&self, job: impl FnOnce() + Send + 'static) {
         self.inner.executor.post(Box::new(job));
@@ -382,17 +455,36 @@ impl Node {
     pub fn spin_in_thread(&self) -> Result<SpinThread, RosError> {
         let shutdown = Shutdown::new();
         let (node, stop) = (self.clone(), shutdown.clone());
-        let thread = std::thread::Builder::new()
-            .name(format!("ros {}", self.name()))
-            .spawn(move || drop(node.spin(&stop)))
+        let thread = self
+            .supervisor()
+            .spawn(&format!("ros {}", self.name()), move || drop(node.spin(&stop)))
             .map_err(|source| RosError::Io { what: format!("thread of node {}", self.name()), source })?;
         Ok(SpinThread { shutdown, thread: Some(thread) })
+    }
+
+    /// Starts the node's threads, and sees them die.
+    #[must_use]
+    pub fn supervisor(&self) -> &Supervisor {
+        &self.inner.supervisor
     }
 
     /// Leaves the graph: ends `spin`, drops all callbacks, says farewell and waits until that is sent (0.3 s). Publishers and clients
     /// that are still held fail from now on.
     pub fn shutdown(&self) {
         self.inner.leave();
+    }
+}
+
+/// Ends the process when the node's middleware has died: a node that neither hears nor speaks is of no use and seems to be alive.
+fn report_death(logger: &Logger, node: &str) -> impl Fn(&str) + Send + use<> {
+    let (logger, node) = (logger.clone(), node.to_owned());
+    move |reason| {
+        let text = format!(
+            "{node} has lost its connection to the graph: {reason}. The process ends with exit code {EXIT_FAILED}; start it again. If it \
+             happens again, look for a peer that sends malformed datagrams (README, Network and security)"
+        );
+        logger.log(Level::Fatal, &text);
+        Shutdown::fail_process(&text);
     }
 }
 
@@ -422,7 +514,7 @@ impl WeakNode {
 #[must_use = "dropping it ends the thread"]
 pub struct SpinThread {
     shutdown: Shutdown,
-    thread: Option<JoinHandle<()>>,
+    thread: Option<JoinHandle<Option<()>>>,
 }
 
 impl SpinThread {
@@ -434,7 +526,7 @@ impl Drop for SpinThread {
     fn drop(&mut self) {
         self.shutdown.request();
         if let Some(thread) = self.thread.take() {
-            // A callback that panicked has said so on stderr.
+            // A callback that panicked has been reported.
             if thread.thread().id() != std::thread::current().id() {
                 let _ = thread.join();
             }

@@ -147,6 +147,9 @@ fn set(parameters: &Parameters, node: &WeakNode, wanted: Vec<ParameterMsg>) -> S
 }
 
 /// Offers the six services.
+///
+/// `list_parameters` leaves out optional parameters without a value. `ros2 param dump` writes a null for each, which neither
+/// `ros2 param load` nor a node that is started with the file accepts.
 pub(super) fn offer(parameters: &Parameters, node: &Node) -> Result<(), RosError> {
     let qos = Qos::parameters();
 
@@ -188,7 +191,7 @@ pub(super) fn offer(parameters: &Parameters, node: &Node) -> Result<(), RosError
 
     let store = parameters.clone();
     node.keep(node.service_with::<ListParameters>(&private("list_parameters"), &qos, move |request| {
-        ListParametersResponse { result: list(&store.names(), &request.prefixes, request.depth) }
+        ListParametersResponse { result: list(&store.names_with_values(), &request.prefixes, request.depth) }
     })?);
     Ok(())
 }

@@ -1,5 +1,7 @@
 //! Values of parameters and their types.
 
+use std::fmt;
+
 /// Value of a parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ParameterValue {
@@ -84,4 +86,30 @@ impl ParameterValue {
             (value, _) => value,
         }
     }
+}
+
+impl fmt::Display for ParameterValue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ParameterValue::NotSet => f.write_str("not set"),
+            ParameterValue::Bool(value) => write!(f, "{value}"),
+            ParameterValue::Integer(value) => write!(f, "{value}"),
+            ParameterValue::Double(value) => write!(f, "{value}"),
+            ParameterValue::String(value) => write!(f, "'{}'", shortened(value)),
+            ParameterValue::ByteArray(values) => write!(f, "{} bytes", values.len()),
+            ParameterValue::BoolArray(values) => write!(f, "{} bools", values.len()),
+            ParameterValue::IntegerArray(values) => write!(f, "{} integers", values.len()),
+            ParameterValue::DoubleArray(values) => write!(f, "{} doubles", values.len()),
+            ParameterValue::StringArray(values) => write!(f, "{} strings", values.len()),
+        }
+    }
+}
+
+/// The beginning of a text that a message can carry.
+fn shortened(text: &str) -> String {
+    const MAX_CHARS: usize = 80;
+    if text.chars().nth(MAX_CHARS).is_none() {
+        return text.to_owned();
+    }
+    text.chars().take(MAX_CHARS).chain("...".chars()).collect()
 }

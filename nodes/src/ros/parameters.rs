@@ -44,6 +44,8 @@ pub struct Parameter {
     pub(super) description: String,
     pub(super) constraints: String,
     pub(super) range: Option<ParameterRange>,
+    /// What a string may be; empty: anything.
+    pub(super) choices: Vec<String>,
     pub(super) read_only: bool,
 }
 
@@ -60,6 +62,7 @@ impl Parameter {
             description: String::new(),
             constraints: String::new(),
             range: None,
+            choices: Vec::new(),
             read_only: false,
         }
     }
@@ -150,6 +153,14 @@ impl Parameter {
         self
     }
 
+    /// What a string may be.
+    #[must_use]
+    pub fn choices(mut self, choices: &[&str]) -> Self {
+        self.choices = choices.iter().map(ToString::to_string).collect();
+        self.constraints = format!("one of {}", choices.join(", "));
+        self
+    }
+
     /// Cannot be changed after the start.
     #[must_use]
     pub fn read_only(mut self) -> Self {
@@ -163,9 +174,16 @@ impl Parameter {
             return if self.is_optional() { Ok(()) } else { Err("cannot be removed".into()) };
         }
         if value.type_id() != self.example.type_id() {
-            return Err(format!("is a {}, not a {}", self.example.type_name(), value.type_name()));
+            let allowed = self.allowed().map_or_else(String::new, |allowed| format!(" ({allowed})"));
+            let (wanted, given) = (self.example.type_name(), value.type_name());
+            return Err(format!("has the type {wanted}{allowed}; it cannot be the {given} {value}"));
         }
         match (value, self.range) {
+            (ParameterValue::Double(value), None) => check_finite(*value),
+            (ParameterValue::DoubleArray(values), None) => values.iter().try_for_each(|value| check_finite(*value)),
+            (ParameterValue::String(value), _) if !self.choices.is_empty() && !self.choices.contains(value) => {
+                Err(format!("is '{value}'; it must be one of {}", self.choices.join(", ")))
+            }
             (_, None) => Ok(()),
             (ParameterValue::Double(value), Some(range)) => check_double(*value, range),
             (ParameterValue::DoubleArray(values), Some(range)) => {
@@ -178,6 +196,22 @@ impl Parameter {
             (_, Some(_)) => Ok(()),
         }
     }
+}
+
+impl Parameter {
+    /// Allowed values in words.
+    fn allowed(&self) -> Option<String> {
+        match self.range {
+            Some(ParameterRange::Double { from, to, .. }) => Some(format!("{from} to {to}")),
+            Some(ParameterRange::Integer { from, to, .. }) => Some(format!("{from} to {to}")),
+            None if !self.choices.is_empty() => Some(self.choices.join(", ")),
+            None => None,
+        }
+    }
+}
+
+fn check_finite(value: f64) -> Result<(), String> {
+    if value.is_finite() { Ok(()) } else { Err(format!("is {value}; it must be a finite number")) }
 }
 
 fn check_double(value: f64, range: ParameterRange) -> Result<(), String> {
@@ -211,7 +245,7 @@ fn check_integer(value: i64, range: ParameterRange) -> Result<(), String> {
 /// Changes that belong together: names and new values.
 pub type ParameterChanges = [(String, ParameterValue)];
 
-type Validator = Box<dyn Fn(&ParameterChanges) -> Result<(), String> + Send>;
+type Validator = Box<dyn Fn(&Parameters, &ParameterChanges) -> Result<(), String> + Send>;
 type Follower = Box<dyn Fn(&ParameterChanges) + Send>;
 
 struct Entry {
@@ -285,6 +319,13 @@ impl Parameters {
         self.inner.entries.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Names of the parameters that have a value, sorted. A dump of them can be loaded.
+    pub(super) fn names_with_values(&self) -> Vec<String> {
+        let entries = self.entries();
+        let with_value = entries.iter().filter(|(_, entry)| entry.value != ParameterValue::NotSet);
+        with_value.map(|(name, _)| name.clone()).collect()
+    }
+
     /// Names of all parameters, sorted.
     pub fn names(&self) -> Vec<String> {
         self.entries().keys().cloned().collect()
@@ -351,6 +392,14 @@ impl Parameters {
 
     /// Asks `validator` before every change; what it answers with `Err` is refused with that reason. It must not change parameters.
     pub fn on_set(&self, validator: impl Fn(&ParameterChanges) -> Result<(), String> + Send + 'static) {
+        self.on_set_together(move |_, changes| validator(changes));
+    }
+
+    /// As [`Parameters::on_set`], for a rule that the values of other parameters enter.
+    pub fn on_set_together(
+        &self,
+        validator: impl Fn(&Parameters, &ParameterChanges) -> Result<(), String> + Send + 'static,
+    ) {
         self.hooks().validators.push(Box::new(validator));
     }
 
@@ -378,14 +427,18 @@ impl Parameters {
         {
             let entries = self.entries();
             for (name, value) in &changes {
-                let entry = entries.get(name).ok_or_else(|| format!("parameter '{name}' is not declared"))?;
-                if entry.declaration.read_only {
-                    return Err(format!("parameter '{name}' is read-only"));
+                let entry = entries.get(name).ok_or_else(|| undeclared(name, entries.keys()))?;
+                // A dump holds read-only parameters too, and loads where they are the same.
+                if entry.declaration.read_only && entry.value != *value {
+                    return Err(format!(
+                        "parameter '{name}' is {} and read-only; set it at the start, with -p or --params-file",
+                        entry.value
+                    ));
                 }
                 entry.declaration.check(value).map_err(|reason| format!("parameter '{name}' {reason}"))?;
             }
         }
-        hooks.validators.iter().try_for_each(|validator| validator(&changes))?;
+        hooks.validators.iter().try_for_each(|validator| validator(self, &changes))?;
         {
             let mut entries = self.entries();
             for (name, value) in &changes {
@@ -403,9 +456,51 @@ impl Parameters {
     }
 }
 
+/// Refuses a name, with the nearest that exists.
+fn undeclared<'a>(name: &str, known: impl Iterator<Item = &'a String>) -> String {
+    let nearest = known.map(|known| (distance(name, known), known)).min();
+    match nearest.filter(|(distance, _)| *distance <= 1 + name.len() / 4) {
+        Some((_, nearest)) => format!("parameter '{name}' is not declared; did you mean '{nearest}'?"),
+        None => format!("parameter '{name}' is not declared"),
+    }
+}
+
+/// Edits from one name to the other. Names that are too long to be meant are far from all others.
+fn distance(one: &str, other: &str) -> usize {
+    if one.len() > 200 {
+        return usize::MAX;
+    }
+    let mut row: Vec<usize> = (0..=other.len()).collect();
+    for (i, a) in one.bytes().enumerate() {
+        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
+        for (j, b) in other.bytes().enumerate() {
+            let substituted = diagonal + usize::from(a != b);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[other.len()]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn refusals_name_the_value_and_what_is_allowed() {
+        let law = Parameter::optional("law", ParameterValue::String(String::new())).choices(&["constant", "optimal"]);
+        assert_eq!(law.check(&ParameterValue::String("optimal".into())), Ok(()));
+        let refused = law.check(&ParameterValue::String("foo".into()));
+        assert_eq!(refused, Err("is 'foo'; it must be one of constant, optimal".into()));
+        let speed = Parameter::double("speed", 1.0).range(0.5, 10.0);
+        let refused = speed.check(&ParameterValue::String("None".into()));
+        assert_eq!(refused, Err("has the type double (0.5 to 10); it cannot be the string 'None'".into()));
+        assert!(Parameter::double("any", 1.0).check(&ParameterValue::Double(f64::NAN)).is_err());
+        let known = ["work_speed_rpm".to_string(), "x".to_string()];
+        let text = undeclared("work_sped_rpm", known.iter());
+        assert_eq!(text, "parameter 'work_sped_rpm' is not declared; did you mean 'work_speed_rpm'?");
+        assert_eq!(undeclared("nobody", known.iter()), "parameter 'nobody' is not declared");
+    }
 
     #[test]
     fn ranges_include_their_ends_and_know_steps() {

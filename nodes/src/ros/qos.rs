@@ -14,6 +14,17 @@ use rustdds::{QosPolicies, QosPolicyBuilder, policy};
 /// 50 000; a smaller figure stalls the publisher, a larger one costs memory with big messages.
 const WRITER_WINDOW: i32 = 65_536;
 
+/// How many unacknowledged samples the writers of a node may hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum WriterWindow {
+    /// 65,536: 50 s at 1 kHz.
+    #[default]
+    Wide,
+    /// 8192, the default of `RustDDS`, for a node that subscribes to its own topics. A writer's window is the limit of the reader's
+    /// cache on the same topic too, which holds as many samples although they were read.
+    Usual,
+}
+
 /// Longest time a reliable writer waits for room in its window before `publish` fails (Fast DDS's default).
 const MAX_BLOCKING: rustdds::Duration = rustdds::Duration::from_millis(100);
 
@@ -201,11 +212,15 @@ impl Qos {
     }
 
     fn builder(&self) -> QosPolicyBuilder {
+        self.builder_with(MAX_BLOCKING)
+    }
+
+    fn builder_with(&self, max_blocking_time: rustdds::Duration) -> QosPolicyBuilder {
         let infinite_or = |limit: Option<Duration>| limit.map_or(rustdds::Duration::INFINITE, rustdds::Duration::from);
         QosPolicyBuilder::new()
             .reliability(match self.reliability {
                 Reliability::BestEffort => policy::Reliability::BestEffort,
-                Reliability::Reliable => policy::Reliability::Reliable { max_blocking_time: MAX_BLOCKING },
+                Reliability::Reliable => policy::Reliability::Reliable { max_blocking_time },
             })
             .durability(match self.durability {
                 Durability::Volatile => policy::Durability::Volatile,
@@ -229,8 +244,16 @@ impl Qos {
             })
     }
 
-    pub(super) fn writer_policies(&self) -> QosPolicies {
-        self.builder().resource_limits(limits(WRITER_WINDOW)).build()
+    pub(super) fn writer_policies(&self, window: WriterWindow) -> QosPolicies {
+        match window {
+            WriterWindow::Wide => self.builder().resource_limits(limits(WRITER_WINDOW)).build(),
+            WriterWindow::Usual => self.builder().build(),
+        }
+    }
+
+    /// Those of a writer that does not wait for room.
+    pub(super) fn impatient_writer_policies(&self) -> QosPolicies {
+        self.builder_with(rustdds::Duration::ZERO).resource_limits(limits(WRITER_WINDOW)).build()
     }
 
     pub(super) fn reader_policies(&self) -> QosPolicies {
@@ -238,6 +261,11 @@ impl Qos {
             History::KeepLast(_) => self.builder().build(),
             History::KeepAll => self.builder().resource_limits(limits(KEEP_ALL_DEPTH)).build(),
         }
+    }
+
+    /// A reader whose cache holds at least `depth` samples, whatever the profile says: see [`super::reader_depth`].
+    pub(super) fn reader_policies_of_depth(&self, depth: u32) -> QosPolicies {
+        self.keep_last(depth).builder().resource_limits(limits(i32::try_from(depth).unwrap_or(i32::MAX))).build()
     }
 
     /// What a discovered endpoint offers or asks. DDS does not carry the history depth of a Fast DDS endpoint; then it reads as
@@ -315,8 +343,10 @@ mod tests {
             Qos::latched(3).deadline(Duration::from_millis(500)),
             Qos::default_topic().keep_all(),
         ] {
-            assert_eq!(Qos::from_policies(&qos.writer_policies()), qos);
+            assert_eq!(Qos::from_policies(&qos.writer_policies(WriterWindow::Wide)), qos);
+            assert_eq!(Qos::from_policies(&qos.writer_policies(WriterWindow::Usual)), qos);
             assert_eq!(Qos::from_policies(&qos.reader_policies()), qos);
+            assert_eq!(Qos::from_policies(&qos.reader_policies_of_depth(77)), qos.keep_last(77));
         }
     }
 }

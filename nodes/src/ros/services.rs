@@ -8,7 +8,11 @@
 use std::{
     collections::BTreeMap,
     fmt,
-    sync::{Arc, Mutex, OnceLock, PoisonError, Weak, mpsc},
+    sync::{
+        Arc, Mutex, OnceLock, PoisonError, Weak,
+        atomic::{AtomicBool, Ordering},
+        mpsc,
+    },
     time::{Duration, Instant},
 };
 
@@ -21,11 +25,14 @@ use super::{
     discovery::{Graph, GraphListener},
     error::RosError,
     executor::Executor,
+    load::Load,
     logging::Logger,
     loopback::LocalEndpoint,
     names::{self, NameKind},
     node::Node,
     qos::Qos,
+    reader_depth::DepthBounds,
+    reply_pace::{ReplyPace, STEP},
     rtps::Beside,
     rtps_messages::Reply,
     topics::{SampleInfo, Subscription},
@@ -39,6 +46,17 @@ const REPLY_PATIENCE: Duration = Duration::from_secs(2);
 /// Octets of a body up to which a sample goes in one datagram to any reader: an Ethernet frame holds 1372, a tunnel less.
 const SHORT: usize = 1024;
 
+/// Replies that may wait for the discovery of their readers, for each service.
+const MAX_UNMATCHED: usize = 8192;
+
+/// Vendor id of `RustDDS`, with which its GUIDs begin by RTPS.
+const RUST_DDS: [u8; 2] = [0x01, 0x12];
+
+/// Whether a client may keep no more than the ten unread replies of ROS's default. Clients of this crate keep at least 512.
+fn keeps_few_replies(client: &GUID) -> bool {
+    client.to_bytes()[..2] != RUST_DDS
+}
+
 /// Writes requests or replies.
 struct Writer {
     dds: no_key::DataWriter<Bytes, AsIs>,
@@ -50,7 +68,7 @@ struct Writer {
 
 impl Writer {
     fn new(node: &Node, dds_name: &str, dds_type: &str, qos: &Qos) -> Result<Self, RosError> {
-        let policies = qos.writer_policies();
+        let policies = node.writer_policies(qos);
         let topic = node.dds_topic(dds_name.to_string(), dds_type, &policies)?;
         let dds = node
             .with_participant(|participant| {
@@ -147,18 +165,29 @@ struct ReplySide {
     graph: Arc<Graph>,
     executor: Weak<Executor>,
     logger: Logger,
+    load: Arc<Load>,
     waiting: Mutex<Vec<Waiting>>,
+    pace: Mutex<ReplyPace<GUID, (RequestId, Bytes)>>,
+    /// A look at the replies that wait for their turn is due.
+    is_pacing: AtomicBool,
 }
 
 impl ReplySide {
     fn send(self: &Arc<Self>, id: RequestId, reply: Bytes) {
         // A reply to a reader that is not matched yet would be lost: the request has overtaken the reader's discovery.
         if self.is_matched(id) {
-            self.write(id, reply);
+            self.write_in_turn(id, reply);
             return;
         }
         let until = Instant::now() + REPLY_PATIENCE;
-        self.waiting.lock().unwrap_or_else(PoisonError::into_inner).push(Waiting { id, reply, until });
+        {
+            let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
+            if waiting.len() >= MAX_UNMATCHED {
+                self.load.replies_undelivered.add_one();
+                return;
+            }
+            waiting.push(Waiting { id, reply, until });
+        }
         // It may have been matched in between.
         self.retry();
         self.look_again();
@@ -178,11 +207,52 @@ impl ReplySide {
         executor.at(Instant::now() + cyclone::ACQUAINTANCE, Box::new(retry));
     }
 
+    /// Takes note of a request, by which the client is known to be busy sending.
+    fn note_request(&self, id: RequestId) {
+        if keeps_few_replies(&id.client) {
+            self.pace.lock().unwrap_or_else(PoisonError::into_inner).request(id.client, Instant::now());
+        }
+    }
+
+    /// Writes a reply at once, or when its turn comes.
+    fn write_in_turn(self: &Arc<Self>, id: RequestId, reply: Bytes) {
+        let now = Instant::now();
+        let at_once = self.pace.lock().unwrap_or_else(PoisonError::into_inner).reply(id.client, (id, reply), now);
+        match at_once {
+            Some((id, reply)) => self.write(id, reply),
+            None => self.look_at_pace(),
+        }
+    }
+
+    /// Writes the replies whose turn has come, step by step, as long as any waits.
+    fn look_at_pace(self: &Arc<Self>) {
+        if self.is_pacing.swap(true, Ordering::AcqRel) {
+            return;
+        }
+        let Some(executor) = self.executor.upgrade() else { return };
+        let side = Arc::downgrade(self);
+        let step = move || {
+            let Some(side) = side.upgrade() else { return };
+            side.is_pacing.store(false, Ordering::Release);
+            let (due, waits) = {
+                let mut pace = side.pace.lock().unwrap_or_else(PoisonError::into_inner);
+                (pace.due(Instant::now()), pace.has_waiting())
+            };
+            for (id, reply) in due {
+                side.write(id, reply);
+            }
+            if waits {
+                side.look_at_pace();
+            }
+        };
+        executor.at(Instant::now() + STEP, Box::new(step));
+    }
+
     fn is_matched(&self, id: RequestId) -> bool {
         self.graph.ask(|matches| matches.is_heard_by_participant(&self.writer.guid(), &id.client))
     }
 
-    fn retry(&self) {
+    fn retry(self: &Arc<Self>) {
         let now = Instant::now();
         let due: Vec<Waiting> = {
             let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
@@ -192,12 +262,16 @@ impl ReplySide {
             due
         };
         for Waiting { id, reply, .. } in due {
-            self.write(id, reply);
+            if !self.is_matched(id) {
+                self.load.replies_undelivered.add_one();
+            }
+            self.write_in_turn(id, reply);
         }
     }
 
     fn write(&self, id: RequestId, reply: Bytes) {
         if let Err(error) = self.writer.reply(reply, id) {
+            self.load.replies_undelivered.add_one();
             self.logger.warn(&format!("reply of {} cannot be sent: {error}", self.service));
         }
     }
@@ -223,11 +297,31 @@ impl ServiceHandle {
     }
 }
 
-/// The right to answer one request, once, from any thread. If it is dropped the client waits in vain.
+/// The right to answer one request, once, from any thread. If it is dropped, the client gets what [`Responder::or_fail`] says, or the
+/// default answer: no success, no text.
 pub struct Responder<S: Service> {
     side: Arc<ReplySide>,
     id: RequestId,
-    service: std::marker::PhantomData<fn(S)>,
+    is_answered: bool,
+    unanswered: Option<Unanswered<S>>,
+}
+
+/// Makes the answer to a request that nobody answers, from the reason.
+type Unanswered<S> = Box<dyn Fn(String) -> <S as Service>::Response + Send + Sync>;
+
+/// What a client is answered whose request nobody can answer any more.
+const NOBODY_ANSWERS: &str =
+    "nobody can answer: the node is ending, or a defect ended one of its threads (its log and /diagnostics say which)";
+
+impl<S: Service> Drop for Responder<S> {
+    fn drop(&mut self) {
+        if !self.is_answered {
+            self.side.load.calls_refused.add_one();
+            self.side.logger.debug(&format!("a call of {} was dropped without an answer", self.side.service));
+            let failed = self.unanswered.take();
+            self.answer(&failed.map_or_else(S::Response::default, |failed| failed(NOBODY_ANSWERS.into())));
+        }
+    }
 }
 
 impl<S: Service> fmt::Debug for Responder<S> {
@@ -243,7 +337,29 @@ impl<S: Service> Responder<S> {
     }
 
     /// Answers.
-    pub fn send(self, response: &S::Response) {
+    pub fn send(mut self, response: &S::Response) {
+        self.answer(response);
+    }
+
+    /// Answers that the call is refused, and counts it.
+    pub fn refuse(self, response: &S::Response) {
+        self.side.load.calls_refused.add_one();
+        self.send(response);
+    }
+
+    fn answer(&mut self, response: &S::Response) {
+        self.is_answered = true;
+        self.reply(response);
+    }
+
+    /// The same, which answers by itself where it is dropped unanswered: with what `failed` makes of a reason.
+    #[must_use]
+    pub fn or_fail(mut self, failed: impl Fn(String) -> S::Response + Send + Sync + 'static) -> Self {
+        self.unanswered = Some(Box::new(failed));
+        self
+    }
+
+    fn reply(&self, response: &S::Response) {
         match to_cdr(response) {
             Ok(reply) => self.side.send(self.id, reply),
             Err(reason) => self.side.logger.warn(&format!("reply of {} cannot be sent: {reason}", self.side.service)),
@@ -299,7 +415,10 @@ impl Node {
             graph: Arc::clone(self.graph()),
             executor: Arc::downgrade(self.executor()),
             logger: self.logger().clone(),
+            load: Arc::clone(self.load()),
             waiting: Mutex::default(),
+            pace: Mutex::default(),
+            is_pacing: AtomicBool::new(false),
         });
         let retrying = Arc::downgrade(&side);
         let on_match = self.graph().on_change(move || {
@@ -310,11 +429,17 @@ impl Node {
         let take = move |body: Octets, info: &SampleInfo| match cyclone::read(&body, &info.writer) {
             Ok((header, request)) => {
                 let id = RequestId::of(info, header);
-                callback(request, Responder { side: Arc::clone(&side), id, service: std::marker::PhantomData });
+                side.note_request(id);
+                callback(request, Responder { side: Arc::clone(&side), id, is_answered: false, unanswered: None });
             }
-            Err(reason) => side.logger.debug(&format!("request to {} cannot be read: {reason}", side.service)),
+            Err(reason) => {
+                side.load.requests_unreadable.add_one();
+                side.logger.debug(&format!("request to {} cannot be read: {reason}", side.service));
+            }
         };
-        let requests = self.reader(&service, request_topic, S::DDS_REQUEST_TYPE_NAME, qos, false, take)?;
+        let bounds = DepthBounds::for_service();
+        let requests =
+            self.growing_reader(&service, request_topic, S::DDS_REQUEST_TYPE_NAME, qos, false, bounds, take)?;
         Ok(ServiceHandle { requests, _on_match: on_match })
     }
 
@@ -347,7 +472,9 @@ impl Node {
                 (Ok(_), None) => {}
             }
         };
-        let replies = self.reader(&service, reply_topic, S::DDS_RESPONSE_TYPE_NAME, &qos, false, take)?;
+        let bounds = DepthBounds::for_service();
+        let replies =
+            self.growing_reader(&service, reply_topic, S::DDS_RESPONSE_TYPE_NAME, &qos, false, bounds, take)?;
         let writer = Writer::new(self, &request_topic, S::DDS_REQUEST_TYPE_NAME, &qos)?;
         let _ = own.set([replies.dds_guid(), writer.guid()]);
         let (graph, executor) = (Arc::clone(self.graph()), Arc::downgrade(self.executor()));

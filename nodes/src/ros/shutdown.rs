@@ -26,6 +26,18 @@ struct Inner {
     changed: Condvar,
 }
 
+/// The request of this process, see [`Shutdown::on_signals`].
+static ON_SIGNALS: OnceLock<Shutdown> = OnceLock::new();
+
+/// Why this process cannot go on, see [`Shutdown::fail_process`].
+static FAILURE: OnceLock<String> = OnceLock::new();
+
+/// Exit code of a process that could not go on (`EX_SOFTWARE`).
+pub const EXIT_FAILED: u8 = 70;
+
+/// Time for an orderly end after a failure: nodes leave the graph and the recorder closes its bag.
+const ORDERLY_END: Duration = Duration::from_secs(10);
+
 /// A request to end, shared by everybody who has to. Clones are the same request.
 #[derive(Clone, Default)]
 pub struct Shutdown {
@@ -50,7 +62,6 @@ impl Shutdown {
     /// # Errors
     /// When the operating system refuses the handlers.
     pub fn on_signals() -> Result<Self, RosError> {
-        static ON_SIGNALS: OnceLock<Shutdown> = OnceLock::new();
         if let Some(shutdown) = ON_SIGNALS.get() {
             return Ok(shutdown.clone());
         }
@@ -70,6 +81,38 @@ impl Shutdown {
             })
             .map_err(failed)?;
         Ok(ON_SIGNALS.get_or_init(|| shutdown).clone())
+    }
+
+    /// Asks for an orderly end of this process because it cannot go on, and ends it with [`EXIT_FAILED`] if that takes longer than 10 s.
+    /// Without [`Shutdown::on_signals`], whoever runs the nodes has to end them.
+    pub(super) fn fail_process(reason: &str) {
+        let first = FAILURE.set(reason.to_owned()).is_ok();
+        let Some(shutdown) = ON_SIGNALS.get() else { return };
+        shutdown.request();
+        if first {
+            let end = move || {
+                std::thread::sleep(ORDERLY_END);
+                std::process::exit(i32::from(EXIT_FAILED));
+            };
+            // Without the thread the orderly end remains.
+            let _ = std::thread::Builder::new().name("forced end".into()).spawn(end);
+        }
+    }
+
+    /// Whether this process cannot go on.
+    pub fn has_failed() -> bool {
+        FAILURE.get().is_some()
+    }
+
+    /// The exit code of this process: [`EXIT_FAILED`] after a failure, otherwise the given one.
+    pub fn exit_code(code: std::process::ExitCode) -> std::process::ExitCode {
+        if Self::has_failed() { EXIT_FAILED.into() } else { code }
+    }
+
+    /// The request of the process's signals, where it listens to them.
+    #[must_use]
+    pub fn installed() -> Option<Self> {
+        ON_SIGNALS.get().cloned()
     }
 
     /// Makes the request and wakes everybody who waits for it.

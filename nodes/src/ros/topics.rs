@@ -12,7 +12,7 @@ use std::{
 
 use camwright_msgs::Message;
 use futures::Stream;
-use rustdds::{GUID, bytes::Bytes};
+use rustdds::{GUID, QosPolicies, bytes::Bytes};
 use serde::{Serialize, de::DeserializeOwned};
 
 use super::{
@@ -24,6 +24,7 @@ use super::{
     names::{self, NameKind},
     node::Node,
     qos::{Durability, Qos},
+    reader_depth::{DepthBounds, ReaderDepth},
     wire::{CDR_LE_HEADER, Octets, from_cdr, to_cdr},
 };
 
@@ -75,7 +76,7 @@ impl From<&ros2_client::MessageInfo> for SampleInfo {
 }
 
 /// The system clock, in ns since 1970.
-pub(super) fn system_time_ns() -> i64 {
+pub(crate) fn system_time_ns() -> i64 {
     let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
     i64::try_from(since.as_nanos()).unwrap_or(i64::MAX)
 }
@@ -109,7 +110,10 @@ impl<M: Serialize> Publisher<M> {
     fn send(&self, message: M) -> Result<(), RosError> {
         let failed = |reason: String| RosError::publish(&self.core.topic, reason);
         let body = if self.core.local.wants_bodies() { Some(to_cdr(&message).map_err(failed)?) } else { None };
-        self.core.writer.publish(message).map_err(|error| failed(error.to_string()))?;
+        self.core.writer.publish(message).map_err(|error| match error {
+            ros2_client::error::WriteError::WouldBlock { .. } => RosError::Congested { topic: self.core.topic.clone() },
+            error => failed(error.to_string()),
+        })?;
         self.core.local.write(body, None);
         Ok(())
     }
@@ -234,8 +238,19 @@ impl Node {
         dds_type: &str,
         qos: &Qos,
     ) -> Result<Publisher<M>, RosError> {
+        self.publisher_with(topic, dds_type, qos, &self.writer_policies(qos))
+    }
+
+    /// The same with policies of its own, of which peers see no more than of `qos`.
+    pub(super) fn publisher_with<M: Serialize>(
+        &self,
+        topic: &str,
+        dds_type: &str,
+        qos: &Qos,
+        policies: &QosPolicies,
+    ) -> Result<Publisher<M>, RosError> {
         let absolute = self.names().resolve(topic, NameKind::Topic)?;
-        let dds_topic = self.dds_topic(names::dds_topic(&absolute), dds_type, &qos.writer_policies())?;
+        let dds_topic = self.dds_topic(names::dds_topic(&absolute), dds_type, policies)?;
         let writer = self
             .with_crate_node(|node| node.create_publisher::<M>(&dds_topic, None))?
             .map_err(|error| RosError::create(format!("publisher on {absolute}"), error))?;
@@ -271,17 +286,52 @@ impl Node {
         topic: &str,
         type_name: &str,
         qos: &Qos,
+        callback: impl FnMut(&[u8], &MessageInfo) + Send + 'static,
+    ) -> Result<Subscription, RosError> {
+        self.subscribe_raw_bounded(topic, type_name, qos, None, callback)
+    }
+
+    /// As [`Node::subscribe_raw`], with an upper bound for the memory of read messages: the depth of `qos` is the maximum, and large
+    /// messages get less, so that no more than about `budget_bytes` are held. `history` messages may come at once at the beginning.
+    ///
+    /// # Errors
+    /// As [`Node::subscribe_raw`].
+    pub fn subscribe_raw_within(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: &Qos,
+        history: u32,
+        budget_bytes: usize,
+        callback: impl FnMut(&[u8], &MessageInfo) + Send + 'static,
+    ) -> Result<Subscription, RosError> {
+        let bounds = DepthBounds::for_topic(qos, history, budget_bytes);
+        self.subscribe_raw_bounded(topic, type_name, qos, Some(bounds), callback)
+    }
+
+    fn subscribe_raw_bounded(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: &Qos,
+        bounds: Option<DepthBounds>,
         mut callback: impl FnMut(&[u8], &MessageInfo) + Send + 'static,
     ) -> Result<Subscription, RosError> {
         let absolute = self.names().resolve(topic, NameKind::Topic)?;
         let dds_type = dds_type(type_name)?;
         let mut cdr = Vec::with_capacity(256);
-        self.reader(&absolute, names::dds_topic(&absolute), &dds_type, qos, true, move |body: Octets, info| {
+        let take = move |body: Octets, info: &SampleInfo| {
             cdr.clear();
             cdr.extend_from_slice(&CDR_LE_HEADER);
             cdr.extend_from_slice(&body.0);
             callback(&cdr, &MessageInfo::from(info));
-        })
+        };
+        match bounds {
+            None => self.reader(&absolute, names::dds_topic(&absolute), &dds_type, qos, true, take),
+            Some(bounds) => {
+                self.growing_reader(&absolute, names::dds_topic(&absolute), &dds_type, qos, true, bounds, take)
+            }
+        }
     }
 
     /// A reader of samples on a DDS topic. `delayable`: subject to injected delays (topics, not services or the clock).
@@ -294,7 +344,41 @@ impl Node {
         delayable: bool,
         callback: impl FnMut(D, &SampleInfo) + Send + 'static,
     ) -> Result<Subscription, RosError> {
-        let dds_topic = self.dds_topic(dds_name.clone(), dds_type, &qos.reader_policies())?;
+        self.reader_noting(name, dds_name, dds_type, qos, &qos.reader_policies(), delayable, |_, _| (), callback)
+    }
+
+    /// A reader whose cache grows within bounds.
+    #[allow(clippy::too_many_arguments, reason = "what a reader is made of")]
+    pub(super) fn growing_reader(
+        &self,
+        name: &str,
+        dds_name: String,
+        dds_type: &str,
+        qos: &Qos,
+        delayable: bool,
+        bounds: DepthBounds,
+        callback: impl FnMut(Octets, &SampleInfo) + Send + 'static,
+    ) -> Result<Subscription, RosError> {
+        let policies = qos.reader_policies_of_depth(bounds.initial);
+        let mut depth = ReaderDepth::new(self, &dds_name, dds_type, qos, bounds);
+        let note = move |body: &Octets, info: &SampleInfo| depth.observe(body.0.len(), info.received_ns);
+        self.reader_noting(name, dds_name, dds_type, qos, &policies, delayable, note, callback)
+    }
+
+    /// A reader; `note` sees each sample as it comes from the network, ours included.
+    #[allow(clippy::too_many_arguments, reason = "what a reader is made of")]
+    fn reader_noting<D: DeserializeOwned + Send + 'static>(
+        &self,
+        name: &str,
+        dds_name: String,
+        dds_type: &str,
+        qos: &Qos,
+        policies: &QosPolicies,
+        delayable: bool,
+        mut note: impl FnMut(&D, &SampleInfo) + Send + 'static,
+        callback: impl FnMut(D, &SampleInfo) + Send + 'static,
+    ) -> Result<Subscription, RosError> {
+        let dds_topic = self.dds_topic(dds_name.clone(), dds_type, policies)?;
         let mut earlier = Earlier::than_now(qos.durability);
         let reader = self
             .with_crate_node(|node| node.create_subscription::<D>(&dds_topic, None))?
@@ -323,6 +407,7 @@ impl Node {
                         match next {
                             Some(Ok((message, info))) => {
                                 let info = SampleInfo::from(&info);
+                                note(&message, &info);
                                 if info.writer.prefix != own && types.fit(&info.writer) && !earlier.has(&info) {
                                     delivery.lock().unwrap_or_else(PoisonError::into_inner).deliver(message, info);
                                 }
