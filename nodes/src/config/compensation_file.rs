@@ -162,7 +162,7 @@ mod tests {
             ("form_compensation.harmonics=400", "form_compensation.harmonics is 400; it must be 1 to 180"),
             ("form_compensation.most_um=300.0", "form_compensation.most_um is 300; it must be above 0 and at most 100"),
             ("form_compensation.most_um_per_deg=30.0", "it must be above 0 and at most 20"),
-            ("form_compensation.learn=1", "unknown field"),
+            ("form_compensation.learn=1", "unknown key"),
         ] {
             let error = load(&[set]).err().unwrap();
             assert!(error.contains(told), "{set}: {error}");

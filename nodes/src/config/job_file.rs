@@ -6,8 +6,10 @@ use super::fault_file::{self, FaultFile, JobFault};
 use super::job_files::{JobFiles, NamedFile};
 use super::journal_file::{CorrectionFile, IdentificationFile, RawPartFile, StockFile};
 use super::lift_file::ProfileLift;
+use super::limits::{self, MAX_SPARK_OUT_TURNS};
 use super::locate::{Located, locate};
 use super::machine_file::{self, Machine};
+use super::names;
 use super::nc_file::{NcFile, NcSettings};
 use super::pass_file::{InfeedFile, RoughingFile, SpeedFile, passes, roughing_findings};
 use super::profile_file::{self, ProfileFile};
@@ -17,8 +19,8 @@ use super::wheel_file::{DressingFile, ObstacleFile, WheelPowerFile, wishes};
 use super::yaml::Document;
 use camwright::cycle::{LobeOrder, fastest_order};
 use camwright::follower::Follower;
-use camwright::job::{BetweenLobes, HoldInCut, HomePosition, JobSpec, LEAST_BLOCKS, LobeSpec, ProfileSpec};
-use camwright::units::rad_from_deg;
+use camwright::job::{BetweenLobes, HoldInCut, HomePosition, JobSpec, LEAST_BLOCKS, LobeSpec, PassSpec, ProfileSpec};
+use camwright::units::{TURN_RAD, rad_from_deg};
 use serde::Deserialize;
 use std::sync::Arc;
 
@@ -247,6 +249,8 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     let program = file.program.as_deref().map(|name| program_file::read(name, &document, &nc, &mut files));
     let program = program.transpose().map_err(one)?;
     let mut spec = spec(&file, profiles, lobes, file.blocks_per_turn.or(blocks).unwrap_or(FORMULA_BLOCKS));
+    limits::too_long(least_cut_s(&spec))
+        .map_or(Ok(()), |message| Err(one(document.error("work_speed_rpm", message))))?;
     let lobe_order = (file.lobe_order == LobeOrderFile::Fastest).then(|| fastest_order(&spec, &machine.description));
     if let Some(order) = &lobe_order {
         spec.lobes = order.lobes.iter().map(|lobe| spec.lobes[*lobe].clone()).collect();
@@ -274,6 +278,17 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
         program,
         document,
     })
+}
+
+/// Time that all cuts take at least: every turn at the largest speed that its pass allows (s).
+fn least_cut_s(spec: &JobSpec) -> f64 {
+    let pass_s = |pass: &PassSpec| {
+        let infeed_turns = pass.total_infeed_mm / (f64::from(spec.blocks_per_turn) * pass.infeed_per_block_mm);
+        (infeed_turns + f64::from(pass.spark_out_turns)) * TURN_RAD / pass.speed.most_rad_s()
+    };
+    #[allow(clippy::cast_precision_loss, reason = "a few lobes")]
+    let lobes = spec.lobes.len() as f64;
+    lobes * spec.passes.iter().map(pass_s).sum::<f64>()
 }
 
 fn one(error: ConfigError) -> Vec<ConfigError> {
@@ -321,8 +336,23 @@ fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks
 
 /// What can be said about single values, in the words and units of the file.
 fn ranges(document: &Document, file: &JobFile) -> Vec<ConfigError> {
-    let mut findings = Vec::new();
+    // Of lists that are too long nothing more is said: names are compared each with each.
+    let lists = [
+        ("profiles", file.profiles.len()),
+        ("lobes", file.lobes.len()),
+        ("roughing", file.roughing.len()),
+        ("obstacles", file.obstacles.len()),
+        ("faults", file.faults.len()),
+    ];
+    let mut findings: Vec<ConfigError> =
+        limits::long_lists(lists).into_iter().map(|(key, message)| document.error(&key, message)).collect();
+    if !findings.is_empty() {
+        return findings;
+    }
     let mut refuse = |key: &str, message: String| findings.push(document.error(key, message));
+    if let Some(message) = names::fault("job", &file.name) {
+        refuse("name", message);
+    }
     let positive = [
         ("stock_mm", file.stock_mm),
         ("rapid_advance_mm", file.rapid_advance_mm),
@@ -360,6 +390,11 @@ fn ranges(document: &Document, file: &JobFile) -> Vec<ConfigError> {
         let message = "infeed.spark_out_turns is 0; at least 1 is needed to remove the step that the infeed leaves";
         refuse("infeed.spark_out_turns", message.into());
     }
+    if file.infeed.spark_out_turns > MAX_SPARK_OUT_TURNS {
+        let turns = file.infeed.spark_out_turns;
+        let message = format!("infeed.spark_out_turns is {turns}; at most {MAX_SPARK_OUT_TURNS} are allowed");
+        refuse("infeed.spark_out_turns", message);
+    }
     for (key, message) in roughing_findings(&file.roughing) {
         refuse(&key, message);
     }
@@ -371,10 +406,7 @@ fn ranges(document: &Document, file: &JobFile) -> Vec<ConfigError> {
     }
     for (index, lobe) in file.lobes.iter().enumerate() {
         let name = &lobe.name;
-        // Names stand in overrides (lobes.I1.phase_deg), and plans write files by them.
-        let good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-        if name.is_empty() || !name.chars().all(good) {
-            let message = format!("lobe {name:?}: a name is made of letters, digits, '_' and '-'");
+        if let Some(message) = names::fault("lobe", name) {
             refuse(&format!("lobes.{index}.name"), message);
         }
         if !lobe.phase_deg.is_finite() {

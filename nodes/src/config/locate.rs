@@ -135,6 +135,14 @@ fn unreadable(path: &Path, error: &std::io::Error) -> ConfigError {
     ConfigError::at(Place::file(path), format!("cannot be read: {error}"))
 }
 
+/// The file on the disk that [`locate`] finds; none for what is built in or not there.
+pub(super) fn file_of(kind: &str, name: &str, extension: &str, relative_to: Option<&Path>) -> Option<PathBuf> {
+    match find(kind, name, extension, relative_to).ok()? {
+        Found::File(path) => Some(path),
+        Found::BuiltIn(..) => None,
+    }
+}
+
 fn find(kind: &str, name: &str, extension: &str, relative_to: Option<&Path>) -> Result<Found, ConfigError> {
     let with_extension =
         if name.ends_with(&format!(".{extension}")) { name.to_owned() } else { format!("{name}.{extension}") };
@@ -189,7 +197,8 @@ pub fn list(kind: &str) -> Vec<String> {
     names
 }
 
-fn roots() -> Vec<PathBuf> {
+/// Folders of params.
+pub(super) fn roots() -> Vec<PathBuf> {
     let mut roots = vec![PathBuf::from("params")];
     // <prefix>/lib/camwright/<binary> of an installed package
     if let Some(prefix) =

@@ -8,6 +8,7 @@ use super::homing_file::{self, HomingFile};
 use super::insert_file::InsertFile;
 use super::job_files::MACHINES;
 use super::loading_file::LoadingFile;
+use super::names;
 use super::probe_file::{GapDetectorFile, KeyWayProbeFile};
 use super::process_file::ProcessFile;
 use super::wheel_file::{DresserFile, ExtentFile, ThermalFile};
@@ -321,6 +322,11 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
             Err(document.error(key, format!("{key} is {value}, allowed is {low} to {high}")))
         }
     };
+    let stations = file.stations.iter().enumerate();
+    let stations = stations.map(|(index, station)| (format!("stations.{index}.switch"), "station", &station.switch));
+    for (key, what, name) in [("name".to_owned(), "machine", &file.name)].into_iter().chain(stations) {
+        names::fault(what, name).map_or(Ok(()), |message| Err(document.error(&key, message)))?;
+    }
     within("cycle_time_us", f64::from(file.cycle_time_us), 100.0, 20_000.0)?;
     within("feedback_delay_ticks", f64::from(file.feedback_delay_ticks), 8.0, 1000.0)?;
     within("servo_steps_per_tick", f64::from(file.servo_steps_per_tick), 1.0, 32.0)?;

@@ -5,6 +5,7 @@ use super::groove_file::{self, GrooveFile};
 use super::job_files::{JobFiles, NamedFile};
 use super::lift_file::ProfileLift;
 use super::locate::{Located, locate};
+use super::names;
 use super::nc_file::{NcFile, NcSettings};
 use super::profile_file::{self, ProfileFile, contour_key};
 use super::yaml::Document;
@@ -349,7 +350,7 @@ fn ranges(document: &Document, file: &MillingFile) -> Vec<ConfigError> {
         let message = format!("profile {}: gauge is about lobes that are ground; a milled part has none", profile.name);
         findings.push((format!("profiles.{index}.gauge"), message));
     }
-    findings.extend(names(file));
+    findings.extend(name_faults(file));
     findings.extend(numbers(file));
     for (index, groove) in file.grooves.iter().enumerate() {
         findings.extend(groove_file::findings(groove, index));
@@ -378,7 +379,7 @@ fn counts(file: &MillingFile) -> Vec<(String, String)> {
 }
 
 /// Cams and grooves are subprograms, and passes stand in their names.
-fn names(file: &MillingFile) -> Vec<(String, String)> {
+fn name_faults(file: &MillingFile) -> Vec<(String, String)> {
     let mut findings = Vec::new();
     let cams = file.cams.iter().enumerate().map(|(index, cam)| (format!("cams.{index}.name"), &cam.name));
     let grooves =
@@ -386,12 +387,10 @@ fn names(file: &MillingFile) -> Vec<(String, String)> {
     let passes = file.passes.iter().enumerate().map(|(index, pass)| (format!("passes.{index}.name"), &pass.name));
     let parts: Vec<_> = cams.chain(grooves).collect();
     let passes: Vec<_> = passes.collect();
-    for (what, list) in [("cams or grooves", &parts), ("passes", &passes)] {
+    findings.extend(names::fault("job", &file.name).map(|message| ("name".to_owned(), message)));
+    for (what, one, list) in [("cams or grooves", "cam or groove", &parts), ("passes", "pass", &passes)] {
         for (index, (key, name)) in list.iter().enumerate() {
-            let good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-            if name.is_empty() || !name.chars().all(good) {
-                findings.push((key.clone(), format!("{name:?}: a name is made of letters, digits, '_' and '-'")));
-            }
+            findings.extend(names::fault(one, name).map(|message| (key.clone(), message)));
             if list[..index].iter().any(|(_, other)| other == name) {
                 findings.push((key.clone(), format!("there are two {what} named {name}; names must differ")));
             }

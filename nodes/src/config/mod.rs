@@ -1,6 +1,7 @@
 //! Files people write: machines, jobs, lift tables. What was written is kept apart from what it means; below this module
 //! there is only meaning.
 
+pub(crate) mod access;
 pub mod any_job;
 pub(crate) mod compensation_file;
 mod contact_file;
@@ -19,10 +20,12 @@ pub(crate) mod journal_file;
 pub mod lift_file;
 mod lift_formula;
 pub mod lift_text;
+pub(crate) mod limits;
 mod loading_file;
 pub mod locate;
 pub mod machine_file;
 pub mod milling_file;
+pub(crate) mod names;
 pub mod nc_file;
 mod pass_file;
 mod probe_file;
@@ -36,6 +39,7 @@ mod surface_file;
 pub mod turning_file;
 mod wheel_file;
 pub mod yaml;
+mod yaml_words;
 
 use std::fmt;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,7 @@
 //! The passes of a job file: infeed and speed, roughing first.
 
+use super::limits::MAX_SPARK_OUT_TURNS;
+use super::names;
 use camwright::job::{InfeedCourse, InfeedDirection, PassSpec, SpeedLaw};
 use camwright::machine::description::ReferenceCut;
 use camwright::units::{mm_from_um, rad_s_from_rpm};
@@ -184,6 +186,9 @@ pub(super) fn roughing_findings(roughing: &[RoughingFile]) -> Vec<(String, Strin
         let mut refuse = |key: &str, message: String| {
             findings.push((format!("roughing.{index}.{key}"), format!("roughing {name}: {message}")));
         };
+        if let Some(message) = names::fault("pass", name) {
+            refuse("name", message);
+        }
         let positive = [
             ("infeed.total_mm", rough.infeed.total_mm),
             ("infeed.per_block_um", rough.infeed.per_block_um),
@@ -197,6 +202,10 @@ pub(super) fn roughing_findings(roughing: &[RoughingFile]) -> Vec<(String, Strin
         if rough.infeed.spark_out_turns == 0 {
             let key = "infeed.spark_out_turns";
             refuse(key, format!("{key} is 0; at least 1 is needed to remove the step that the infeed leaves"));
+        }
+        if rough.infeed.spark_out_turns > MAX_SPARK_OUT_TURNS {
+            let (key, turns) = ("infeed.spark_out_turns", rough.infeed.spark_out_turns);
+            refuse(key, format!("{key} is {turns}; at most {MAX_SPARK_OUT_TURNS} are allowed"));
         }
         if name == LAST_PASS || roughing[..index].iter().any(|other| other.name == *name) {
             refuse("name", format!("there are two passes named {name}; names must differ (the last is {LAST_PASS})"));

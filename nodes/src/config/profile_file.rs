@@ -5,6 +5,7 @@ use super::ConfigError;
 use super::follower_file::FollowerFile;
 use super::job_files::JobFiles;
 use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
+use super::names;
 use super::yaml::Document;
 use camwright::contour::ContourError;
 use camwright::follower::Follower;
@@ -77,6 +78,9 @@ pub(super) fn findings(list: &str, profiles: &[ProfileFile]) -> Vec<(String, Str
     for (index, profile) in profiles.iter().enumerate() {
         let mut refuse = |key: &str, message: String| findings.push((format!("{list}.{index}.{key}"), message));
         let name = &profile.name;
+        if let Some(message) = names::fault("profile", name) {
+            refuse("name", message);
+        }
         if profiles[..index].iter().any(|other| other.name == *name) {
             refuse("name", format!("there are two profiles named {name}; names must differ"));
         }

@@ -6,6 +6,7 @@ use super::job_files::{JobFiles, NamedFile};
 use super::lift_file::ProfileLift;
 use super::locate::{Located, locate};
 use super::machine_file::{self, Machine};
+use super::names;
 use super::surface_file::SurfaceFile;
 use super::yaml::Document;
 use camwright::insert_path::{Feed, Passes};
@@ -244,6 +245,9 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<TurnedJob, Vec<Co
 fn ranges(document: &Document, file: &TurningFile) -> Vec<ConfigError> {
     let mut findings = Vec::new();
     let mut refuse = |key: &str, message: String| findings.push(document.error(key, message));
+    if let Some(message) = names::fault("job", &file.name) {
+        refuse("name", message);
+    }
     let roughing = file.roughing.iter().flat_map(|roughing| {
         [
             roughing.stock_mm.map(|stock| ("roughing.stock_mm", stock)),

@@ -2,6 +2,7 @@
 
 use super::job_files::AtHand;
 use super::locate::Located;
+use super::yaml_words::in_words;
 use super::{ConfigError, Place};
 use serde::de::{DeserializeOwned, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde::ser::{SerializeMap, SerializeSeq, Serializer};
@@ -320,7 +321,7 @@ fn yaml_error(path: &Path, error: &serde_saphyr::Error) -> ConfigError {
         Some(at) => message[..at].to_owned(),
         None => message,
     };
-    ConfigError::at(Place { file: path.to_path_buf(), line }, message)
+    ConfigError::at(Place { file: path.to_path_buf(), line }, in_words(&message))
 }
 
 #[cfg(test)]

@@ -21,6 +21,7 @@ fn key(job: &Job, error: &PlanError) -> String {
     match error {
         PlanError::Job(error) => job_key(job, error),
         PlanError::Compensated { .. } => "form_compensation".into(),
+        PlanError::NoNormal { .. } => "infeed.along".into(),
         PlanError::Contour { profile, source } => format!("{}.{}", profile_key(job, profile), contour_key(source)),
         PlanError::Path { profile, source, .. } => match source {
             ToolPathError::BadWheelRadius { .. } | ToolPathError::WheelTooLarge { .. }
@@ -42,6 +43,8 @@ fn key(job: &Job, error: &PlanError) -> String {
             // Lobes may stand in another order than in the file.
             job.spec.lobes.get(*lobe).map_or_else(String::new, |lobe| format!("{}.station", lobe_key(&lobe.name)))
         }
+        // On its way to the home position the wheel is nearest where the last retract left it.
+        PlanError::Collision { x_mm, .. } if *x_mm < job.spec.home.x_mm => "rapid_advance_mm".into(),
         PlanError::Collision { .. } => "home.x_mm".into(),
         PlanError::WheelTooFast { lobe, .. } => lobe_key(lobe),
         PlanError::Infeed { pass, .. } => pass_key(job, pass, "infeed.total_mm"),
@@ -68,6 +71,7 @@ fn key(job: &Job, error: &PlanError) -> String {
         PlanError::NotClear { .. } => "rapid_advance_mm".into(),
         PlanError::Move { .. } => "rapid_speed_mm_s".into(),
         PlanError::DryRun { .. } => "dry_run.stand_off_mm".into(),
+        PlanError::Gouges { lobe, .. } => lobe_key(lobe),
         PlanError::Check(_) => String::new(),
     }
 }
@@ -86,7 +90,8 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::SparkOutByForce { pass, .. } => pass_key(job, pass, "infeed.spark_out_until_n"),
         JobError::TurnsAndIndexes => "c_between_lobes".into(),
         JobError::BentNowhere { .. } => "raw_part.bent_between_mm".into(),
-        JobError::CannotCorrect { .. } => "runout_correction".into(),
+        JobError::CannotCorrect { .. } | JobError::GaugeSeesNoCut { .. } => "runout_correction".into(),
+        JobError::PublishedGauge { .. } => "runout_correction.mode".into(),
         JobError::KeptElsewhere { .. } => "runout_correction.contacts".into(),
         JobError::NothingKept { .. } => "runout_correction.stiffness".into(),
         JobError::MeasuresNoStock { .. } => "measure_stock".into(),
@@ -113,6 +118,8 @@ fn job_key(job: &Job, error: &JobError) -> String {
                 "removal_rate_mm2_s" => "speed.removal_rate_mm2_s",
                 "phase_rad" => "phase_deg",
                 "spark_out_until_n" => "infeed.spark_out_until_n",
+                "spark_out_turns" => "infeed.spark_out_turns",
+                "part_phase_rad" => "part_phase_deg",
                 "form_compensation.most_mm" => "form_compensation.most_um",
                 "form_compensation.most_slope_mm_rad" => "form_compensation.most_um_per_deg",
                 "c_between_lobes.margin_s" => "arrival_margin_ms",
@@ -120,7 +127,11 @@ fn job_key(job: &Job, error: &JobError) -> String {
                 "measure_stock.speed_rad_s" => "measure_stock.work_speed_rpm",
                 other => other,
             };
-            named_lobe(place).map_or_else(|| key.into(), |lobe| format!("{}.{key}", lobe_key(lobe)))
+            match (named_lobe(place), named_pass(place)) {
+                (Some(lobe), _) => format!("{}.{key}", lobe_key(lobe)),
+                (None, Some(pass)) => pass_key(job, pass, key),
+                (None, None) => key.into(),
+            }
         }
     }
 }
@@ -147,6 +158,11 @@ fn wish_key(job: &Job, mounted_mm: f64) -> String {
 /// `I1` of `lobe I1: `.
 fn named_lobe(place: &str) -> Option<&str> {
     place.strip_prefix("lobe ")?.strip_suffix(": ")
+}
+
+/// `rough` of `pass rough: `.
+fn named_pass(place: &str) -> Option<&str> {
+    place.strip_prefix("pass ")?.strip_suffix(": ")
 }
 
 fn lobe_key(name: &str) -> String {

@@ -6,6 +6,18 @@ use camwright::cycle::PlannedLobe;
 use camwright::machine::description::Axis;
 use camwright::units::{TURN_RAD, deg_from_rad};
 
+/// Most rows of the cuts of a job, some 200 MB of text: beyond them only every second, third … period has a row. 1000 s at 1 ms have one each.
+const MAX_ROWS: u64 = 1_000_000;
+
+/// Periods from one row to the next.
+fn stride(prepared: &PreparedJob) -> u64 {
+    let cut_s: f64 = prepared.planned.lobes.iter().flat_map(|lobe| &lobe.passes).map(|pass| pass.law().end()).sum();
+    let periods = cut_s * 1e9 / f64::from(prepared.machine.cycle_time_ns);
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it saturates")]
+    let periods = periods as u64;
+    periods.div_ceil(MAX_ROWS).max(1)
+}
+
 /// A row of `speed_plan.csv`: one interpolation period of a cut.
 pub(super) struct Row {
     pub(super) c_deg: f64,
@@ -16,7 +28,8 @@ pub(super) struct Row {
     pub(super) removal_mm2_s: f64,
 }
 
-/// A pass over a lobe, at every interpolation period from its start to its end, lead-in and lead-out included.
+/// A pass over a lobe, at every interpolation period from its start to its end, lead-in and lead-out included; of jobs of more than
+/// [`MAX_ROWS`] periods at even steps of them.
 pub(super) fn pass_rows<'a>(
     prepared: &'a PreparedJob,
     index: usize,
@@ -25,6 +38,7 @@ pub(super) fn pass_rows<'a>(
 ) -> impl Iterator<Item = Row> + 'a {
     let cycle_ns = u64::from(prepared.machine.cycle_time_ns);
     let sense = f64::from(prepared.machine.rotation_sense);
+    let stride = usize::try_from(stride(prepared)).unwrap_or(usize::MAX);
     let plan = &prepared.planned.plan;
     let scale = prepared.machine.axis(Axis::C).scale;
     let cut = plan
@@ -39,7 +53,7 @@ pub(super) fn pass_rows<'a>(
         let turns_rad = f64::from(turns) * TURN_RAD;
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the duration of a cut is positive")]
         let last = ((end_s - start_s) * 1e9 / cycle_ns as f64).ceil() as u64;
-        (0..=last).map(move |tick| {
+        (0..=last).step_by(stride).map(move |tick| {
             // Whole nanoseconds first, so that tick 3 of a millisecond is 0.003 and not 0.0030000000000000001.
             #[allow(clippy::cast_precision_loss, reason = "far below 2^53 ns")]
             let t_s = (tick * cycle_ns) as f64 / 1e9;

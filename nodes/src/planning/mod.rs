@@ -67,6 +67,7 @@ pub use turning::{
 
 use crate::config::ConfigError;
 use crate::config::job_file::{self, Job};
+use crate::config::limits::MAX_JOB_S;
 use crate::config::yaml::Document;
 use crate::convert::plan::{Provenance, pages_from_plan};
 use camwright::cycle::{PlannedCorrection, PlannedJob, plan_job};
@@ -184,6 +185,7 @@ pub fn plan(job: Job, machine: Option<&MachineNow>) -> Result<PreparedJob, Confi
     };
     let provenance = Provenance { job_hash: job.hash.clone(), machine_hash: description.hash.clone() };
     let planned = plan_job(&job.spec, &description, wheel, None).map_err(|error| blame(&job, &error))?;
+    not_too_long(&job.document, planned.plan.duration_s)?;
     let planned = programmed::with_program(&job, &description, wheel.radius_mm, planned)?;
     let (planned, measuring) = journals::measuring(&job, &description, wheel, planned, &provenance)?;
     let expected_correction = journals::expected(&job, &description, &planned)?;
@@ -202,6 +204,17 @@ pub fn plan(job: Job, machine: Option<&MachineNow>) -> Result<PreparedJob, Confi
         provenance,
         pages,
     })
+}
+
+/// Refuses a plan that takes longer than a job may, however fast its cuts are.
+fn not_too_long(document: &Document, duration_s: f64) -> Result<(), ConfigError> {
+    if duration_s <= MAX_JOB_S {
+        return Ok(());
+    }
+    let message = format!(
+        "the job takes {duration_s:.3e} s; at most {MAX_JOB_S} s, a day, are allowed: faster speeds of cuts and rapids, or fewer turns"
+    );
+    Err(document.error("rapid_speed_mm_s", message))
 }
 
 fn fits_cell(document: &Document, wanted: &str, now: &MachineNow) -> Result<(), ConfigError> {

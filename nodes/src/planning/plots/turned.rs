@@ -13,6 +13,7 @@ use super::curves::{ALLOWED, LIMIT, frame};
 use super::{Plot, ROOM, legend_entry, sheet};
 use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Point};
 use camwright::cycle::PlannedPass;
+use camwright::insert_clearance::beside_centre;
 use camwright::machine::description::Axis;
 use camwright::point_to_point::MOVE_SHARE;
 use camwright::rake_section::RakeSection;
@@ -57,8 +58,10 @@ struct Turned<'a> {
 impl Turned<'_> {
     fn begin(&self, shows: &str) -> Drawing {
         let made_of = format!(
-            "insert R {:.3} mm, {:.3} mm below centre, machine {}",
-            self.summary.insert_radius_mm, self.summary.clearance.below_centre_mm, self.summary.machine
+            "insert R {:.3} mm, {}, machine {}",
+            self.summary.insert_radius_mm,
+            beside_centre(self.summary.clearance.below_centre_mm),
+            self.summary.machine
         );
         let title = format!("{} · turned", self.summary.job);
         sheet(&title, shows, &made_of, &format!("plan {:.16}", self.prepared.plan_hash()))

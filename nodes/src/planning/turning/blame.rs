@@ -4,7 +4,7 @@ use super::clearance_map;
 use crate::config::ConfigError;
 use crate::config::turning_file::TurnedJob;
 use camwright::cycle::{PlanError, TurningError};
-use camwright::insert_clearance::InsertClearanceError;
+use camwright::insert_clearance::{InsertClearanceError, beside_centre};
 use camwright::insert_path::{Feed, InsertPathError};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::plan_check::{PlanCheckError, PlanFault};
@@ -130,8 +130,11 @@ fn clearance_cause(job: &TurnedJob, machine: &MachineDescription, error: &Insert
         }
         (InsertClearanceError::MeetsFlank { .. }, Some(_)) => Cause::Machine(HEIGHT),
         (_, Some(heights)) => Cause::Height(format!(
-            "; from {:.3} to {:.3} mm below centre it clears this surface, best at {:.3} mm ({HEIGHT}: {:.3})",
-            heights.lowest_mm, heights.highest_mm, heights.best_mm, -heights.best_mm
+            "; from {} to {} it clears this surface, best {} ({HEIGHT}: {:.3})",
+            beside_centre(heights.lowest_mm),
+            beside_centre(heights.highest_mm),
+            beside_centre(heights.best_mm),
+            -heights.best_mm
         )),
     }
 }

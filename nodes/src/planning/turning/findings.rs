@@ -6,7 +6,7 @@ use crate::config::ConfigError;
 use crate::config::turning_file::TurnedJob;
 use crate::planning::findings::{Finding, Report, warning};
 use crate::planning::{MachineNow, lifts};
-use camwright::insert_clearance::OFFSET_DEG;
+use camwright::insert_clearance::{OFFSET_DEG, beside_centre};
 use std::path::Path;
 
 /// Checks a turning job that has been read, planning it to the end.
@@ -77,14 +77,17 @@ pub fn turning_notes(summary: &TurningSummary) -> Vec<String> {
             clearance.approach.least_deg.round()
         ),
         format!(
-            "insert    {:.3} mm below centre, offset angle {:.2} deg, {offset}",
-            clearance.below_centre_mm, clearance.offset_angle_deg
+            "insert    {}, offset angle {:.2} deg, {offset}",
+            beside_centre(clearance.below_centre_mm),
+            clearance.offset_angle_deg
         ),
     ]);
     if let Some(heights) = &clearance.heights {
         notes.push(format!(
-            "heights   from {:.3} to {:.3} mm below centre work, best {:.3} mm",
-            heights.from_mm, heights.to_mm, heights.best_mm
+            "heights   from {} to {} work, best {}",
+            beside_centre(heights.from_mm),
+            beside_centre(heights.to_mm),
+            beside_centre(heights.best_mm)
         ));
     }
     notes
@@ -108,8 +111,9 @@ fn warnings(prepared: &PreparedTurning, summary: &TurningSummary) -> Vec<Finding
     if !summary.clearance.is_offset_allowed {
         let (least, most) = OFFSET_DEG[1];
         let message = format!(
-            "the insert stands {:.3} mm below centre, an offset angle of {:.2} deg; JP2012-71381A asks for {least} to {most} deg",
-            summary.clearance.below_centre_mm, summary.clearance.offset_angle_deg
+            "the insert stands {}, an offset angle of {:.2} deg; JP2012-71381A asks for {least} to {most} deg",
+            beside_centre(summary.clearance.below_centre_mm),
+            summary.clearance.offset_angle_deg
         );
         findings.push(warning(ConfigError::at(prepared.job.machine.place("insert.height_mm"), message)));
     }

@@ -25,7 +25,7 @@ pub use result::{bar, form_map_message, turned_result, turning_s};
 pub use summary::{TurnedLimitSummary, TurnedPassSummary, TurningSummary, turning_summary};
 pub(super) use walk::{PassPoint, points};
 
-use super::{MachineNow, fits_cell, hash_of};
+use super::{MachineNow, fits_cell, hash_of, not_too_long};
 use crate::config::ConfigError;
 use crate::config::turning_file::TurnedJob;
 use crate::convert::plan::{Provenance, pages_from_plan};
@@ -105,6 +105,7 @@ pub fn plan_turned(job: TurnedJob, machine: Option<&MachineNow>) -> Result<Prepa
     };
     let provenance = Provenance { job_hash: job.hash.clone(), machine_hash: machine.hash.clone() };
     let planned = plan_turning(&job.spec, &machine, None).map_err(|error| blame::blame(&job, &machine, &error))?;
+    not_too_long(&job.document, planned.plan.duration_s)?;
     let pages = pages_from_plan(&planned.plan, &provenance);
     Ok(PreparedTurning { job, planned, machine, provenance, pages })
 }

@@ -2,6 +2,7 @@ use super::*;
 use crate::config::locate::{Located, locate};
 use crate::config::turning_file;
 use crate::planning::{AnyPrepared, prepare_any};
+use camwright::cycle::MAX_SURFACE_LOOKS;
 use camwright::interpolator::Outcome;
 use camwright::machine::description::Effect;
 use camwright::machine::turned_part::{PartGrid, TurnedPart};
@@ -25,6 +26,9 @@ fn the_shipped_part_is_planned_with_one_hash_and_ordinary_drives() {
     assert_eq!(first.plan_hash(), again.plan_hash());
     assert_eq!(first.plan_hash().len(), 64);
     assert!((20.0..60.0).contains(&first.duration_s()), "{}", first.duration_s());
+    let looks = first.planned.surface_looks;
+    eprintln!("{looks} looks at the surface");
+    assert!(10 * looks < MAX_SURFACE_LOOKS, "{looks} looks at the surface");
 }
 
 #[test]
@@ -89,13 +93,13 @@ fn an_insert_at_a_height_at_which_it_touches_is_blamed_on_its_machine() {
     };
     for (height_mm, words) in [
         (0.0, "0.000 mm below centre the flank clears the surface by"),
-        (14.0, "-14.000 mm below centre the flank clears the surface by"),
+        (14.0, "with the insert 14.000 mm above centre the flank clears the surface by"),
         (-19.9, "the surface lies at"),
         (-25.0, "the part has a radius of"),
     ] {
         let error = at(height_mm);
         assert!(error.contains(words) && error.contains("z = "), "{height_mm}: {error}");
-        assert!(error.contains("below centre it clears this surface, best at"), "{height_mm}: {error}");
+        assert!(error.contains("below centre it clears this surface, best "), "{height_mm}: {error}");
         assert!(error.starts_with("lathe"), "{error}");
     }
 }
