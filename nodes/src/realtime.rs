@@ -3,7 +3,7 @@
 //! Nothing is right or wrong by it; it decides how late a tick comes on a computer that has other things to do. A system that refuses is
 //! told of with the remedy, and the thread runs as an ordinary one.
 
-use crate::ros::{Node, Parameter};
+use crate::ros::{Node, NodeOptions, Parameter, ParameterValue};
 use crate::running::NodeError;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -19,7 +19,10 @@ const LOCK_MEMORY: &str = "lock_memory";
 pub(crate) fn parameters() -> [Parameter; 2] {
     [
         Parameter::integer(PRIORITY, 0)
-            .describe("real-time priority (SCHED_FIFO) of the thread that keeps the cycle; 0: an ordinary thread")
+            .describe(
+                "real-time priority (SCHED_FIFO) of the thread that keeps the cycle; the node's other threads have the one below; 0: \
+                 ordinary threads",
+            )
             .integer_range(0, 99)
             .read_only(),
         Parameter::bool(LOCK_MEMORY, false)
@@ -28,7 +31,38 @@ pub(crate) fn parameters() -> [Parameter; 2] {
     ]
 }
 
-/// The priority that a thread is to have, and the one that it got.
+/// Starts a node so that its other threads, those of DDS and the executor, have the priority below the cycle's: a setpoint that waits in
+/// one of them is as late as one that was computed late. Threads inherit the scheduling of the one that starts them, so the node is
+/// started by a thread of its own. Whether the priority is granted, the cycle's own thread reports.
+pub(crate) fn start_with_priority<N: Send>(
+    options: NodeOptions,
+    is_asked: bool,
+    start: impl FnOnce(NodeOptions) -> Result<N, NodeError> + Send,
+) -> Result<N, NodeError> {
+    let wanted = match options.asked(PRIORITY) {
+        Some(ParameterValue::Integer(priority)) if is_asked => u8::try_from(priority - 1).unwrap_or(0).min(98),
+        _ => 0,
+    };
+    if wanted == 0 {
+        return start(options);
+    }
+    std::thread::scope(|scope| {
+        let starter = std::thread::Builder::new().name("node start".to_owned()).spawn_scoped(scope, move || {
+            let _refused_is_reported_by_the_cycle = set_priority(wanted);
+            start(options)
+        })?;
+        starter.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
+}
+
+/// Gives the calling thread a real-time priority.
+fn set_priority(priority: u8) -> Result<(), String> {
+    let priority = ThreadPriority::try_from(priority).map_err(ToString::to_string)?;
+    let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+    set_thread_priority_and_policy(thread_native_id(), priority, policy).map_err(|error| error.to_string())
+}
+
+/// Priority that a thread is to have, and the one that it got.
 #[derive(Debug, Clone)]
 pub(crate) struct Realtime {
     node: Node,
@@ -55,10 +89,7 @@ impl Realtime {
         if self.wanted == 0 {
             return;
         }
-        let outcome = ThreadPriority::try_from(self.wanted).map_err(ToString::to_string).and_then(|priority| {
-            let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
-            set_thread_priority_and_policy(thread_native_id(), priority, policy).map_err(|error| error.to_string())
-        });
+        let outcome = set_priority(self.wanted);
         match outcome {
             Ok(()) => self.granted.store(self.wanted, Ordering::Relaxed),
             Err(reason) => self.node.logger().warn(&format!(
@@ -66,6 +97,14 @@ impl Realtime {
                  `rtprio` in /etc/security/limits.d",
                 self.wanted, self.wanted
             )),
+        }
+    }
+
+    /// How the other threads of the node are scheduled, for people.
+    pub(crate) fn text_of_others(&self) -> String {
+        match self.granted.load(Ordering::Relaxed) {
+            0 | 1 => "ordinary".to_owned(),
+            priority => format!("SCHED_FIFO {}", priority - 1),
         }
     }
 

@@ -7,9 +7,11 @@
 //! acknowledged it. So what is executed depends on ticks alone, never on when messages arrive.
 
 use super::engine_messages::{Command, Ended, FromEngine, JobEnds, Made, News, ToEngine, Tracking};
+use super::receipts::Receipts;
 use super::succession::Succession;
 use crate::convert::setpoints::ChunkBuffer;
 use crate::cyclic::{Receiver, Sender, Waker};
+use crate::supervised::injected;
 use camwright::interpolator::{Event, Interpolator, Outcome, Request, StartError, State, Status, TickInputs};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::buffer::TailPoint;
@@ -17,7 +19,7 @@ use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright::setpoint::{Setpoint, StopPoint};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Setpoints of one chunk at most: with its stop it stays below 32 kB.
 pub(crate) const CHUNK_TICKS: usize = 64;
@@ -25,6 +27,8 @@ pub(crate) const CHUNK_TICKS: usize = 64;
 pub(crate) const STOP_POINTS: usize = 24;
 /// Requests that may wait for the next tick.
 const REQUESTS: usize = 16;
+/// Longest time in which a machine at pace fast attends to a motion.
+const ATTENTION: Duration = Duration::from_secs(5);
 /// Empty chunks that go round between engine and pump.
 pub(super) const CHUNK_POOL: usize = 32;
 
@@ -47,19 +51,21 @@ pub(super) struct Engine {
     stop: Arc<AtomicBool>,
     #[allow(clippy::vec_box, reason = "chunks travel through the ring in their box; moving them would copy")]
     pool: Vec<Box<ChunkBuffer>>,
-    /// A final chunk that waits until the machine knows of the job's end.
+    /// A chunk that waits until the machine knows of an order within it: the job's end, or an alarm.
     withheld: Option<Box<ChunkBuffer>>,
     /// The last news; `None` before the machine has spoken.
     seen: Option<Seen>,
     pub(super) running: Option<Running>,
     pub(super) next_tick: u64,
     sequence: u32,
-    /// Number and tick of the order that must be acknowledged before setpoints of that tick may leave.
-    unacknowledged: Option<(u32, u64)>,
+    /// Orders that must be acknowledged before setpoints of their ticks may leave.
+    pub(super) unacknowledged: Receipts,
     requests: [Option<Request>; REQUESTS],
     pub(super) succession: Succession,
     /// A motion that begins when the axes stand still.
     waiting: Option<(Made, JobEnds)>,
+    /// A motion that begins when the machine attends to it, and since when it waits.
+    attending: Option<(Made, JobEnds, Instant)>,
     known_alarms: [u16; 16],
     last_status: Option<(u64, Status)>,
 }
@@ -72,6 +78,14 @@ struct Seen {
     is_realtime: bool,
     has_alarms: bool,
     counts: [i64; AXIS_COUNT],
+    commands_received: u32,
+}
+
+impl Seen {
+    /// A machine that withholds its credit at rest is about to execute many ticks: what begins now would come late.
+    fn gives_credit(&self) -> bool {
+        self.credit_tick > self.tick
+    }
 }
 
 impl Engine {
@@ -100,10 +114,11 @@ impl Engine {
             running: None,
             next_tick: 0,
             sequence: 0,
-            unacknowledged: None,
+            unacknowledged: Receipts::default(),
             requests: [None; REQUESTS],
             succession: Succession::default(),
             waiting: None,
+            attending: None,
             known_alarms: [0; 16],
             last_status: None,
         }
@@ -113,7 +128,9 @@ impl Engine {
     pub(super) fn run(mut self, waker: &Waker) {
         waker.adopt_current_thread();
         while !self.stop.load(Ordering::Acquire) {
+            injected::point("interpolator cycle");
             self.receive();
+            self.give_up_attention();
             self.compute();
             let _woken = waker.wait(Duration::from_millis(100));
         }
@@ -131,6 +148,7 @@ impl Engine {
                 ToEngine::Foresee { soonest } => self.foresee(soonest),
                 ToEngine::Splice(made) => self.take_successor(made),
                 ToEngine::StayOn => self.succession = Succession::None,
+                ToEngine::MachineLost => self.lose_machine(),
                 ToEngine::Query { tick } => {
                     let told = self.interpolator.desired_at(tick).copied();
                     let told = told.filter(|_| self.running.is_some()).or_else(|| self.interpolator.planned_at(tick));
@@ -149,7 +167,7 @@ impl Engine {
     /// next, like the knob that it is.
     fn ask(&mut self, request: Request) {
         if request == Request::Cancel
-            && let Some((made, _)) = self.waiting.take()
+            && let Some(made) = self.take_waiting()
         {
             self.send(FromEngine::NotStarted(StartError::Cancelled, made));
             return;
@@ -209,6 +227,7 @@ impl Engine {
             is_realtime: news.is_realtime,
             has_alarms: news.alarms.iter().copied().any(stops_motion),
             counts: news.setpoint_counts,
+            commands_received: news.commands_received,
         });
         if self.running.is_some() {
             self.abandon_after_alarm();
@@ -218,7 +237,7 @@ impl Engine {
                 self.interpolator.resync(news.setpoint_counts);
             }
         }
-        self.unacknowledged = self.unacknowledged.filter(|(sequence, _)| news.commands_received < *sequence);
+        self.unacknowledged.received(news.commands_received);
         self.report_end();
         self.start_waiting();
         if self.running.is_none() && stopped_before != Some(self.has_alarms()) {
@@ -236,27 +255,67 @@ impl Engine {
         let Some(running) = &mut self.running else { return };
         let number = self.known_alarms.iter().copied().find(|number| stops_motion(*number)).unwrap_or(0);
         running.outcome = Some((Outcome::Failed(number), seen.tick));
-        self.unacknowledged = None;
+        self.unacknowledged.clear();
+        self.drop_withheld();
+    }
+
+    fn drop_withheld(&mut self) {
         if let Some(mut chunk) = self.withheld.take() {
             chunk.clear();
             self.pool.push(chunk);
         }
     }
 
+    /// The motion that has not begun yet.
+    fn take_waiting(&mut self) -> Option<Made> {
+        let attending = self.attending.take().map(|(made, ..)| made);
+        attending.or_else(|| self.waiting.take().map(|(made, _)| made))
+    }
+
+    /// Nothing that the machine said counts any more: what is under way is over, and zeros have to be found again.
+    fn lose_machine(&mut self) {
+        let number = AlarmKind::MachineLost.entry().number;
+        if let Some(made) = self.take_waiting() {
+            self.send(FromEngine::NotStarted(StartError::MachineLost, made));
+        }
+        let Some(seen) = self.seen.take() else { return };
+        self.unacknowledged.clear();
+        self.drop_withheld();
+        self.known_alarms = [0; 16];
+        for axis in Axis::ALL.into_iter().filter(|axis| self.machine.axis(*axis).needs_homing) {
+            self.interpolator.set_homed(axis, false);
+        }
+        self.interpolator.resync(seen.counts);
+        if let Some(finished) = self.interpolator.take_finished() {
+            self.send(FromEngine::Done(finished));
+        }
+        self.succession = Succession::None;
+        if let Some(running) = self.running.take() {
+            let (first_tick, counts) = (running.first_tick, seen.counts);
+            let ended = Ended { outcome: Outcome::Failed(number), first_tick, last_tick: seen.tick, counts };
+            self.send(FromEngine::Ended(ended));
+        }
+        let status = Status { state: State::Fault, ..self.interpolator.idle_status() };
+        self.last_status = None;
+        self.send(FromEngine::Status { tick: seen.tick, status });
+    }
+
     /// Begins a motion, as soon as the axes stand still. A trajectory may follow another before that, whose setpoints rest already,
     /// where ticks follow the clock: at pace fast those in which the axes settle pass by themselves.
     fn start(&mut self, made: Made, job: JobEnds) {
         let refusal = match self.seen {
-            _ if self.running.is_some() || self.waiting.is_some() => Some(StartError::Busy),
+            _ if self.running.is_some() || self.waiting.is_some() || self.attending.is_some() => Some(StartError::Busy),
             Some(seen) if !seen.has_alarms => None,
-            _ => Some(StartError::Fault),
+            Some(_) => Some(StartError::Fault),
+            None => Some(StartError::MachineLost),
         };
         match (refusal, self.seen) {
             (None, Some(seen))
-                if seen.is_standstill
-                    || (seen.is_realtime && made.motion.is_trajectory() && self.interpolator.is_idle()) =>
+                if seen.gives_credit()
+                    && (seen.is_standstill
+                        || (seen.is_realtime && made.motion.is_trajectory() && self.interpolator.is_idle())) =>
             {
-                self.start_now(made, job, seen);
+                self.attend(made, job, seen);
             }
             (None, _) => self.waiting = Some((made, job)),
             (Some(error), _) => self.send(FromEngine::NotStarted(error, made)),
@@ -265,12 +324,39 @@ impl Engine {
 
     /// What waits begins when the axes stand still; an alarm ends the wait.
     fn start_waiting(&mut self) {
-        let Some(seen) = self.seen.filter(|seen| seen.is_standstill || seen.has_alarms) else { return };
-        let Some((made, job)) = self.waiting.take() else { return };
+        let may_begin = |seen: &Seen| seen.has_alarms || (seen.is_standstill && seen.gives_credit());
+        let Some(seen) = self.seen.filter(may_begin) else { return };
         if seen.has_alarms {
-            self.send(FromEngine::NotStarted(StartError::Fault, made));
-        } else {
+            if let Some(made) = self.take_waiting() {
+                self.send(FromEngine::NotStarted(StartError::Fault, made));
+            }
+        } else if let Some((made, job)) = self.waiting.take() {
+            self.attend(made, job, seen);
+        } else if self.unacknowledged.is_empty()
+            && let Some((made, job, _)) = self.attending.take()
+        {
             self.start_now(made, job, seen);
+        }
+    }
+
+    /// Has the machine attend to a motion where its idle ticks follow no setpoints: at pace fast a tick that passed could not be made up
+    /// for, and what was sent for it would be late.
+    fn attend(&mut self, made: Made, job: JobEnds, seen: Seen) {
+        // The number goes on from what the machine has received, so that a receipt of an earlier motion is none of this one's.
+        self.sequence = seen.commands_received;
+        self.unacknowledged.clear();
+        if seen.is_realtime {
+            return self.start_now(made, job, seen);
+        }
+        self.attending = Some((made, job, Instant::now()));
+        self.command(Command::Attend { tick: seen.tick }, u64::MAX);
+    }
+
+    /// A machine that is heard and does not attend ends the wait.
+    fn give_up_attention(&mut self) {
+        if let Some((made, ..)) = self.attending.take_if(|(_, _, since)| since.elapsed() > ATTENTION) {
+            self.unacknowledged.clear();
+            self.send(FromEngine::NotStarted(StartError::MachineLost, made));
         }
     }
 
@@ -286,7 +372,6 @@ impl Engine {
         let lead = u64::from(self.machine.feedback_delay_ticks) * 6 / 10;
         let first_tick = seen.tick + lead.max(1);
         self.next_tick = first_tick;
-        self.sequence = 0;
         self.running = Some(Running { job, is_trajectory, first_tick, outcome: None });
         let before = self.requests;
         self.wait(before.iter().flatten().copied().filter(is_override));
@@ -298,7 +383,7 @@ impl Engine {
 
     fn command(&mut self, command: Command, tick: u64) {
         self.sequence += 1;
-        self.unacknowledged = Some((self.sequence, tick));
+        self.unacknowledged.sent(self.sequence, tick);
         self.send(FromEngine::Command { sequence: self.sequence, command });
     }
 
@@ -306,20 +391,19 @@ impl Engine {
     fn compute(&mut self) {
         loop {
             let (Some(seen), Some(running)) = (self.seen, self.running) else { return };
-            if let Some(mut chunk) = self.withheld.take() {
-                if self.unacknowledged.is_some() {
+            if let Some(chunk) = self.withheld.take() {
+                if !self.unacknowledged.is_empty() {
                     self.withheld = Some(chunk);
                     return;
                 }
-                chunk.is_final = true;
                 self.send(FromEngine::Chunk(chunk));
                 return;
             }
-            if running.outcome.is_some() {
+            if running.outcome.is_some() || self.unacknowledged.is_full() {
                 return;
             }
             self.succeed();
-            let bound = self.unacknowledged.map_or(u64::MAX, |(_, tick)| tick - 1);
+            let bound = self.unacknowledged.last_tick();
             let last = seen.credit_tick.min(bound).min(self.succession.last_tick());
             if self.next_tick > last {
                 return;
@@ -358,6 +442,7 @@ impl Engine {
                 self.send(FromEngine::Event { tick, event: *event });
                 if let Event::Alarm(alarm) = event {
                     self.command(Command::Alarm { tick, number: alarm.number() }, tick);
+                    last = last.min(tick);
                 }
                 if let (Event::Finished(outcome), Some(running)) = (event, &mut self.running) {
                     running.outcome = Some((*outcome, tick));
@@ -374,17 +459,17 @@ impl Engine {
         match running.outcome {
             // Only a job that came to its end has made a part.
             Some((Outcome::Completed, tick)) if running.job.ends => {
-                self.withheld = Some(chunk);
+                chunk.is_final = true;
                 self.command(Command::JobEnd { tick }, tick);
             }
-            Some(_) => {
-                chunk.is_final = true;
-                self.send(FromEngine::Chunk(chunk));
-            }
-            None => {
-                self.add_stop(&mut chunk);
-                self.send(FromEngine::Chunk(chunk));
-            }
+            Some(_) => chunk.is_final = true,
+            None => self.add_stop(&mut chunk),
+        }
+        // An order of one of its ticks must not come after it.
+        if self.next_tick > self.unacknowledged.last_tick().saturating_add(1) {
+            self.withheld = Some(chunk);
+        } else {
+            self.send(FromEngine::Chunk(chunk));
         }
     }
 
@@ -418,14 +503,14 @@ impl Engine {
         let Some((outcome, last_tick)) = running.outcome else { return };
         // An order that is not acknowledged yet may be an alarm.
         if self.withheld.is_some()
-            || self.unacknowledged.is_some()
+            || !self.unacknowledged.is_empty()
             || seen.tick < last_tick
             || !(seen.is_standstill || seen.has_alarms || running.is_trajectory)
         {
             return;
         }
         self.running = None;
-        self.unacknowledged = None;
+        self.unacknowledged.clear();
         self.succession = Succession::None;
         if seen.has_alarms || matches!(outcome, Outcome::Failed(_)) {
             self.interpolator.resync(seen.counts);

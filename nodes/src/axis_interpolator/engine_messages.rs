@@ -99,12 +99,18 @@ pub(super) enum ToEngine {
         tick: u64,
     },
     Chunk(Box<ChunkBuffer>),
+    /// The machine is silent, or another one answers in its place: what is under way is over.
+    MachineLost,
 }
 
 /// An order as the machine takes it: with its number in the sequence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Command {
     Interpolator(Order),
+    /// A motion is about to begin: at pace fast the machine lets no idle tick pass before its first setpoint.
+    Attend {
+        tick: u64,
+    },
     JobBegin {
         tick: u64,
     },

@@ -72,6 +72,16 @@ impl Served {
         matches!(self.goal, Some(Goal::Trajectory(_) | Goal::Arrived | Goal::Topic))
     }
 
+    /// Goal that has command.
+    pub(super) fn goal(&self) -> Option<&Goal> {
+        self.goal.as_ref()
+    }
+
+    /// A trajectory of the topic has command: nobody waits for an answer, so its end is logged.
+    pub(super) fn is_of_topic(&self) -> bool {
+        matches!(self.goal, Some(Goal::Topic))
+    }
+
     /// The goal of a joint trajectory that has command.
     pub(super) fn trajectory(&self) -> Option<&GoalHandle<FollowJointTrajectory>> {
         match &self.goal {
@@ -205,7 +215,8 @@ impl Served {
     pub(super) fn end(&mut self, ended: &Ended, text: &str, machine: &MachineDescription) {
         let alarm = match ended.outcome {
             Outcome::Failed(number) => number,
-            Outcome::Completed | Outcome::Cancelled | Outcome::OutOfTolerance(_) => 0,
+            Outcome::Cancelled => self.alarm.as_ref().map_or(0, |(number, _)| *number),
+            Outcome::Completed | Outcome::OutOfTolerance(_) => 0,
         };
         let message = match &self.alarm {
             Some((_, reason)) if alarm != 0 => format!("{text}: {reason}"),

@@ -77,7 +77,8 @@ impl Shared {
             (true, true) => "idle".to_owned(),
             (true, false) => format!("{holder} has command"),
         };
-        let command = diagnostic_status(DiagnosticStatus::OK, "", &message, &[("plan", plan)]);
+        let values = [("plan", plan), ("telemetry_dropped", self.drops.count().to_string())];
+        let command = diagnostic_status(DiagnosticStatus::OK, "", &message, &values);
         let delay = self
             .machine()
             .map(|machine| Duration::from_nanos(u64::from(machine.cycle_time_ns)) * machine.feedback_delay_ticks);

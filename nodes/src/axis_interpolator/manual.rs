@@ -154,7 +154,10 @@ pub(super) fn end_wheel(responder: Responder<SetBool>, turns: bool, outcome: Out
 /// The service `~/wheel`.
 pub(super) fn offer(shared: &Arc<Shared>) -> Result<ServiceHandle, RosError> {
     let this = Arc::clone(shared);
-    shared.node.service_deferred::<SetBool>("~/wheel", move |request, responder| this.wheel(request.data, responder))
+    shared.node.service_deferred::<SetBool>("~/wheel", move |request, responder| {
+        let failed = |message| SetBoolResponse { success: false, message };
+        this.wheel(request.data, responder.or_fail(failed));
+    })
 }
 
 /// The topic `~/hold_to_run`.

@@ -8,9 +8,11 @@ mod health;
 mod joint_trajectory;
 mod manual;
 mod motion_record;
+mod partners;
 mod plan_goal;
 mod plans;
 mod pump;
+mod receipts;
 mod setup_goals;
 mod succession;
 
@@ -21,12 +23,13 @@ pub(crate) use motion_record::{MotionRecord, StartRecord};
 use crate::convert::core_from_si;
 use crate::convert::time::{TickClock, ns_from_time};
 use crate::cyclic::{Sender, Waker, ring};
+use crate::liveness;
 use crate::machine_sim::input_named;
 use crate::planning::MachineNow;
 use crate::realtime::{self, Realtime};
 use crate::ros::{
-    ActionServer, Diagnostics, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos, Responder, RosArgs,
-    ServiceHandle, SpinThread, Subscription,
+    ActionServer, Diagnostics, Drops, Guid, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos, Responder, RosArgs,
+    ServiceHandle, SpinThread, Subscription, TimerHandle,
 };
 use crate::running::{NodeError, Threads, autostart};
 use camwright::interpolator::Request;
@@ -35,7 +38,7 @@ use camwright::plan::Plan;
 use camwright::setpoint::{Latch, Measured};
 use camwright_msgs::camwright_msgs::action::{ExecutePlan, Home, Jog, MoveTo, Probe};
 use camwright_msgs::camwright_msgs::msg::{
-    Latch as LatchMessage, MachineDescription as DescriptionMessage, MachineStream, PlanPage, WorkArea,
+    CellState, Latch as LatchMessage, MachineDescription as DescriptionMessage, MachineStream, PlanPage, WorkArea,
 };
 use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldResponse, SetOverride, SetOverrideResponse};
 use camwright_msgs::control_msgs::action::FollowJointTrajectory;
@@ -53,7 +56,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How long a cancelled motion may take to come to rest when the node ends.
+/// Longest time for a cancelled motion to come to rest when the node ends within a larger program.
 const STOPPING: Duration = Duration::from_secs(10);
 /// Messages that may wait between the threads.
 const RING: usize = 4096;
@@ -69,6 +72,7 @@ pub struct AxisInterpolator {
     _spin: SpinThread,
     _actions: Actions,
     _diagnostics: Diagnostics,
+    _look: TimerHandle,
 }
 
 #[derive(Debug)]
@@ -102,6 +106,9 @@ struct Shared {
     /// The machine's last tick that was heard of.
     tick: AtomicU64,
     heard: Mutex<Heard>,
+    partners: Mutex<partners::Partners>,
+    /// Telemetry that was dropped.
+    drops: Drops,
     /// A trajectory that takes the place of the one in execution, or begins after it.
     arrival: Mutex<Option<Arrival>>,
     /// Who asked `~/query_state`, in the order of asking.
@@ -139,8 +146,13 @@ impl AxisInterpolator {
     /// DDS that cannot start.
     pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
         let options = NodeOptions::new("axis_interpolator", args).parameter(autostart::parameter());
+        let options = options.parameter(liveness::parameter());
         let options = options.parameters(joint_trajectory::settings::parameters());
-        let node = Node::new(options.parameters(realtime::parameters()))?;
+        realtime::start_with_priority(options.parameters(realtime::parameters()), true, Self::start_node)
+    }
+
+    fn start_node(options: NodeOptions) -> Result<Self, NodeError> {
+        let node = Node::new(options)?;
         let shared = Arc::new(Shared {
             node: node.clone(),
             active: AtomicBool::new(false),
@@ -155,6 +167,8 @@ impl AxisInterpolator {
             hindrance: Mutex::default(),
             tick: AtomicU64::new(0),
             heard: Mutex::default(),
+            partners: Mutex::new(partners::Partners::new(liveness::limit(&node))),
+            drops: Drops::default(),
             arrival: Mutex::default(),
             queries: Mutex::default(),
         });
@@ -172,6 +186,12 @@ impl AxisInterpolator {
         let lifecycle = node.lifecycle(Activation(Arc::clone(&shared)))?;
         let this = Arc::clone(&shared);
         let diagnostics = node.diagnostics("axis_interpolator", move || this.health())?;
+        let this = Arc::downgrade(&shared);
+        let look = node.timer(liveness::LOOK, move || {
+            if let Some(shared) = this.upgrade() {
+                shared.look_after_partners();
+            }
+        });
         let spin = node.spin_in_thread()?;
         autostart::begin(&node, &lifecycle);
         Ok(Self {
@@ -183,6 +203,7 @@ impl AxisInterpolator {
             _spin: spin,
             _actions: actions,
             _diagnostics: diagnostics,
+            _look: look,
         })
     }
 
@@ -206,12 +227,17 @@ impl AxisInterpolator {
     /// Cancels what is under way, waits until the axes are at rest, then ends the engine and the node. If the machine does
     /// not answer, what is under way ends in the stop of its last chunk.
     pub fn stop(self) {
+        self.stop_within(STOPPING);
+    }
+
+    /// The same; axes that do not rest within `limit` come to rest on the stop of what was sent.
+    pub fn stop_within(self, limit: Duration) {
         self.shared.refuse_arrival("the node is ending");
         if lock(&self.shared.served).is_busy() {
             lock(&self.shared.served).end_because("the node is ending: the axes came to rest on the path");
             self.shared.request(Request::Cancel);
         }
-        let latest = Instant::now() + STOPPING;
+        let latest = Instant::now() + limit;
         while lock(&self.shared.served).is_busy() && Instant::now() < latest {
             // The pump ends the goal on its own thread and wakes nobody here.
             std::thread::sleep(Duration::from_millis(10));
@@ -278,12 +304,12 @@ impl Shared {
         let mut threads = Threads::default();
         let engine_waker = waker.clone();
         let realtime = Realtime::of(&self.node)?;
-        threads.spawn("interpolator cycle", move || {
+        threads.spawn(&self.node, "interpolator cycle", move || {
             realtime.adopt_current_thread();
             engine.run(&engine_waker);
         })?;
         let back = inlet.clone();
-        threads.spawn("interpolator pump", move || {
+        threads.spawn(&self.node, "interpolator pump", move || {
             pump.run(reports, &pump_waker, move |message| {
                 back.send(message);
             });
@@ -291,7 +317,8 @@ impl Shared {
         Ok(Cell { machine: machine.clone(), inlet, threads, waker })
     }
 
-    fn hear(&self, message: &MachineStream) {
+    fn hear(&self, message: &MachineStream, writer: Guid) {
+        self.hear_machine(writer);
         let cell = lock(&self.cell);
         let Some(cell) = cell.as_ref() else { return };
         let clock = TickClock { epoch_ns: ns_from_time(&message.epoch), cycle_time_ns: cell.machine.cycle_time_ns };
@@ -355,7 +382,8 @@ impl Shared {
         if lock(&self.cell).is_none() || lock(&self.clock).is_none() {
             return Some("the machine has not been heard of yet".into());
         }
-        None
+        drop(served);
+        self.silent_machine()
     }
 
     /// Why the machine would answer any motion with an alarm. For whoever does not look at the work area as the planner does.
@@ -387,7 +415,13 @@ impl Shared {
             is_sent.then_some(()).ok_or_else(|| "the engine does not take anything any more".to_owned())
         });
         if let Err(reason) = sent {
-            lock(&self.served).refuse(&reason);
+            let mut served = lock(&self.served);
+            let is_of_topic = served.is_of_topic();
+            served.refuse(&reason);
+            drop(served);
+            if is_of_topic {
+                self.warn_of_refusal(&reason);
+            }
         }
     }
 
@@ -451,12 +485,13 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
         })?;
     let this = Arc::clone(shared);
     let qos = Qos::default_topic().keep_last(1000);
-    let stream = node.subscribe::<MachineStream>("machine/stream", &qos, move |message, _| {
-        this.hear(&message);
+    let stream = node.subscribe::<MachineStream>("machine/stream", &qos, move |message, info| {
+        this.hear(&message, info.writer);
         this.watch_jog(&message);
     })?;
     let this = Arc::clone(shared);
-    let pages = node.subscribe::<PlanPage>("job_planner/plan", &Qos::latched(256), move |page, _| {
+    let pages = node.subscribe::<PlanPage>("job_planner/plan", &Qos::latched(256), move |page, info| {
+        this.hear_pages(info.writer);
         lock(&this.plans).add(page);
         this.begin_plan();
     })?;
@@ -464,7 +499,11 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
     let area = node.subscribe::<WorkArea>("machine/work_area", &Qos::latched(1), move |area, _| {
         *lock(&this.hindrance) = if area.may_move { String::new() } else { area.message };
     })?;
-    let mut all = vec![description, stream, pages, area, manual::subscribe(shared)?];
+    let this = Arc::clone(shared);
+    let planner = node.subscribe::<CellState>("job_planner/cell_state", &Qos::latched(1), move |_, info| {
+        this.hear_planner(info.writer);
+    })?;
+    let mut all = vec![description, stream, pages, area, planner, manual::subscribe(shared)?];
     all.extend(joint_trajectory::subscribe(shared)?);
     Ok(all)
 }
@@ -489,7 +528,8 @@ fn services(shared: &Arc<Shared>) -> Result<Vec<ServiceHandle>, NodeError> {
     })?;
     let this = Arc::clone(shared);
     let query = shared.node.service_deferred::<QueryTrajectoryState>("~/query_state", move |request, responder| {
-        this.query(ns_from_time(&request.time), responder);
+        let failed = |message| QueryTrajectoryStateResponse { message, ..QueryTrajectoryStateResponse::default() };
+        this.query(ns_from_time(&request.time), responder.or_fail(failed));
     })?;
     Ok(vec![hold, feed_override, query, manual::offer(shared)?])
 }

@@ -5,6 +5,7 @@
 
 use crate::machine_sim::input_named;
 use crate::record_text::record_text;
+use camwright::interpolator::join::StartTolerance;
 use camwright::interpolator::manual::{Jog, JogRequest};
 use camwright::interpolator::setup::{self, MoveTo, Probe, ProbeRequest};
 use camwright::interpolator::tolerance::{FollowingTolerances, Tolerance};
@@ -77,6 +78,9 @@ pub(crate) struct TrajectoryRecord {
     goal_time_ticks: Option<u64>,
     /// Tick before which it does not begin.
     starts_at: Option<u64>,
+    /// Largest distance of the axes from the first point; absent: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    start_tolerance: Option<[f64; AXIS_COUNT]>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -108,7 +112,7 @@ impl MotionRecord {
         joints: &[Axis],
         points: &[TrajectoryPoint],
         start: &Start,
-        tolerances: &FollowingTolerances,
+        (tolerances, start_tolerance): (&FollowingTolerances, &StartTolerance),
         starts_at: Option<u64>,
     ) -> Self {
         let listed = |of: &Tolerance| [of.position, of.velocity, of.acceleration];
@@ -130,6 +134,7 @@ impl MotionRecord {
             goal: tolerances.goal.each_ref().map(listed),
             goal_time_ticks: tolerances.goal_time_ticks,
             starts_at,
+            start_tolerance: (*start_tolerance != StartTolerance::default()).then_some(start_tolerance.0),
         }))
     }
 
@@ -218,7 +223,8 @@ impl TrajectoryRecord {
             goal: self.goal.each_ref().map(tolerance),
             goal_time_ticks: self.goal_time_ticks,
         };
-        let trajectory = Trajectory::from_points(&joints, &points, &start, machine)
+        let start_tolerance = self.start_tolerance.map(StartTolerance).unwrap_or_default();
+        let trajectory = Trajectory::joined(&joints, &points, &start, &start_tolerance, machine)
             .map_err(|error| error.to_string())?
             .with_tolerances(tolerances);
         let prepared = Prepared::new(Motion::from(trajectory), machine).map_err(|error| error.to_string())?;
@@ -320,7 +326,8 @@ mod tests {
             let mut tolerances = FollowingTolerances::default();
             tolerances.path[1].position = Some(self.number());
             tolerances.goal_time_ticks = Some(self.next());
-            MotionRecord::trajectory(&Axis::ALL, &points, &start, &tolerances, Some(self.next()))
+            let start_tolerance = StartTolerance(self.numbers());
+            MotionRecord::trajectory(&Axis::ALL, &points, &start, (&tolerances, &start_tolerance), Some(self.next()))
         }
     }
 

@@ -10,18 +10,24 @@ use crate::convert::m_from_mm;
 use crate::convert::setpoints::trajectory_from_chunk;
 use crate::convert::time::TickClock;
 use crate::cyclic::{Receiver, Waker};
+use crate::liveness::{Complaint, HEARTBEAT};
 use crate::machine_sim::input_name;
-use crate::ros::{Node, Publisher, Qos, RosError};
+use crate::ros::{Drops, Node, Publisher, Qos, RosError, Telemetry};
+use crate::supervised::injected;
 use camwright::interpolator::{Event, InterpolatorAlarm, OrderKind, Outcome, StartError, State, Status};
+use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::MachineDescription;
 use camwright_msgs::camwright_msgs::msg::{Alarm, AppliedInput, InterpolatorState, MachineAlarms, MachineCommand};
 use camwright_msgs::control_msgs::msg::JointTrajectoryControllerState;
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Inputs that a late reader still gets.
 const INPUTS_DEPTH: u32 = 2000;
+
+/// Time for which sending setpoints, orders and alarms is retried; the machine misses them meanwhile and stops on the path.
+const VITAL_LIMIT: Duration = Duration::from_secs(2);
 
 /// The publishers of the interpolator.
 #[derive(Debug)]
@@ -31,11 +37,11 @@ pub(super) struct Outlets {
     state: Publisher<InterpolatorState>,
     inputs: Publisher<AppliedInput>,
     alarms: Publisher<MachineAlarms>,
-    controller_state: Publisher<JointTrajectoryControllerState>,
+    controller_state: Telemetry<JointTrajectoryControllerState>,
 }
 
 impl Outlets {
-    pub(super) fn new(node: &Node) -> Result<Self, RosError> {
+    pub(super) fn new(node: &Node, drops: &Drops) -> Result<Self, RosError> {
         Ok(Self {
             setpoints: node.publisher("machine/setpoints", &Qos::default_topic().keep_last(1000))?,
             commands: node.publisher("machine/commands", &Qos::default_topic().keep_last(1000))?,
@@ -43,7 +49,7 @@ impl Outlets {
             // Also for a recorder that comes when something has been applied already.
             inputs: node.publisher("~/inputs", &Qos::latched(INPUTS_DEPTH))?,
             alarms: node.publisher("~/alarms", &Qos::latched(1))?,
-            controller_state: node.publisher("~/controller_state", &Qos::default_topic())?,
+            controller_state: node.telemetry("~/controller_state", &Qos::default_topic(), drops)?,
         })
     }
 }
@@ -62,6 +68,9 @@ pub(super) struct Pump {
     /// The alarm that ended the last motion, once the list of alarms has been told.
     alarms: Option<Vec<Alarm>>,
     feed_override: f64,
+    last_state: Option<InterpolatorState>,
+    told_state: Instant,
+    complaint: Complaint,
 }
 
 impl Pump {
@@ -71,13 +80,16 @@ impl Pump {
             machine: machine.clone(),
             shared: Arc::downgrade(shared),
             clock: Arc::clone(&shared.clock),
-            outlets: Outlets::new(&shared.node)?,
+            outlets: Outlets::new(&shared.node, &shared.drops)?,
             served: Arc::clone(&shared.served),
             order: 0,
             order_tick: 0,
             inputs_told: 0,
             alarms: None,
             feed_override: 1.0,
+            last_state: None,
+            told_state: Instant::now(),
+            complaint: Complaint::default(),
         })
     }
 
@@ -85,16 +97,22 @@ impl Pump {
     pub(super) fn run(mut self, mut reports: Receiver<FromEngine>, waker: &Waker, back: impl Fn(ToEngine)) {
         waker.adopt_current_thread();
         loop {
+            injected::point("interpolator pump");
             let is_last = reports.is_abandoned();
             while let Some(report) = reports.receive() {
                 let clock = *self.clock.lock().unwrap_or_else(PoisonError::into_inner);
                 let Some(clock) = clock else { continue };
                 if let Err(error) = self.take(report, clock, &back) {
-                    self.node.logger().warn(&format!("a report cannot be published: {error}"));
+                    self.complaint.warn(self.node.logger(), &format!("a report cannot be published: {error}"));
                 }
             }
             if is_last {
                 return;
+            }
+            if self.told_state.elapsed() >= 2 * HEARTBEAT
+                && let Err(error) = self.repeat(None)
+            {
+                self.complaint.warn(self.node.logger(), &error.to_string());
             }
             let _woken = waker.wait(Duration::from_millis(100));
         }
@@ -103,23 +121,31 @@ impl Pump {
     fn take(&mut self, report: FromEngine, clock: TickClock, back: &impl Fn(ToEngine)) -> Result<(), RosError> {
         match report {
             FromEngine::Chunk(mut chunk) => {
-                let outcome = self.outlets.setpoints.publish(&trajectory_from_chunk(&chunk, &self.machine, clock));
+                let message = trajectory_from_chunk(&chunk, &self.machine, clock);
+                let outcome = self.outlets.setpoints.publish_within(&message, VITAL_LIMIT);
                 chunk.clear();
                 back(ToEngine::Chunk(chunk));
                 outcome
             }
             FromEngine::Command { sequence, command } => {
-                self.outlets.commands.publish(&message(sequence, command, clock, &self.machine))
+                let message = message(sequence, command, clock, &self.machine);
+                self.outlets.commands.publish_within(&message, VITAL_LIMIT)
             }
             FromEngine::Started { tick, rest, record } => {
                 let (name, _) = self.served().names();
                 self.node.logger().info(&format!("{name} begins at tick {tick}"));
-                self.alarms(clock, tick, Vec::new())?;
+                let told = self.alarms(clock, tick, Vec::new());
                 let text = record.plan_hash().to_owned();
                 let content = StartRecord::new(&rest, *record).to_text();
-                self.input(clock, tick, AppliedInput { kind: AppliedInput::START, text, content, ..Default::default() })
+                let start = AppliedInput { kind: AppliedInput::START, text, content, ..Default::default() };
+                told.and(self.input(clock, tick, start))
             }
             FromEngine::NotStarted(error, _made) => {
+                if self.served().is_of_topic()
+                    && let Some(shared) = self.shared.upgrade()
+                {
+                    shared.warn_of_refusal(&error.to_string());
+                }
                 match error {
                     StartError::Cancelled => self.served().withdraw(&error.to_string()),
                     _ => self.served().refuse(&error.to_string()),
@@ -128,10 +154,8 @@ impl Pump {
             }
             FromEngine::Applied { tick, input } => self.input(clock, tick, applied::message(&input, &self.machine)),
             FromEngine::Status { tick, status } => {
-                if self.alarms.is_none() {
-                    self.alarms(clock, tick, Vec::new())?;
-                }
-                self.status(clock, tick, &status)
+                let told = if self.alarms.is_none() { self.alarms(clock, tick, Vec::new()) } else { Ok(()) };
+                told.and(self.status(clock, tick, &status))
             }
             FromEngine::Event { tick, event: Event::Alarm(alarm) } => self.alarm(clock, tick, alarm),
             FromEngine::Event { tick, event: Event::LeftOut { lobe, turns } } => {
@@ -147,9 +171,10 @@ impl Pump {
             }
             FromEngine::Event { event: Event::Segment(_) | Event::Finished(_), .. } => Ok(()),
             FromEngine::Ended(ended) => {
+                let told = self.tell_lost_partner(clock, ended.last_tick);
                 self.end(ended);
                 self.with_shared(Shared::begin_arrival);
-                Ok(())
+                told
             }
             FromEngine::Foreseen(foresight) => {
                 self.foreseen(&foresight, clock, back);
@@ -253,7 +278,7 @@ impl Pump {
         let (holder, plan_hash) = served.names();
         drop(served);
         let is_idle = status.state == State::Idle;
-        self.outlets.state.publish(&InterpolatorState {
+        let message = InterpolatorState {
             stamp: clock.stamp(tick),
             tick,
             state: status.state as u8,
@@ -269,7 +294,20 @@ impl Pump {
             time_left: status.time_left_s,
             feed_override: status.feed_override,
             is_homed: status.is_homed(),
-        })
+        };
+        self.repeat(Some(message))
+    }
+
+    /// Tells a state, or the last one again, so that the planner hears that this node is there.
+    fn repeat(&mut self, state: Option<InterpolatorState>) -> Result<(), RosError> {
+        if let Some(state) = state {
+            self.last_state = Some(state);
+        }
+        self.told_state = Instant::now();
+        match &self.last_state {
+            Some(state) => self.outlets.state.publish(state),
+            None => Ok(()),
+        }
     }
 
     fn alarm(&mut self, clock: TickClock, tick: u64, alarm: InterpolatorAlarm) -> Result<(), RosError> {
@@ -288,7 +326,20 @@ impl Pump {
             return Ok(());
         }
         let told = self.alarms.insert(alarms).clone();
-        self.outlets.alarms.publish(&MachineAlarms { stamp: clock.stamp(tick), tick, alarms: told })
+        let message = MachineAlarms { stamp: clock.stamp(tick), tick, alarms: told };
+        self.outlets.alarms.publish_within(&message, VITAL_LIMIT)
+    }
+
+    /// A motion is over because of a partner: tells the alarm that is no machine's.
+    fn tell_lost_partner(&mut self, clock: TickClock, tick: u64) -> Result<(), RosError> {
+        let alarm = self.served().alarm.clone();
+        let Some((number, text)) = alarm else { return Ok(()) };
+        let kind = AlarmKind::from_number(number);
+        let Some(kind @ (AlarmKind::MachineLost | AlarmKind::PlannerLost)) = kind else { return Ok(()) };
+        let (stamp, source, severity) = (clock.stamp(tick), self.node.name().to_owned(), Alarm::STOP);
+        let remedy = kind.entry().remedy.to_owned();
+        let alarm = Alarm { stamp, tick, number, severity, source, text, remedy, active: true };
+        self.alarms(clock, tick, vec![alarm])
     }
 
     fn end(&self, ended: Ended) {
@@ -318,6 +369,7 @@ fn message(sequence: u32, command: Command, clock: TickClock, machine: &MachineD
         ..MachineCommand::default()
     };
     match command {
+        Command::Attend { tick } => base(tick, MachineCommand::ATTEND),
         Command::JobBegin { tick } => base(tick, MachineCommand::JOB_BEGIN),
         Command::JobEnd { tick } => base(tick, MachineCommand::JOB_END),
         Command::Alarm { tick, number } => {

@@ -5,14 +5,15 @@ use super::execution::{Asker, Event, Execution};
 use super::grinding_run::GrindingRun;
 use super::turning_run::TurningRun;
 use super::{Shared, lock, settings};
-use crate::config::any_job;
 use crate::config::job_file::{self, Job};
+use crate::config::{access, any_job};
 use crate::planning::{self, AnyPrepared, MachineNow};
 use crate::ros::{ActionHandler, GoalDecider, GoalDecision, GoalHandle, GoalId, RosError};
 use camwright::machine::description::MachineDescription;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal, RunJobResult};
 use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus};
 use std::fmt;
+use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
@@ -82,8 +83,24 @@ impl Shared {
     }
 
     /// The overrides of a job as it is planned: the parameters', the request's, and what its parts have taught.
-    pub(super) fn used(&self, name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Vec<String> {
-        let mut used = settings::overrides(self.node.parameters(), overrides);
+    ///
+    /// # Errors
+    /// A file that nobody may name over ROS.
+    pub(super) fn used(
+        &self,
+        name: &str,
+        overrides: &[String],
+        machine: Option<&MachineNow>,
+    ) -> Result<Vec<String>, String> {
+        let used = settings::overrides(self.node.parameters(), overrides);
+        let folders: Vec<PathBuf> =
+            self.node.parameters().string_array(settings::FILE_FOLDERS).into_iter().map(PathBuf::from).collect();
+        access::check(name, &used, &folders)?;
+        Ok(self.with_what_is_known(name, used, machine))
+    }
+
+    /// Overrides with what the parts of a job have taught, and where they are clamped.
+    fn with_what_is_known(&self, name: &str, mut used: Vec<String>, machine: Option<&MachineNow>) -> Vec<String> {
         // What parts have taught, and where they are clamped, is of jobs that grind.
         if any_job::turns(name, &used) {
             return used;
@@ -129,7 +146,8 @@ impl Shared {
 
     /// Plans a job for the machine as it is now, or takes the loaded plan if nothing has changed since.
     fn prepare(&self, name: &str, overrides: &[String], machine: Option<MachineNow>) -> Result<AnyPrepared, String> {
-        let used = self.used(name, overrides, machine.as_ref());
+        settings::check_against_job(self.node.parameters(), name, overrides)?;
+        let used = self.used(name, overrides, machine.as_ref())?;
         let loaded = lock(&self.loaded);
         let same = |loaded: &&Loaded| loaded.name == name && loaded.used == used && loaded.machine == machine;
         if let Some(loaded) = loaded.as_ref().filter(same) {
@@ -149,7 +167,8 @@ impl Shared {
     pub(super) fn load(&self, job: &str, overrides: &[String]) -> Result<AnyPrepared, String> {
         let (name, overrides) = self.wanted(job, overrides);
         let machine = lock(&self.machine).clone();
-        let used = self.used(&name, &overrides, machine.as_ref());
+        settings::check_against_job(self.node.parameters(), &name, &overrides)?;
+        let used = self.used(&name, &overrides, machine.as_ref())?;
         let prepared = planning::prepare_any(&name, &used, machine.as_ref()).map_err(|error| error.to_string())?;
         if matches!(*lock(&self.course), Course::Idle) {
             self.board.planned(JobStatus::IDLE, &prepared, &format!("loaded {}", prepared.summary()));
@@ -216,7 +235,7 @@ impl Shared {
         let (events, inbox) = mpsc::channel();
         let name = prepared.name().to_owned();
         let execution = Execution::new(Arc::clone(self), &prepared, asker, events.clone(), inbox);
-        let thread = std::thread::Builder::new().name("job".into()).spawn(move || run(execution, prepared));
+        let thread = self.node.supervisor().spawn("job", move || run(execution, prepared));
         let thread = thread.map_err(|error| format!("no thread for the job: {error}"))?;
         *course = Course::Running(name, events);
         // The one before has ended: it set the course to idle as its last act.

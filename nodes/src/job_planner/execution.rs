@@ -3,11 +3,13 @@
 use super::course::Course;
 use super::identify::{self, Waiting};
 use super::lobe_ticks::LobeTicks;
+use super::partners::Identity;
 use super::{Shared, lock};
 use crate::config::fault_file::JobFault;
 use crate::convert::plan::{phase_from, phase_name};
 use crate::planning::AnyPrepared;
 use crate::ros::{ClientGoal, GoalHandle, GoalStatus};
+use camwright::machine::alarm::AlarmKind;
 use camwright_msgs::camwright_msgs::action::{
     ExecutePlan, ExecutePlanFeedback, ExecutePlanGoal, ExecutePlanResult, RunJob, RunJobFeedback, RunJobResult,
 };
@@ -21,7 +23,7 @@ pub(super) const ANSWER: Duration = Duration::from_secs(10);
 /// How long a job may take to come to rest after it was cancelled.
 const STOPPING: Duration = Duration::from_secs(60);
 /// How often the interpolator is looked for while it executes.
-const WATCH: Duration = Duration::from_secs(1);
+const WATCH: Duration = Duration::from_millis(200);
 /// How long it may be out of sight: longer than a discovery hiccup.
 const OUT_OF_SIGHT: Duration = Duration::from_secs(5);
 
@@ -207,6 +209,7 @@ impl Execution {
             return Err(Failure::Cancelled("cancelled before anything moved".into()));
         }
         self.shared.cell.wait_for_interpolator(ANSWER).map_err(Failure::still)?;
+        let interpolator = self.shared.interpolator.identity();
         let wanted = ExecutePlanGoal {
             plan_hash: plan_hash.to_owned(),
             client: format!("{}, job {}", self.shared.node.fully_qualified_name(), self.name),
@@ -219,10 +222,14 @@ impl Execution {
         let events = self.events.clone();
         plan.result_with(move |status, result| drop(events.send(Event::Ended(status, result))))
             .map_err(|error| Failure::Failed(error.to_string()))?;
-        self.wait(&plan)
+        self.wait(&plan, interpolator)
     }
 
-    fn wait(&self, plan: &ClientGoal<ExecutePlan>) -> Result<(GoalStatus, ExecutePlanResult), Failure> {
+    fn wait(
+        &self,
+        plan: &ClientGoal<ExecutePlan>,
+        interpolator: Identity,
+    ) -> Result<(GoalStatus, ExecutePlanResult), Failure> {
         let mut give_up: Option<Instant> = None;
         let mut seen = Instant::now();
         let mut alarmed: Option<Instant> = None;
@@ -248,12 +255,18 @@ impl Execution {
                     let stopped = self.shared.stopping_alarm();
                     alarmed = stopped.as_ref().map(|_| alarmed.unwrap_or_else(Instant::now));
                     if let (Some(alarm), Some(_)) = (stopped, alarmed.filter(|since| since.elapsed() > OUT_OF_SIGHT)) {
-                        let message = format!(
-                            "alarm {} has stopped the machine ({}), and the axis interpolator does not answer",
-                            alarm.number, alarm.text
-                        );
-                        let ended = ExecutePlanResult { alarm: alarm.number, message, ..ExecutePlanResult::default() };
-                        return Ok((GoalStatus::Aborted, ended));
+                        return Ok(without_interpolator(alarm.number, &alarm.text));
+                    }
+                    if let Err(reason) = self.shared.interpolator.look(interpolator) {
+                        return Ok(match self.shared.stopping_alarm() {
+                            Some(alarm) => without_interpolator(alarm.number, &alarm.text),
+                            None => {
+                                let message = format!("{reason}; the machine stops on the path by itself");
+                                let alarm = AlarmKind::SenderLost.entry().number;
+                                let ended = ExecutePlanResult { alarm, message, ..ExecutePlanResult::default() };
+                                (GoalStatus::Aborted, ended)
+                            }
+                        });
                     }
                 }
             }
@@ -294,4 +307,10 @@ impl Execution {
             });
         }
     }
+}
+
+/// A plan whose end the interpolator does not tell.
+fn without_interpolator(alarm: u16, text: &str) -> (GoalStatus, ExecutePlanResult) {
+    let message = format!("alarm {alarm} has stopped the machine ({text}), and the axis interpolator does not answer");
+    (GoalStatus::Aborted, ExecutePlanResult { alarm, message, ..ExecutePlanResult::default() })
 }

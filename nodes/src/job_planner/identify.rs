@@ -24,9 +24,13 @@ pub(super) fn offer(shared: &Arc<Shared>) -> Result<[ServiceHandle; 2], RosError
     let this = Arc::clone(shared);
     let identify = shared.node.service_deferred::<IdentifyStiffness>(
         "~/identify_stiffness",
-        move |request, responder: Responder<IdentifyStiffness>| begin(&this, request, responder),
+        move |request, responder: Responder<IdentifyStiffness>| {
+            let failed = |message| IdentifyStiffnessResponse { message, ..IdentifyStiffnessResponse::default() };
+            begin(&this, request, responder.or_fail(failed));
+        },
     )?;
-    let get = deferred::<GetStiffness>(shared, "~/get_stiffness", get_stiffness)?;
+    let failed = |message| GetStiffnessResponse { message, ..GetStiffnessResponse::default() };
+    let get = deferred::<GetStiffness>(shared, "~/get_stiffness", get_stiffness, failed)?;
     Ok([identify, get])
 }
 

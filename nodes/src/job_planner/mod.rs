@@ -15,6 +15,7 @@ mod learned;
 mod loading;
 mod lobe_forms;
 mod lobe_ticks;
+mod partners;
 pub(crate) mod parts;
 mod preview;
 mod services;
@@ -24,14 +25,16 @@ mod stiffness;
 mod turned_parts;
 mod turning_run;
 
+use crate::liveness;
 use crate::machine_sim::MOST_PAGES;
 use crate::planning::MachineNow;
 use crate::ros::{
     ActionClient, ActionServer, Client, Diagnostics, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Publisher, Qos,
     RosArgs, ServiceHandle, SpinThread, Subscription, diagnostic_status,
 };
-use crate::running::{NodeError, autostart};
+use crate::running::{NodeError, autostart, join_within};
 use crate::scene;
+use crate::supervised::injected;
 use board::Board;
 use camwright_msgs::camwright_msgs::action::{ExecutePlan, RunJob};
 use camwright_msgs::camwright_msgs::msg::{
@@ -60,13 +63,18 @@ const PLAN_DEPTH: u32 = 256;
 /// Readings of the gauge that may wait for this node: two seconds of them.
 const GAUGE_DEPTH: u32 = 2000;
 
+/// How long a job may take to come to rest when the node ends within a larger program.
+const STOPPING: Duration = Duration::from_secs(60);
+/// How long the cell's thread may take to end.
+const LAST_WORD: Duration = Duration::from_millis(200);
+
 /// A running `job_planner`.
 #[derive(Debug)]
 pub struct JobPlanner {
     node: Node,
     lifecycle: Lifecycle,
     shared: Arc<Shared>,
-    worker: Option<JoinHandle<()>>,
+    worker: Option<JoinHandle<Option<()>>>,
     _subscriptions: Vec<Subscription>,
     _services: Vec<ServiceHandle>,
     _action: ActionServer<RunJob>,
@@ -100,7 +108,7 @@ struct Shared {
     /// The one job there can be.
     course: Mutex<Course>,
     /// The thread of the job that runs or ran last.
-    run: Mutex<Option<JoinHandle<()>>>,
+    run: Mutex<Option<JoinHandle<Option<()>>>>,
     /// The way to the planning thread; gone when the node ends.
     work: Mutex<Option<mpsc::Sender<Work>>>,
     plan: Publisher<PlanPage>,
@@ -112,6 +120,7 @@ struct Shared {
     load_bar: Client<LoadBar>,
     inject_fault: Client<InjectFault>,
     execute: ActionClient<ExecutePlan>,
+    interpolator: partners::Interpolator,
 }
 
 /// Locks a mutex whose value stays sound whatever a panicking holder did.
@@ -145,9 +154,10 @@ impl JobPlanner {
     /// Parameters that are refused, DDS that cannot start.
     pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
         let options = NodeOptions::new("job_planner", args).parameters(settings::parameters());
-        let node = Node::new(options.parameter(autostart::parameter()).parameter(scene::parameter()))?;
-        settings::validate(&node.parameters().all()).map_err(NodeError::Parameter)?;
-        node.parameters().on_set(settings::validate);
+        let options = options.parameter(autostart::parameter()).parameter(liveness::parameter());
+        let node = Node::new(options.parameter(scene::parameter()))?;
+        settings::validate(node.parameters(), &node.parameters().all()).map_err(NodeError::Parameter)?;
+        node.parameters().on_set_together(settings::validate);
         let (work, orders) = mpsc::channel::<Work>();
         let (cell, inbox) = Cell::new();
         let shared = Arc::new(Shared {
@@ -173,10 +183,12 @@ impl JobPlanner {
             load_bar: node.client("machine/load_bar")?,
             inject_fault: node.client("machine/inject_fault")?,
             execute: node.action_client("axis_interpolator/execute_plan")?,
+            interpolator: partners::Interpolator::new(liveness::limit(&node)),
             node: node.clone(),
         });
-        let worker = std::thread::Builder::new().name("planning".into()).spawn(move || {
+        let worker = node.supervisor().spawn("planning", move || {
             for order in orders {
+                injected::point("planning");
                 order();
             }
         })?;
@@ -223,20 +235,36 @@ impl JobPlanner {
     }
 
     /// Brings a job that runs to rest, then ends the node.
-    pub fn stop(mut self) {
+    pub fn stop(self) {
+        self.stop_within(STOPPING);
+    }
+
+    /// The same. What does not come to its end within `limit` is left behind: the interpolator brings a cancelled job to rest by itself,
+    /// and a plan that is being computed is of no use any more.
+    pub fn stop_within(mut self, limit: Duration) {
+        let end = Instant::now() + limit;
+        let left = || end.saturating_duration_since(Instant::now());
         self.shared.active.store(false, Ordering::Release);
         self.shared.cancel();
         drop(lock(&self.shared.work).take());
-        if let Some(worker) = self.worker.take() {
-            // A thread that panicked has told so.
-            let _panicked = worker.join();
+        let run = lock(&self.shared.run).take();
+        if let Some(run) = run
+            && !join_within(run, left())
+        {
+            self.node.logger().warn("the node ends before its job: the axis interpolator brings the axes to rest");
+        }
+        if let Some(worker) = self.worker.take()
+            && !join_within(worker, left())
+        {
+            self.node.logger().warn("the node ends before its plan is made");
         }
         self.shared.cancel();
+        // A job that the planning thread has just begun.
         let run = lock(&self.shared.run).take();
         if let Some(run) = run {
-            let _panicked = run.join();
+            join_within(run, left());
         }
-        self.shared.cell.end();
+        self.shared.cell.end(left().max(LAST_WORD));
         self.node.shutdown();
     }
 }

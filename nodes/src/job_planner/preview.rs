@@ -30,7 +30,8 @@ fn preview(shared: &Shared, request: &PreviewJobRequest) -> Result<PreviewJobRes
         points => return Err(format!("{points} points, at most {MOST_PREVIEW_POINTS} are allowed")),
     };
     let machine = lock(&shared.machine).clone();
-    let overrides = shared.used(&request.job, &request.overrides, machine.as_ref());
+    super::settings::check_against_job(shared.node.parameters(), &request.job, &request.overrides)?;
+    let overrides = shared.used(&request.job, &request.overrides, machine.as_ref())?;
     let prepared = planning::prepare_any(&request.job, &overrides, machine.as_ref());
     match prepared.map_err(|error| error.to_string())? {
         AnyPrepared::Ground(prepared) => of_lobe(&prepared, &request.lobe, points),

@@ -1,6 +1,7 @@
 //! The planner's parameters: the settings of the digital switches DS0 … DS7 of JPS6156064B2 and others, laid over the job
 //! file. One that is not set leaves the file's value.
 
+use crate::config::{any_job, job_file};
 use crate::ros::{Parameter, ParameterValue, Parameters};
 
 /// Job that runs when a goal names none and none is loaded.
@@ -17,40 +18,60 @@ pub(super) const LOADING_ENTER: &str = "loading_enter_s";
 pub(super) const LOADING_INSIDE: &str = "loading_inside_s";
 const PHASES: &str = "phases_deg";
 const OVERRIDES: &str = "overrides";
+/// Folders of files that jobs and overrides over ROS may name besides their own.
+pub(super) const FILE_FOLDERS: &str = "file_folders";
 
-/// What a number may be; anything, where nothing is said.
-type Range = Option<(f64, f64)>;
+/// What a value may be.
+#[derive(Debug, Clone, Copy)]
+enum Allowed {
+    /// From, to.
+    Range(f64, f64),
+    OneOf(&'static [&'static str]),
+    Any,
+}
 
 /// A number above 0 that is not absurd.
-const ABOVE_0: Range = Some((1e-6, 1e6));
+const ABOVE_0: Allowed = Allowed::Range(1e-6, 1e6);
+/// Work speeds (rpm).
+const WORK_SPEED: Allowed = Allowed::Range(1e-3, 1e5);
+/// Names of the speed laws of a job file.
+const SPEED_LAWS: Allowed = Allowed::OneOf(&[
+    "constant_work_speed",
+    "constant_footprint_speed",
+    "constant_removal_rate",
+    "constant_power",
+    "constant_temperature",
+    "time_optimal",
+]);
+/// What C does between lobes.
+const BETWEEN_LOBES: Allowed = Allowed::OneOf(&["stops", "turns_on"]);
 
 /// Parameters that carry the name of the key they override: type, range, text.
-const KEYS: [(&str, ParameterValue, Range, &str); 23] = [
-    ("rapid_advance_mm", ParameterValue::Double(0.0), None, "R0, rapid advance (mm)"),
-    ("rapid_speed_mm_s", ParameterValue::Double(0.0), None, "F0, speed of the rapid advance (mm/s)"),
-    ("infeed.total_mm", ParameterValue::Double(0.0), None, "RT, total infeed (mm)"),
-    ("infeed.per_block_um", ParameterValue::Double(0.0), None, "delta R, infeed per block (um)"),
-    ("infeed.spark_out_turns", ParameterValue::Integer(0), None, "turns without infeed"),
+const KEYS: [(&str, ParameterValue, Allowed, &str); 23] = [
+    ("rapid_advance_mm", ParameterValue::Double(0.0), ABOVE_0, "R0, rapid advance (mm)"),
+    ("rapid_speed_mm_s", ParameterValue::Double(0.0), ABOVE_0, "F0, speed of the rapid advance (mm/s)"),
+    ("infeed.total_mm", ParameterValue::Double(0.0), ABOVE_0, "RT, total infeed (mm)"),
+    ("infeed.per_block_um", ParameterValue::Double(0.0), ABOVE_0, "delta R, infeed per block (um)"),
+    ("infeed.spark_out_turns", ParameterValue::Integer(0), Allowed::Range(1.0, 1e6), "turns without infeed"),
     (
         "work_speed_rpm",
         ParameterValue::Double(0.0),
-        None,
+        WORK_SPEED,
         "speed of the headstock in the cut, its largest with another speed law (rpm)",
     ),
     (
         "speed.law",
         ParameterValue::String(String::new()),
-        None,
-        "constant_work_speed, constant_footprint_speed, constant_removal_rate, constant_power, constant_temperature or \
-         time_optimal",
+        SPEED_LAWS,
+        "how the speed of the headstock follows the contact",
     ),
     (
         "speed.footprint_speed_mm_s",
         ParameterValue::Double(0.0),
-        None,
+        ABOVE_0,
         "speed of the contact along the contour (mm/s), with its law",
     ),
-    ("speed.removal_rate_mm2_s", ParameterValue::Double(0.0), None, "specific removal rate (mm2/s), with its law"),
+    ("speed.removal_rate_mm2_s", ParameterValue::Double(0.0), ABOVE_0, "specific removal rate (mm2/s), with its law"),
     (
         "speed.power_w_mm",
         ParameterValue::Double(0.0),
@@ -87,8 +108,8 @@ const KEYS: [(&str, ParameterValue, Range, &str); 23] = [
         ABOVE_0,
         "with constant_temperature: its equivalent diameter 2/(1/R + curvature) (mm)",
     ),
-    ("dressing.every_lobes", ParameterValue::Integer(0), Some((1.0, 1e6)), "lobes from dress to dress"),
-    ("dressing.every_parts", ParameterValue::Integer(0), Some((1.0, 1e6)), "parts from dress to dress"),
+    ("dressing.every_lobes", ParameterValue::Integer(0), Allowed::Range(1.0, 1e6), "lobes from dress to dress"),
+    ("dressing.every_parts", ParameterValue::Integer(0), Allowed::Range(1.0, 1e6), "parts from dress to dress"),
     (
         "dressing.predicted_error_um",
         ParameterValue::Double(0.0),
@@ -99,37 +120,38 @@ const KEYS: [(&str, ParameterValue, Range, &str); 23] = [
     (
         "clearance_mm",
         ParameterValue::Double(0.0),
-        Some((0.0, 1e3)),
+        Allowed::Range(0.0, 1e3),
         "how far the wheel keeps from everything but the lobe it grinds (mm)",
     ),
     (
         "c_between_lobes",
         ParameterValue::String(String::new()),
-        None,
+        BETWEEN_LOBES,
         "stops, or turns_on: the next cut begins at the phase with which C is predicted to arrive",
     ),
     (
         "arrival_margin_ms",
         ParameterValue::Double(0.0),
-        Some((0.0, 1e3)),
+        Allowed::Range(0.0, 1e3),
         "how much later than predicted the table may arrive without the phase being missed (ms)",
     ),
     (
         "rotary_indexing",
         ParameterValue::Bool(false),
-        None,
+        Allowed::Any,
         "the conventional way: the part is turned to each lobe's base first",
     ),
 ];
 
 /// A key as a parameter that is not set at first.
-fn declared(name: &str, example: &ParameterValue, range: Range, text: &str) -> Parameter {
+fn declared(name: &str, example: &ParameterValue, allowed: Allowed, text: &str) -> Parameter {
     let parameter = Parameter::optional(name, example.clone()).describe(&format!("{text}; not set: the job file's"));
-    match (range, example) {
+    match (allowed, example) {
         #[allow(clippy::cast_possible_truncation, reason = "the bounds above are small whole numbers")]
-        (Some((low, high)), ParameterValue::Integer(_)) => parameter.integer_range(low as i64, high as i64),
-        (Some((low, high)), _) => parameter.range(low, high),
-        (None, _) => parameter,
+        (Allowed::Range(low, high), ParameterValue::Integer(_)) => parameter.integer_range(low as i64, high as i64),
+        (Allowed::Range(low, high), _) => parameter.range(low, high),
+        (Allowed::OneOf(choices), _) => parameter.choices(choices),
+        (Allowed::Any, _) => parameter,
     }
 }
 
@@ -138,10 +160,12 @@ pub(super) fn parameters() -> Vec<Parameter> {
     let mut parameters = vec![
         Parameter::string(JOB, "four_lobe_camshaft").describe("job that runs when a goal names none, by name or path"),
     ];
-    parameters.extend(KEYS.iter().map(|(name, example, range, text)| declared(name, example, *range, text)));
+    parameters.extend(KEYS.iter().map(|(name, example, allowed, text)| declared(name, example, *allowed, text)));
     parameters.push(
         Parameter::optional(PHASES, ParameterValue::DoubleArray(Vec::new()))
-            .describe("phase angles alpha 1 ... alpha n of the lobes in their order (deg); not set: the job file's"),
+            .describe("phase angles alpha 1 ... alpha n of the lobes in their order (deg); not set: the job file's")
+            .constraints("one angle for each lobe of the job")
+            .range(-360.0, 360.0),
     );
     parameters.push(
         Parameter::string(LEARNED_DIR, "")
@@ -153,6 +177,11 @@ pub(super) fn parameters() -> Vec<Parameter> {
         Parameter::string_array(OVERRIDES, &[])
             .describe("key=value pairs over any key of the job file")
             .constraints("each element has the form key=value"),
+    );
+    parameters.push(
+        Parameter::string_array(FILE_FOLDERS, &[])
+            .describe("folders of files that overrides over ROS may name, besides those of the job and of params")
+            .read_only(),
     );
     parameters.extend(of_the_cell());
     parameters
@@ -173,20 +202,24 @@ fn of_the_cell() -> [Parameter; 5] {
     ]
 }
 
-/// Refuses what could never be an override.
-pub(super) fn validate(changes: &[(String, ParameterValue)]) -> Result<(), String> {
+/// Refuses what no job could take.
+///
+/// The number of phases is compared with the job that the parameters name, as it is now or after the change. The job of a goal is
+/// compared when it is planned.
+pub(super) fn validate(parameters: &Parameters, changes: &[(String, ParameterValue)]) -> Result<(), String> {
     for (name, value) in changes {
         match value {
             ParameterValue::StringArray(pairs) if name == OVERRIDES => {
-                if let Some(pair) = pairs.iter().find(|pair| !pair.contains('=')) {
-                    return Err(format!("override {pair:?} has no '='"));
+                let is_pair = |pair: &String| pair.split_once('=').is_some_and(|(key, _)| !key.trim().is_empty());
+                if let Some(pair) = pairs.iter().find(|pair| !is_pair(pair)) {
+                    return Err(format!("parameter 'overrides' has the element {pair:?}; each must be key=value"));
                 }
             }
-            ParameterValue::Double(value) if !value.is_finite() => {
-                return Err(format!("{name} is {value}, not a number"));
-            }
-            ParameterValue::DoubleArray(values) if values.iter().any(|value| !value.is_finite()) => {
-                return Err(format!("{name} has an element that is not a number"));
+            ParameterValue::DoubleArray(phases) if name == PHASES => {
+                let changed = changes.iter().rev().find(|(name, _)| name == JOB).map(|(_, job)| job.clone());
+                if let Some(ParameterValue::String(job)) = changed.or_else(|| parameters.get(JOB)) {
+                    check_phases(phases, &job, &[])?;
+                }
             }
             _ => {}
         }
@@ -194,30 +227,57 @@ pub(super) fn validate(changes: &[(String, ParameterValue)]) -> Result<(), Strin
     Ok(())
 }
 
+/// Refuses phases that are not one for each lobe of a job. A job that cannot be read is judged when it is planned.
+fn check_phases(phases: &[f64], job: &str, overrides: &[String]) -> Result<(), String> {
+    if phases.is_empty() || any_job::turns(job, overrides) {
+        return Ok(());
+    }
+    let Ok(read) = job_file::load(job, overrides) else { return Ok(()) };
+    let (given, lobes) = (phases.len(), read.spec.lobes.len());
+    if given == lobes {
+        return Ok(());
+    }
+    Err(format!(
+        "parameter 'phases_deg' has {given} angles, and job {job} has {lobes} lobes; give one angle for each lobe"
+    ))
+}
+
+/// Refuses what the parameters ask of a job that it cannot take.
+pub(super) fn check_against_job(parameters: &Parameters, job: &str, of_request: &[String]) -> Result<(), String> {
+    let Some(ParameterValue::DoubleArray(phases)) = parameters.get(PHASES) else { return Ok(()) };
+    check_phases(&phases, job, of_request)
+}
+
 /// The parameters as overrides of a job file, those of a goal after them: later ones win.
 pub(super) fn overrides(parameters: &Parameters, of_goal: &[String]) -> Vec<String> {
+    let mut overrides = overrides_by_key(|name| parameters.get(name));
+    overrides.extend(parameters.string_array(OVERRIDES));
+    overrides.extend_from_slice(of_goal);
+    overrides
+}
+
+/// What the parameters with the name of a key say.
+fn overrides_by_key(value_of: impl Fn(&str) -> Option<ParameterValue>) -> Vec<String> {
     let mut overrides = Vec::new();
-    for (name, _, _, _) in &KEYS {
-        match parameters.get(name) {
+    for (name, ..) in &KEYS {
+        match value_of(name) {
             // The debug form keeps the point that makes a YAML number a float.
             Some(ParameterValue::Double(value)) => overrides.push(format!("{name}={value:?}")),
             Some(ParameterValue::Integer(value)) => overrides.push(format!("{name}={value}")),
             Some(ParameterValue::Bool(value)) => overrides.push(format!("{name}={value}")),
+            Some(ParameterValue::String(value)) => overrides.push(format!("{name}={value}")),
             _ => {}
         }
     }
-    if let Some(ParameterValue::DoubleArray(phases)) = parameters.get(PHASES) {
+    if let Some(ParameterValue::DoubleArray(phases)) = value_of(PHASES) {
         overrides.extend(phases.iter().enumerate().map(|(index, phase)| format!("lobes.{index}.phase_deg={phase:?}")));
     }
-    overrides.extend(parameters.string_array(OVERRIDES));
-    overrides.extend_from_slice(of_goal);
     overrides
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::job_file;
 
     /// Every key that a parameter lays over a job file is one of its keys.
     #[test]
@@ -232,7 +292,7 @@ mod tests {
         ];
         for (name, example, _, _) in KEYS {
             let law = laws.iter().find(|(prefix, _)| name.starts_with(prefix)).map(|(_, law)| *law);
-            let same_law = |other: &&(&str, ParameterValue, Range, &str)| {
+            let same_law = |other: &&(&str, ParameterValue, Allowed, &str)| {
                 law.is_some_and(|law| laws.iter().any(|(prefix, of)| other.0.starts_with(prefix) && *of == law))
             };
             let mut set: Vec<String> = KEYS.iter().filter(same_law).map(|key| format!("{}=1.5", key.0)).collect();
@@ -248,5 +308,30 @@ mod tests {
             }
             job_file::load("four_lobe_camshaft", &set).unwrap_or_else(|error| panic!("{name}: {error}"));
         }
+    }
+
+    #[test]
+    fn phases_are_one_for_each_lobe() {
+        assert_eq!(check_phases(&[0.0, 90.0, 180.0, 270.0], "four_lobe_camshaft", &[]), Ok(()));
+        assert_eq!(check_phases(&[], "four_lobe_camshaft", &[]), Ok(()), "the job file's");
+        let refused = check_phases(&[0.0, 90.0], "four_lobe_camshaft", &[]).expect_err("four lobes");
+        assert!(refused.contains("2 angles") && refused.contains("4 lobes"), "{refused}");
+    }
+
+    /// Every declared key reaches the job, whatever its type.
+    #[test]
+    fn every_parameter_that_is_set_becomes_an_override() {
+        let example = |name: &str| KEYS.iter().find(|key| key.0 == name).map(|key| key.1.clone());
+        let set = overrides_by_key(|name| match (name, example(name)?) {
+            ("speed.law", _) => Some(ParameterValue::String("time_optimal".into())),
+            ("c_between_lobes", _) => Some(ParameterValue::String("turns_on".into())),
+            (_, value) => Some(value),
+        });
+        for (name, ..) in KEYS {
+            assert!(set.iter().any(|pair| pair.starts_with(&format!("{name}="))), "{name} is not in {set:?}");
+        }
+        let job = ["speed.law=time_optimal", "c_between_lobes=turns_on"];
+        assert!(job.iter().all(|pair| set.iter().any(|found| found == pair)), "{set:?}");
+        job_file::load("four_lobe_camshaft", &job.map(str::to_owned)).expect("the job takes them");
     }
 }

@@ -128,6 +128,7 @@ where
 {
     let this = Arc::clone(shared);
     shared.node.service_deferred::<S>(name, move |request, responder: Responder<S>| {
+        let responder = responder.or_fail(move |reason: String| failed(Failed::from(reason)));
         let (events, inbox) = mpsc::channel();
         {
             let mut course = lock(&this.course);
@@ -143,7 +144,7 @@ where
             *course = Course::Running(what.to_owned(), events);
         }
         let work_of = Work { shared: Arc::clone(&this), inbox };
-        let thread = std::thread::Builder::new().name("set-up".into()).spawn(move || {
+        let thread = this.node.supervisor().spawn("set-up", move || {
             let logger = work_of.shared.node.logger().clone();
             let _current = logger.enter();
             logger.info(&format!("{what} begins"));
@@ -211,6 +212,7 @@ impl Work {
         let (sender, ended) = mpsc::channel();
         goal.result_with(move |status, result| drop(sender.send((status, result))))?;
         let mut seen = Instant::now();
+        let interpolator = self.shared.interpolator.identity();
         loop {
             if let Ok(outcome) = ended.recv_timeout(WATCH) {
                 return Ok(outcome);
@@ -218,6 +220,7 @@ impl Work {
             if self.is_cancelled() {
                 goal.cancel_with(drop)?;
             }
+            self.shared.interpolator.look(interpolator)?;
             if client.is_ready() {
                 seen = Instant::now();
             } else if seen.elapsed() > OUT_OF_SIGHT {

@@ -3,7 +3,7 @@
 use super::active_alarms::ActiveAlarms;
 use super::commands;
 use super::faults::asked_fault;
-use super::inputs::{BeginRecord, FORMAT, lobe_of, record};
+use super::inputs::{BeginRecord, FORMAT, alarm_of, lobe_of, record};
 use super::keyframes::FORM as FORM_OF_KEYFRAMES;
 use super::output_digest::{OutputDigest, Told};
 use super::part::RawBar;
@@ -158,6 +158,16 @@ impl MachineAgain {
             MachineInput::RESET_SHIFT => Inbound::ResetShift,
             MachineInput::CLOSE => {
                 self.ticker.close();
+                self.drain();
+                return Ok(());
+            }
+            MachineInput::OPEN => {
+                self.ticker.open();
+                return Ok(());
+            }
+            MachineInput::ALARM => {
+                let (kind, value) = alarm_of(input)?;
+                self.ticker.raise_outside(kind, value);
                 self.drain();
                 return Ok(());
             }

@@ -28,6 +28,7 @@ fn order(message: &CommandMessage, machine: &MachineDescription) -> Option<Order
         CommandMessage::ALARM => MachineCommand::Raise { number: u16::try_from(counts).ok()? },
         CommandMessage::JOB_BEGIN => return Some(Order::JobBegin),
         CommandMessage::JOB_END => return Some(Order::JobEnd),
+        CommandMessage::ATTEND => return Some(Order::Attend),
         _ => return None,
     }))
 }
@@ -38,6 +39,7 @@ pub(super) fn message(command: &TimedCommand, machine: &MachineDescription) -> C
     let (kind, target, counts) = match command.order {
         Order::JobBegin => (CommandMessage::JOB_BEGIN, String::new(), 0),
         Order::JobEnd => (CommandMessage::JOB_END, String::new(), 0),
+        Order::Attend => (CommandMessage::ATTEND, String::new(), 0),
         Order::Machine(order) => match order {
             MachineCommand::SetHome { axis, counts } => (CommandMessage::SET_HOME, joint(axis), counts),
             MachineCommand::LoseHome { axis } => (CommandMessage::LOSE_HOME, joint(axis), 0),
@@ -76,7 +78,7 @@ mod tests {
             MachineCommand::WatchForce { most_n: 2 },
             MachineCommand::Raise { number: 301 },
         ];
-        let orders = orders.map(Order::Machine).into_iter().chain([Order::JobBegin, Order::JobEnd]);
+        let orders = orders.map(Order::Machine).into_iter().chain([Order::JobBegin, Order::JobEnd, Order::Attend]);
         for (sequence, order) in (1..).zip(orders) {
             let command = TimedCommand { sequence, tick: 1000, order };
             assert_eq!(timed(&message(&command, &machine), &machine), Some(command));

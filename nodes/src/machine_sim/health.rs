@@ -2,6 +2,7 @@
 //!
 //! Each status is about the last second: a level goes up as soon as something is near its bound, and down again when it is not.
 
+use super::buffer_advice::{BufferAdvice, US_PER_MS};
 use super::ticker::{Bounds, Pace};
 use crate::realtime::Realtime;
 use crate::ros::{Diagnostics, Node, diagnostic_status};
@@ -20,6 +21,9 @@ const NEAR: (f64, f64) = (0.7, 0.9);
 const LATE: (f64, f64) = (0.2, 0.05);
 /// Shares of a wheel's usable radius below which it is about to be worn.
 const WORN: (f64, f64) = (0.1, 0.02);
+
+/// Time behind the system clock from which on stamps are too old (µs).
+const SLIPPED_US: i64 = 50_000;
 
 /// What was seen since the last report.
 #[derive(Debug, Default)]
@@ -80,9 +84,18 @@ impl Health {
     ) -> Result<Diagnostics, NodeError> {
         bounds.least_lead_ticks.store(u64::MAX, Ordering::Relaxed);
         let (health, bounds, described) = (self.clone(), Arc::clone(bounds), machine.clone());
-        let mut late_before = 0;
+        let (mut late_before, mut dropped_before, mut slips_before) = (0, 0, 0);
+        let mut buffer = BufferAdvice::new(node, machine);
         let report = move || {
-            let mut all = vec![cycle(&bounds, &mut late_before, realtime.text()), setpoints(&bounds, &described, pace)];
+            let mut all = vec![
+                cycle(&bounds, &mut late_before, [realtime.text(), realtime.text_of_others()]),
+                setpoints(&bounds, &described, pace),
+            ];
+            all.push(telemetry(bounds.drops.count(), &mut dropped_before));
+            if pace == Pace::Realtime {
+                all.push(clock(&bounds, &mut slips_before));
+                all.push(buffer.report(&bounds));
+            }
             let mut seen = health.seen();
             all.push(drives(&seen));
             all.push(wheel(&seen, &described));
@@ -97,7 +110,8 @@ impl Health {
 }
 
 /// Alarms, and how well ticks keep the pace of the clock.
-fn cycle(bounds: &Bounds, late_before: &mut u64, scheduling: String) -> DiagnosticStatus {
+fn cycle(bounds: &Bounds, late_before: &mut u64, scheduling: [String; 2]) -> DiagnosticStatus {
+    let [cyclic, others] = scheduling;
     let read = |value: &AtomicU64| value.load(Ordering::Relaxed);
     let (alarms, late, worst_us) =
         (read(&bounds.alarms), read(&bounds.late_ticks), bounds.worst_late_us.swap(0, Ordering::Relaxed));
@@ -113,9 +127,35 @@ fn cycle(bounds: &Bounds, late_before: &mut u64, scheduling: String) -> Diagnost
         ("late_ticks", late.to_string()),
         ("late_in_the_last_second", late_now.to_string()),
         ("latest_us", worst_us.to_string()),
-        ("scheduling", scheduling),
+        ("scheduling", cyclic),
+        ("scheduling_of_other_threads", others),
     ];
     diagnostic_status(level, "", &message, &values)
+}
+
+/// Samples that were dropped because a subscriber does not acknowledge.
+fn telemetry(dropped: u64, before: &mut u64) -> DiagnosticStatus {
+    let now = dropped - std::mem::replace(before, dropped);
+    let (level, message) = match now {
+        0 => (DiagnosticStatus::OK, "every message is sent".to_owned()),
+        now => {
+            (DiagnosticStatus::WARN, format!("{now} messages dropped in the last second: a subscriber is gone or slow"))
+        }
+    };
+    let values = [("dropped", dropped.to_string()), ("dropped_in_the_last_second", now.to_string())];
+    diagnostic_status(level, "telemetry", &message, &values)
+}
+
+/// How well stamps follow the system clock.
+fn clock(bounds: &Bounds, slips_before: &mut u64) -> DiagnosticStatus {
+    let (slips, behind_us) = (bounds.slips.load(Ordering::Relaxed), bounds.behind_us.load(Ordering::Relaxed));
+    let slips_now = slips - std::mem::replace(slips_before, slips);
+    #[allow(clippy::cast_precision_loss, reason = "a time for people")]
+    let behind_ms = behind_us as f64 / US_PER_MS;
+    let level =
+        if slips_now > 0 || behind_us.abs() > SLIPPED_US { DiagnosticStatus::WARN } else { DiagnosticStatus::OK };
+    let message = format!("stamps are {behind_ms:.1} ms behind the system clock, {slips} slips since the start");
+    diagnostic_status(level, "clock", &message, &[("behind_us", behind_us.to_string()), ("slips", slips.to_string())])
 }
 
 /// How long before its use a setpoint is there.
@@ -221,11 +261,15 @@ mod tests {
         let bounds = Bounds::default();
         let mut before = 0;
         bounds.least_lead_ticks.store(u64::MAX, Ordering::Relaxed);
-        assert_eq!(cycle(&bounds, &mut before, String::new()).level, DiagnosticStatus::OK);
+        assert_eq!(cycle(&bounds, &mut before, [const { String::new() }; 2]).level, DiagnosticStatus::OK);
         bounds.late_ticks.store(3, Ordering::Relaxed);
-        assert_eq!(cycle(&bounds, &mut before, String::new()).level, DiagnosticStatus::WARN);
+        assert_eq!(cycle(&bounds, &mut before, [const { String::new() }; 2]).level, DiagnosticStatus::WARN);
         bounds.late_ticks.store(40, Ordering::Relaxed);
-        assert_eq!(cycle(&bounds, &mut before, String::new()).level, DiagnosticStatus::ERROR);
-        assert_eq!(cycle(&bounds, &mut before, String::new()).level, DiagnosticStatus::OK, "a second without one");
+        assert_eq!(cycle(&bounds, &mut before, [const { String::new() }; 2]).level, DiagnosticStatus::ERROR);
+        assert_eq!(
+            cycle(&bounds, &mut before, [const { String::new() }; 2]).level,
+            DiagnosticStatus::OK,
+            "a second without one"
+        );
     }
 }

@@ -13,6 +13,7 @@ use crate::convert::time::TickClock;
 use crate::digest;
 use crate::record_text::record_text as text;
 use crate::ros::{Node, Publisher, Qos, RosError};
+use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::MachineDescription;
 use camwright::machine::report::TickReport;
 use camwright::machine::state::LastingState;
@@ -115,6 +116,11 @@ impl InputOutlet {
             Taken::Judge(is_good) => MachineInput { number: u64::from(*is_good), ..plain(MachineInput::JUDGE) },
             Taken::ResetShift => plain(MachineInput::RESET_SHIFT),
             Taken::Close => plain(MachineInput::CLOSE),
+            Taken::Open => plain(MachineInput::OPEN),
+            Taken::Alarm(kind, value) => {
+                let number = u64::from(kind.entry().number);
+                MachineInput { number, values: vec![*value], ..plain(MachineInput::ALARM) }
+            }
         }
     }
 
@@ -173,6 +179,14 @@ pub(super) fn lobe_of(message: &MachineInput) -> Result<RawLobe, String> {
     Ok(RawLobe::new(LoadLobeRequest { clear, lobe }))
 }
 
+/// The alarm that a message tells, and its value.
+pub(super) fn alarm_of(message: &MachineInput) -> Result<(AlarmKind, f64), String> {
+    let kind = u16::try_from(message.number).ok().and_then(AlarmKind::from_number);
+    let kind = kind.ok_or_else(|| format!("there is no alarm {}", message.number))?;
+    let value = message.values.first().copied().filter(|value| value.is_finite());
+    Ok((kind, value.ok_or_else(|| format!("alarm {} has no value", message.number))?))
+}
+
 /// The digest by which a message is known to be as it was made.
 ///
 /// # Errors
@@ -213,6 +227,8 @@ pub(crate) fn kind_name(kind: u8) -> &'static str {
         MachineInput::RESET_SHIFT => "RESET_SHIFT",
         MachineInput::CLOSE => "CLOSE",
         MachineInput::DIGEST => "DIGEST",
+        MachineInput::ALARM => "ALARM",
+        MachineInput::OPEN => "OPEN",
         _ => "an unknown input",
     }
 }

@@ -1,5 +1,6 @@
 //! What outlives a run of the machine, in one small file: wheel radius, growth of the wheelhead, dress count, part counters.
 
+use crate::config::names::is_name;
 use crate::config::{ConfigError, Place};
 use camwright::machine::description::MachineDescription;
 use camwright::machine::state::{LastingState, Tally};
@@ -75,6 +76,10 @@ fn is_zero(count: &u32) -> bool {
 /// `~/.local/state/…`; `None` where there is no home.
 #[must_use]
 pub fn default_path(machine: &str) -> Option<PathBuf> {
+    // Machine files are refused with other names; no name leads out of the folder, wherever it came from.
+    if !is_name(machine) {
+        return None;
+    }
     let base = std::env::var_os("XDG_STATE_HOME")
         .map(PathBuf::from)
         .filter(|path| path.is_absolute())
@@ -167,6 +172,13 @@ mod tests {
 
     fn path(name: &str) -> PathBuf {
         std::env::temp_dir().join(format!("camwright-lasting-{}-{name}.yaml", std::process::id()))
+    }
+
+    #[test]
+    fn no_name_leads_out_of_the_folder() {
+        for name in ["../../x", "/etc/x", "a/b", "..", ""] {
+            assert_eq!(default_path(name), None, "{name}");
+        }
     }
 
     #[test]

@@ -46,14 +46,14 @@ impl Loads {
 pub(super) fn offer(node: &Node, inlet: &Inlet, loads: &Loads) -> Result<[ServiceHandle; 2], RosError> {
     let (way, waiting) = (inlet.clone(), Arc::clone(&loads.lobes));
     let lobe = node.service_deferred::<LoadLobe>("machine/load_lobe", move |request, responder| {
-        push(&waiting, responder);
+        push(&waiting, responder.or_fail(|message| LoadLobeResponse { success: false, message }));
         way.send(Inbound::Lobe(Box::new(RawLobe::new(request))));
     })?;
     let (way, waiting) = (inlet.clone(), Arc::clone(&loads.bars));
     let bar =
         node.service_deferred::<LoadBar>("machine/load_bar", move |request, responder| match RawBar::new(request) {
             Ok(bar) => {
-                push(&waiting, responder);
+                push(&waiting, responder.or_fail(|message| LoadBarResponse { success: false, message }));
                 way.send(Inbound::Bar(Box::new(bar)));
             }
             Err(message) => responder.send(&LoadBarResponse { success: false, message }),

@@ -2,6 +2,7 @@
 
 mod active_alarms;
 mod again;
+mod buffer_advice;
 mod clock_outlet;
 mod commands;
 mod faults;
@@ -14,7 +15,9 @@ mod lasting_record;
 mod loading;
 mod outline;
 mod output_digest;
+mod pacing;
 mod part;
+mod partners;
 mod pump;
 mod scene_outlet;
 mod taking;
@@ -36,10 +39,11 @@ use crate::convert::setpoints::chunk_from_trajectory;
 use crate::convert::time::TickClock;
 use crate::convert::{m_from_mm, si_from_core};
 use crate::cyclic::{Sender, Waker, ring};
+use crate::liveness;
 use crate::realtime::{self, Realtime};
 use crate::ros::{
-    Diagnostics, Level, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Parameter, Publisher, Qos, Responder,
-    RosArgs, ServiceHandle, SpinThread, Subscription,
+    Diagnostics, Level, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Parameter, ParameterValue, Publisher, Qos,
+    Responder, RosArgs, ServiceHandle, SpinThread, Subscription, system_time_ns,
 };
 use crate::running::{NodeError, Threads, autostart};
 use camwright::machine::Machine;
@@ -75,6 +79,10 @@ const RING: usize = 1024;
 const RECORDER_WINDOW: u64 = 500;
 /// Parameter: how long the loader may be silent.
 const LOADER_TIMEOUT: &str = "loader_timeout_s";
+/// Parameter: how far setpoints run ahead.
+const BUFFER: &str = "setpoint_buffer_ms";
+/// Parameter: joint states of a machine at rest.
+const REST_RATE: &str = "rest_publish_rate_hz";
 
 /// A running `machine_sim`.
 #[derive(Debug)]
@@ -122,7 +130,10 @@ fn parameters() -> Vec<Parameter> {
     let own = vec![
         Parameter::string("machine", "cam_grinder").describe("machine file, by name or path").read_only(),
         Parameter::string_array("machine_overrides", &[]).describe("key=value pairs over the machine file").read_only(),
-        Parameter::string("pace", "realtime").describe("realtime or fast").read_only(),
+        Parameter::string("pace", "realtime")
+            .describe("time by the clock, or as fast as possible")
+            .choices(&["realtime", "fast"])
+            .read_only(),
         Parameter::string("state_file", "")
             .describe("file of what outlives a run; empty: the user's state directory; 'none': nowhere")
             .read_only(),
@@ -130,7 +141,19 @@ fn parameters() -> Vec<Parameter> {
             .describe("of a machine with loading: longest silence of the loader on loader/state (s)")
             .range(0.1, 60.0)
             .read_only(),
+        Parameter::double(BUFFER, 0.0)
+            .describe(
+                "time for which setpoints are sent ahead, over the machine file's feedback_delay_ticks (ms): longer survives a busier \
+                 computer, shorter reacts sooner to feedback; 0: as the machine file says",
+            )
+            .range(0.0, 1000.0)
+            .read_only(),
+        Parameter::double(REST_RATE, 50.0)
+            .describe("joint_states of a machine at pace realtime that rests and runs no job (Hz); every tick is published otherwise")
+            .range(1.0, 10_000.0)
+            .read_only(),
         autostart::parameter(),
+        liveness::parameter(),
     ];
     own.into_iter()
         .chain(keyframes::parameters())
@@ -145,10 +168,22 @@ impl MachineSim {
     /// # Errors
     /// A machine file that is refused, parameters out of range, DDS that cannot start.
     pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
-        let node = Node::new(NodeOptions::new("machine_sim", args).parameters(parameters()))?;
+        let options = NodeOptions::new("machine_sim", args).parameters(parameters());
+        // At pace fast there is no clock to keep up with, only others to be kept from working.
+        let keeps_clock = !matches!(options.asked("pace"), Some(ParameterValue::String(pace)) if pace == "fast");
+        realtime::start_with_priority(options, keeps_clock, Self::start_node)
+    }
+
+    fn start_node(options: NodeOptions) -> Result<Self, NodeError> {
+        let node = Node::new(options)?;
         let settings = node.parameters();
         let located = locate("machines", &settings.string("machine"), "yaml", None)?;
-        let file = machine_file::parse(&located.path, &located.text, &settings.string_array("machine_overrides"))?;
+        let mut overrides = settings.string_array("machine_overrides");
+        let mut file = machine_file::parse(&located.path, &located.text, &overrides)?;
+        if let Some(ticks) = buffer_ticks(settings.double(BUFFER), &file.description) {
+            overrides.push(format!("feedback_delay_ticks={ticks}"));
+            file = machine_file::parse(&located.path, &located.text, &overrides)?;
+        }
         let pace = match settings.string("pace").as_str() {
             "realtime" => Pace::Realtime,
             "fast" => Pace::Fast,
@@ -165,10 +200,13 @@ impl MachineSim {
         };
         let machine = Machine::new(file.description.clone(), lasting_state)
             .map_err(|error| NodeError::Parameter(format!("machine {}: {error}", located.path.display())))?;
-        let clock = TickClock {
-            epoch_ns: node.now_ns() / 1_000_000_000 * 1_000_000_000,
-            cycle_time_ns: file.description.cycle_time_ns,
+        // Ticks of a realtime machine follow the system clock from here on, in whole cycles; simulated time begins with a whole second.
+        let (now_ns, grid_ns) = match pace {
+            Pace::Realtime => (system_time_ns(), i64::from(file.description.cycle_time_ns).max(1)),
+            Pace::Fast => (node.now_ns(), 1_000_000_000),
         };
+        let cycle_time_ns = file.description.cycle_time_ns;
+        let clock = TickClock { epoch_ns: now_ns / grid_ns * grid_ns, cycle_time_ns };
 
         let wheel_radius_mm = machine.lasting().wheel_radius_mm;
         let description = node.publisher("machine/description", &Qos::latched(1))?;
@@ -182,7 +220,9 @@ impl MachineSim {
         let bounds = Arc::new(Bounds::default());
         let told = *machine.lasting();
         let ticker = Ticker::new(machine, pace, inbound, outbound, Arc::clone(&bounds), RECORDER_WINDOW)
-            .with_keyframes(Keyframes::new(settings, file.description.cycle_time_s(), pace));
+            .with_clock(clock)
+            .with_keyframes(Keyframes::new(settings, file.description.cycle_time_s(), pace))
+            .with_silence_limit(liveness::limit(&node));
         let health = Health::default();
         health.keep(&told);
         let context = Context {
@@ -192,9 +232,13 @@ impl MachineSim {
             clock,
             pace: if pace == Pace::Fast { MachineStream::PACE_FAST } else { MachineStream::PACE_REALTIME },
             stream_period_ticks: file.description.stream_period_ticks(),
+            inlet: inlet.clone(),
+            is_fast: pace == Pace::Fast,
+            drops: bounds.drops.clone(),
+            rest_period_ticks: rest_period_ticks(settings.double(REST_RATE), &file.description, pace),
         };
-        let scene = SceneOutlet::new(&node, &file.description, wheel_radius_mm, inlet.clone())?;
-        let mut outlets = Outlets::new(&node, pace == Pace::Fast, &file.description, clock)?;
+        let scene = SceneOutlet::new(&node, &file.description, wheel_radius_mm, inlet.clone(), &bounds.drops)?;
+        let mut outlets = Outlets::new(&node, pace == Pace::Fast, &file.description, clock, &bounds.drops)?;
         outlets.begin(&told)?;
         let pump = Pump::new(context, outlets, scene);
 
@@ -208,7 +252,7 @@ impl MachineSim {
         let ticker_waker = waker.clone();
         let realtime = Realtime::of(&node)?;
         let asked = realtime.clone();
-        threads.spawn("machine cycle", move || {
+        threads.spawn(&node, "machine cycle", move || {
             // At pace fast there is no clock to keep up with, only others to be kept from working.
             if pace == Pace::Realtime {
                 asked.adopt_current_thread();
@@ -219,7 +263,7 @@ impl MachineSim {
         let known =
             Known { file: file.clone(), state_file, description, counters, area: area.clone(), health: health.clone() };
         let answer = answers(&node, &inlet, &resets, &loads, known);
-        threads.spawn("machine pump", move || pump.run(reports, &pump_waker, answer))?;
+        threads.spawn(&node, "machine pump", move || pump.run(reports, &pump_waker, answer))?;
 
         let subscriptions = subscriptions(&node, &file.description, clock, &inlet, &bounds, &waker)?;
         let mut services = services(&node, &file.description, &inlet, &resets, &loads)?;
@@ -255,6 +299,25 @@ impl MachineSim {
         self.waker.wake();
         self.threads.join();
         self.node.shutdown();
+    }
+}
+
+/// Ticks of a buffer of so many ms; `None`: as the machine file says.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most a second")]
+fn buffer_ticks(buffer_ms: f64, machine: &MachineDescription) -> Option<u32> {
+    (buffer_ms > 0.0).then(|| (buffer_ms * 1e6 / f64::from(machine.cycle_time_ns)).round() as u32)
+}
+
+/// Ticks between two joint states at rest; at pace fast every tick is one that something happens in.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a rate of 1 to 10000 Hz of ticks of at most 10 ms"
+)]
+fn rest_period_ticks(rate_hz: f64, machine: &MachineDescription, pace: Pace) -> u64 {
+    match pace {
+        Pace::Realtime => (1.0 / (rate_hz * machine.cycle_time_s())).round().max(1.0) as u64,
+        Pace::Fast => 1,
     }
 }
 
@@ -320,6 +383,7 @@ fn subscriptions(
         move |message, _| {
             bounds.recorded_tick.store(message.last_tick, Ordering::Release);
             bounds.recording.store(message.recording && !message.paused, Ordering::Release);
+            bounds.recorder_messages.fetch_add(1, Ordering::AcqRel);
             waker.wake();
         },
     )?;
@@ -342,7 +406,7 @@ fn services(
 ) -> Result<Vec<ServiceHandle>, NodeError> {
     let (way, waiting) = (inlet.clone(), Arc::clone(resets));
     let reset = node.service_deferred::<Trigger>("machine/reset", move |_, responder| {
-        push(&waiting, responder);
+        push(&waiting, responder.or_fail(|message| TriggerResponse { success: false, message }));
         way.send(Inbound::Reset);
     })?;
     let way = inlet.clone();
@@ -440,7 +504,7 @@ fn answers(
         Outbound::Keyframe(room) => {
             inlet.send(Inbound::Room(room.again()));
         }
-        Outbound::Tick(..) | Outbound::Snapshot(_) | Outbound::Outline(_) => {}
+        Outbound::Slip(_) | Outbound::Tick(..) | Outbound::Snapshot(_) | Outbound::Outline(_) => {}
     }
 }
 

@@ -1,30 +1,35 @@
 //! From what the cyclic thread reports to messages: joint states, I/O, alarms, credit, the part.
 
+use super::Inlet;
 use super::active_alarms::ActiveAlarms;
 use super::clock_outlet::ClockOutlet;
 use super::health::Health;
 use super::inputs::InputOutlet;
 use super::keyframe_outlet::KeyframeOutlet;
+use super::pacing::Slip;
 use super::part::{LobeRefused, MOST_PAGES, RawLobe, Snapshot};
 use super::scene_outlet::SceneOutlet;
-use super::traffic::Outbound;
+use super::traffic::{Inbound, Outbound};
 use super::work_area::WorkAreaOutlet;
 use crate::convert::gauge::readings;
 use crate::convert::time::TickClock;
 use crate::convert::{j_m3_from_j_mm3, m_from_mm, si_from_core, si_from_counts};
 use crate::cyclic::{Receiver, Waker};
-use crate::ros::{Node, Publisher, Qos, RosError};
+use crate::liveness::Complaint;
+use crate::ros::{Drops, Node, Publisher, Qos, RosError, Telemetry};
+use crate::supervised::injected;
 use camwright::machine::alarm::{Alarm as CoreAlarm, Severity};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::machine::report::{IoState, MotionState, TickReport};
 use camwright::machine::state::LastingState;
 use camwright::machine::workpiece::CutRecord;
 use camwright::setpoint::{Input, Latch as CoreLatch};
+use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::{
     GaugeReading, Latch, MachineAlarms, MachineIo, MachineStream, PartLobe, TurnedPage,
 };
 use camwright_msgs::sensor_msgs::msg::JointState;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Ticks between two I/O messages when nothing changes: one second at 1 ms.
 const IO_PERIOD_TICKS: u64 = 1000;
@@ -33,17 +38,22 @@ const CLOCK_PERIOD_TICKS: u64 = 10;
 /// Depth of the joint state writer: what a late reader of a burst may still get.
 const JOINT_STATE_DEPTH: u32 = 2000;
 
+/// How long alarms and feedback are tried to be sent; then the machine comes to rest.
+const VITAL_LIMIT: Duration = Duration::from_secs(2);
+/// How long samples wait for room at pace fast before they are dropped; a sample that was sent renews it.
+const SAMPLE_PATIENCE: Duration = Duration::from_secs(1);
+
 /// The publishers of the machine.
 #[derive(Debug)]
 pub(super) struct Outlets {
-    joint_states: Publisher<JointState>,
+    joint_states: Telemetry<JointState>,
     stream: Publisher<MachineStream>,
     io: Publisher<MachineIo>,
     alarms: Publisher<MachineAlarms>,
     part: Publisher<PartLobe>,
     /// The part of a lathe.
     turned: Option<Publisher<TurnedPage>>,
-    gauge: Option<Publisher<GaugeReading>>,
+    gauge: Option<Telemetry<GaugeReading>>,
     work_area: Option<WorkAreaOutlet>,
     clock: Option<ClockOutlet>,
     inputs: InputOutlet,
@@ -56,11 +66,13 @@ impl Outlets {
         publishes_clock: bool,
         machine: &MachineDescription,
         clock: TickClock,
+        drops: &Drops,
     ) -> Result<Self, RosError> {
+        let samples = Qos::default_topic().keep_last(JOINT_STATE_DEPTH);
         let turned = || node.publisher("machine/turned_part", &Qos::latched(MOST_PAGES));
-        let gauge = || node.publisher("machine/gauge", &Qos::default_topic().keep_last(JOINT_STATE_DEPTH));
+        let gauge = || node.telemetry("machine/gauge", &samples, drops);
         Ok(Self {
-            joint_states: node.publisher("joint_states", &Qos::default_topic().keep_last(JOINT_STATE_DEPTH))?,
+            joint_states: node.telemetry("joint_states", &samples, drops)?,
             stream: node.publisher("machine/stream", &Qos::default_topic().keep_last(1000))?,
             io: node.publisher("machine/io", &Qos::default_topic().keep_last(1000))?,
             alarms: node.publisher("machine/alarms", &Qos::latched(1))?,
@@ -89,6 +101,12 @@ pub(super) struct Context {
     pub(super) clock: TickClock,
     pub(super) pace: u8,
     pub(super) stream_period_ticks: u64,
+    /// The way into the cyclic thread.
+    pub(super) inlet: Inlet,
+    pub(super) is_fast: bool,
+    pub(super) drops: Drops,
+    /// Ticks between two joint states of a machine that rests and runs no job.
+    pub(super) rest_period_ticks: u64,
 }
 
 /// Builds and publishes messages until the cyclic thread ends.
@@ -100,8 +118,15 @@ pub(super) struct Pump {
     last_io: Option<IoState>,
     active: ActiveAlarms,
     joint_names: Vec<String>,
+    /// Joint states that were published last.
+    last_joints: JointState,
+    /// Last tick whose joint states were not published, because they were those before.
+    skipped_tick: Option<u64>,
     /// Names of the part's lobes, in the machine's order.
     lobes: Vec<String>,
+    /// How long samples may still wait for room; spent on a subscriber that does not acknowledge.
+    patience: Duration,
+    complaint: Complaint,
 }
 
 impl Pump {
@@ -116,7 +141,11 @@ impl Pump {
             last_io: None,
             active: ActiveAlarms::default(),
             joint_names,
+            last_joints: JointState::default(),
+            skipped_tick: None,
             lobes: Vec::new(),
+            patience: SAMPLE_PATIENCE,
+            complaint: Complaint::default(),
         }
     }
 
@@ -127,6 +156,7 @@ impl Pump {
             self.context.node.logger().warn(&format!("alarms cannot be published: {error}"));
         }
         loop {
+            injected::point("machine pump");
             let is_last = reports.is_abandoned();
             while let Some(report) = reports.receive() {
                 let told = self.outlets.inputs.see(&report);
@@ -134,6 +164,10 @@ impl Pump {
                     Outbound::Tick(report, state) => self.tick(&report, &state),
                     Outbound::Outline(outline) => {
                         self.scene.show(&outline, self.lobes.get(outline.lobe), self.context.clock)
+                    }
+                    Outbound::Slip(slip) => {
+                        self.log_slip(slip);
+                        Ok(())
                     }
                     Outbound::Keyframe(room) => {
                         let head = self.outlets.inputs.head();
@@ -162,7 +196,7 @@ impl Pump {
                     }
                 };
                 if let Err(error) = outcome.and(told) {
-                    self.context.node.logger().warn(&format!("a report cannot be published: {error}"));
+                    self.complaint.warn(self.context.node.logger(), &format!("a report cannot be published: {error}"));
                 }
             }
             if is_last {
@@ -194,39 +228,53 @@ impl Pump {
         if state.only_stream {
             return self.stream(report, state);
         }
-        let stamp = self.context.clock.stamp(report.tick);
-        self.outlets.inputs.tick(report, state)?;
         self.context.health.see(report, &self.context.description);
-        self.joint_states(report)?;
-        self.scene.tick(report, &stamp)?;
-        self.gauge(report)?;
         self.latches.extend(report.latches.iter().map(|latch| latch_message(latch, &self.context.description)));
-        let io_changed = self.last_io != Some(report.io);
-        if io_changed || report.tick.is_multiple_of(IO_PERIOD_TICKS) {
-            self.last_io = Some(report.io);
-            let io = io_message(&report.io, &self.context.description);
-            self.outlets.io.publish(&MachineIo { stamp: stamp.clone(), tick: report.tick, ..io })?;
-        }
-        if let (Some(outlet), Some(state)) = (&mut self.outlets.work_area, report.work_area) {
-            outlet.tell(state, report.tick, self.context.clock)?;
-        }
         report.raised.iter().for_each(|alarm| self.log(alarm));
+        let sent = self.vital(report, state);
+        let stamp = self.context.clock.stamp(report.tick);
+        sent.and(self.samples(report, state, &stamp))
+    }
+
+    /// What others wait for: alarms, credit with receipts and edges, inputs, I/O. One that cannot be sent keeps no other back.
+    fn vital(&mut self, report: &TickReport, state: &StreamState) -> Result<(), RosError> {
+        let mut sent = Ok(());
         if self.active.take(report, state) {
-            self.alarms(report.tick)?;
+            sent = sent.and(self.alarms(report.tick));
         }
         if report.tick.is_multiple_of(self.context.stream_period_ticks) || state.news || !self.latches.is_empty() {
-            self.stream(report, state)?;
+            sent = sent.and(self.stream(report, state));
         }
+        sent = sent.and(self.outlets.inputs.tick(report, state));
+        if self.last_io != Some(report.io) || report.tick.is_multiple_of(IO_PERIOD_TICKS) {
+            let (stamp, tick) = (self.context.clock.stamp(report.tick), report.tick);
+            let io = io_message(&report.io, &self.context.description);
+            let told = self.outlets.io.publish(&MachineIo { stamp, tick, ..io });
+            // One that was not sent is told with the next tick.
+            self.last_io = told.is_ok().then_some(report.io);
+            sent = sent.and(told);
+        }
+        if let (Some(outlet), Some(state)) = (&mut self.outlets.work_area, report.work_area) {
+            sent = sent.and(outlet.tell(state, report.tick, self.context.clock));
+        }
+        sent
+    }
+
+    /// Samples of every tick, which are dropped and counted where a subscriber leaves no room.
+    fn samples(&mut self, report: &TickReport, state: &StreamState, stamp: &Time) -> Result<(), RosError> {
+        let mut sent = self.joint_states(report, state);
+        sent = sent.and(self.gauge(report));
+        sent = sent.and(self.scene.tick(report, stamp));
         if let Some(clock) = self.outlets.clock.as_mut().filter(|_| report.tick.is_multiple_of(CLOCK_PERIOD_TICKS)) {
-            clock.tell(stamp)?;
+            sent = sent.and(clock.tell(stamp.clone()));
         }
-        Ok(())
+        sent
     }
 
     fn alarms(&self, tick: u64) -> Result<(), RosError> {
         let clock = self.context.clock;
         let alarms = self.active.messages(clock);
-        self.outlets.alarms.publish(&MachineAlarms { stamp: clock.stamp(tick), tick, alarms })
+        self.outlets.alarms.publish_within(&MachineAlarms { stamp: clock.stamp(tick), tick, alarms }, VITAL_LIMIT)
     }
 
     fn log(&self, alarm: &CoreAlarm) {
@@ -238,33 +286,77 @@ impl Pump {
         }
     }
 
-    fn joint_states(&self, report: &TickReport) -> Result<(), RosError> {
+    fn log_slip(&self, slip: Slip) {
+        #[allow(clippy::cast_precision_loss, reason = "a time for people")]
+        let seconds = |ns: i64| ns as f64 * 1e-9;
+        let logger = self.context.node.logger();
+        match slip {
+            Slip::Stalled(ns) => logger.warn(&format!(
+                "the machine's time is {:.3} s behind the system clock: its cycle was kept waiting, or the clock was set; stamps are \
+                 that much too old until the axes rest (see `cyclic_priority`)",
+                seconds(ns)
+            )),
+            Slip::Inactive(ns) => logger.info(&format!("the machine was inactive for {:.3} s", seconds(ns))),
+            Slip::ClockSetBack(ns) => logger.warn(&format!(
+                "the system clock was set back by {:.3} s: ticks are 10 % slower until it has caught up",
+                seconds(ns)
+            )),
+            Slip::MadeUp(ns) => {
+                logger.info(&format!("the machine's time follows the system clock again; {:.3} s were made up for", seconds(ns)));
+            }
+        }
+    }
+
+    /// Every tick of a job and of what moves is published; what rests is repeated less often. The last tick of a rest is published with the
+    /// first one that differs, so that a change never lies between two ticks that are far apart.
+    fn joint_states(&mut self, report: &TickReport, state: &StreamState) -> Result<(), RosError> {
         let values = joint_values(&self.context.description, report);
-        let mut message = JointState { name: self.joint_names.clone(), ..values };
-        message.header.stamp = self.context.clock.stamp(report.tick);
+        let is_repeated = state.job_tick == 0 && values == self.last_joints;
+        if is_repeated && !report.tick.is_multiple_of(self.context.rest_period_ticks) {
+            self.skipped_tick = Some(report.tick);
+            return Ok(());
+        }
+        if let Some(tick) = self.skipped_tick.take().filter(|_| values != self.last_joints) {
+            self.publish_joints(tick)?;
+        }
+        self.last_joints = values;
+        self.publish_joints(report.tick)
+    }
+
+    fn publish_joints(&mut self, tick: u64) -> Result<(), RosError> {
+        let mut message = JointState { name: self.joint_names.clone(), ..self.last_joints.clone() };
+        message.header.stamp = self.context.clock.stamp(tick);
         self.scene.base_frame().clone_into(&mut message.header.frame_id);
-        self.outlets.joint_states.publish(&message)
+        let begin = Instant::now();
+        let patience = if self.context.is_fast { self.patience } else { Duration::ZERO };
+        let is_sent = self.outlets.joint_states.offer(&message, patience)?;
+        // At pace fast ticks wait for a recorder that is slow, but not for a subscriber that is gone.
+        self.patience = if is_sent { SAMPLE_PATIENCE } else { self.patience.saturating_sub(begin.elapsed()) };
+        if !is_sent {
+            self.context.drops.add();
+        }
+        Ok(())
     }
 
     fn gauge(&mut self, report: &TickReport) -> Result<(), RosError> {
         let Some(outlet) = &self.outlets.gauge else { return Ok(()) };
+        let patience = if self.context.is_fast { self.patience } else { Duration::ZERO };
         for reading in readings(&self.context.description, report) {
-            outlet.publish(&GaugeReading {
-                stamp: self.context.clock.stamp(report.tick),
-                lobe: report.lobe.and_then(|lobe| self.lobes.get(lobe)).cloned().unwrap_or_default(),
-                ..reading
-            })?;
+            let lobe = report.lobe.and_then(|lobe| self.lobes.get(lobe)).cloned().unwrap_or_default();
+            let reading = GaugeReading { stamp: self.context.clock.stamp(report.tick), lobe, ..reading };
+            outlet.publish_within(&reading, patience)?;
         }
         Ok(())
     }
 
     fn stream(&mut self, report: &TickReport, state: &StreamState) -> Result<(), RosError> {
         let clock = self.context.clock;
-        self.outlets.stream.publish(&MachineStream {
+        let message = MachineStream {
             stamp: clock.stamp(report.tick),
             epoch: clock.stamp(0),
             tick: report.tick,
-            credit_tick: report.tick + u64::from(self.context.description.feedback_delay_ticks),
+            credit_tick: report.tick
+                + if state.no_credit { 0 } else { u64::from(self.context.description.feedback_delay_ticks) },
             pace: self.context.pace,
             motion: motion_number(report.motion),
             commands_received: state.commands_received,
@@ -276,8 +368,18 @@ impl Pump {
                 .iter()
                 .map(|axis| si_from_core(*axis, report.axes[axis.index()].velocity))
                 .collect(),
-            latches: std::mem::take(&mut self.latches),
-        })
+            latches: self.latches.clone(),
+        };
+        let sent = self.outlets.stream.publish_within(&message, VITAL_LIMIT);
+        match &sent {
+            // Edges that were not sent go with the next message.
+            Ok(()) => self.latches.clear(),
+            Err(RosError::Congested { .. }) => {
+                self.context.inlet.send(Inbound::Blocked(VITAL_LIMIT.as_secs_f64()));
+            }
+            Err(_) => {}
+        }
+        sent
     }
 
     fn part(&self, snapshot: &Snapshot) -> Result<(), RosError> {
@@ -351,9 +453,11 @@ pub(super) struct StreamState {
     pub(super) alarms_reset: bool,
     /// No tick was executed: only the stream has something to tell.
     pub(super) only_stream: bool,
+    /// No motion may begin: ticks are about to be made up for.
+    pub(super) no_credit: bool,
 }
 
-camwright::kept!(StreamState { commands_received, has_holder, holder, job_tick } on { news, alarms_reset, only_stream });
+camwright::kept!(StreamState { commands_received, has_holder, holder, job_tick } on { news, alarms_reset, only_stream, no_credit });
 
 pub(crate) fn motion_number(motion: MotionState) -> u8 {
     match motion {

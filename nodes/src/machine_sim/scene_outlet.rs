@@ -5,7 +5,7 @@ use super::outline::Outline;
 use super::traffic::Inbound;
 use crate::convert::time::TickClock;
 use crate::convert::{m_from_mm, si_from_core, si_from_counts};
-use crate::ros::{Node, Parameter, Publisher, Qos, RosError};
+use crate::ros::{Drops, Node, Parameter, Publisher, Qos, RosError, Telemetry};
 use crate::running::NodeError;
 use crate::scene::{self, Colour, Place, Tree};
 use camwright::machine::description::{Axis, MachineDescription};
@@ -45,11 +45,11 @@ pub(super) struct SceneOutlet {
     period_ticks: u64,
     description: Publisher<Text>,
     told: String,
-    transforms: Option<Publisher<TFMessage>>,
-    states: Publisher<DynamicJointState>,
+    transforms: Option<Telemetry<TFMessage>>,
+    states: Telemetry<DynamicJointState>,
     _fixed: Option<Publisher<TFMessage>>,
-    markers: Publisher<MarkerArray>,
-    outline: Publisher<PartLobe>,
+    markers: Telemetry<MarkerArray>,
+    outline: Telemetry<PartLobe>,
     /// What is drawn, by namespace and number, and messages since all of it was told.
     drawn: BTreeMap<(String, i32), Marker>,
     since: u32,
@@ -74,10 +74,11 @@ impl SceneOutlet {
         machine: &MachineDescription,
         wheel_radius_mm: f64,
         inlet: Inlet,
+        drops: &Drops,
     ) -> Result<Self, NodeError> {
         let tree = Tree::new(machine, wheel_radius_mm, scene::frames_of(node, machine)?);
         let publishes_tf = node.parameters().bool(PUBLISH_TF);
-        let transforms = || node.publisher("/tf", &Qos::default_topic().keep_last(100));
+        let transforms = || node.telemetry("/tf", &Qos::default_topic().keep_last(100), drops);
         let fixed = || node.publisher("/tf_static", &Qos::latched(1));
         let (transforms, fixed) = (publishes_tf.then(transforms).transpose()?, publishes_tf.then(fixed).transpose()?);
         if let Some(fixed) = &fixed {
@@ -90,10 +91,10 @@ impl SceneOutlet {
             description: node.publisher("robot_description", &Qos::latched(1))?,
             told: String::new(),
             transforms,
-            states: node.publisher("dynamic_joint_states", &Qos::default_topic().keep_last(100))?,
+            states: node.telemetry("dynamic_joint_states", &Qos::default_topic().keep_last(100), drops)?,
             _fixed: fixed,
-            markers: node.publisher("machine/markers", &Qos::latched(MARKER_DEPTH))?,
-            outline: node.publisher("machine/outline", &Qos::latched(1))?,
+            markers: node.telemetry("machine/markers", &Qos::latched(MARKER_DEPTH), drops)?,
+            outline: node.telemetry("machine/outline", &Qos::latched(1), drops)?,
             drawn: BTreeMap::new(),
             since: 0,
             asked: Instant::now(),

@@ -71,14 +71,15 @@ impl Ticker {
                     self.machine.reset_shift();
                     self.tell_lasting();
                 }
-                Inbound::Active(active) => self.active = active,
+                Inbound::Active(active) => self.set_active(active),
+                Inbound::Blocked(limit_s) => self.raise_outside(AlarmKind::FeedbackBlocked, limit_s),
                 Inbound::Room(room) => self.keyframes.room = Some(room),
             }
         }
     }
 
     /// Told in its order, so that who computes the run again gives it in the same tick.
-    fn taken(&mut self, taken: Taken) {
+    pub(super) fn taken(&mut self, taken: Taken) {
         self.send(Outbound::Taken(taken));
     }
 
@@ -95,6 +96,7 @@ impl Ticker {
             self.send(Outbound::SecondWriter { holder, refused: writer, chunk });
             return;
         }
+        self.partners.sender_is_heard();
         if self.losing > 0 {
             self.losing -= 1;
             self.lost = Some(Instant::now());
@@ -103,6 +105,7 @@ impl Ticker {
         }
         match self.buffer.accept(&chunk.as_chunk(), self.machine.tick()) {
             Ok(()) => {
+                self.partners.attends = false;
                 let lead_ticks = chunk.first_tick.saturating_sub(self.machine.tick());
                 self.bounds.least_lead_ticks.fetch_min(lead_ticks, Ordering::Relaxed);
                 if !self.state.has_holder {
@@ -147,6 +150,7 @@ impl Ticker {
             self.machine.raise(AlarmKind::SecondWriter, 0.0, 0.0);
             return;
         }
+        self.partners.sender_is_heard();
         if command.sequence == 1 {
             self.state.commands_received = 0;
         }
@@ -154,6 +158,10 @@ impl Ticker {
         if command.sequence != expected {
             self.machine.raise(AlarmKind::CommandGap, f64::from(command.sequence), f64::from(expected));
             return;
+        }
+        if command.order == Order::Attend {
+            self.partners.attends = self.buffer.is_spent() && !self.is_stopped_by_alarm();
+            return self.acknowledge(command.sequence);
         }
         let executed = self.machine.tick();
         if command.tick <= executed {
@@ -169,14 +177,19 @@ impl Ticker {
             return;
         };
         *place = Some(command);
-        self.state.commands_received = command.sequence;
+        self.acknowledge(command.sequence);
+    }
+
+    /// A command has been taken.
+    fn acknowledge(&mut self, sequence: u32) {
+        self.state.commands_received = sequence;
         self.state.news = true;
         // The sender waits for this before it sends setpoints beyond the command's tick.
         self.tell_receipt();
     }
 
     /// Tells the stream at once that a command arrived, without executing a tick.
-    fn tell_receipt(&mut self) {
+    pub(super) fn tell_receipt(&mut self) {
         if let Some(report) = self.last_report {
             self.send(Outbound::Tick(report, StreamState { only_stream: true, ..self.state }));
             self.state.news = false;
@@ -191,6 +204,7 @@ impl Ticker {
             self.commands = [None; PENDING_COMMANDS];
             self.job_running = false;
             self.lost = None;
+            self.partners.attends = false;
             self.faults.end_job();
             self.state = StreamState { news: true, alarms_reset: true, ..StreamState::default() };
         }

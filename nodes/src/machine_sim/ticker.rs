@@ -2,19 +2,26 @@
 
 use super::faults::Faults;
 use super::keyframes::Keyframes;
+use super::pacing::{Moment, Pacing, Slip, Step};
+use super::partners::Partners;
 use super::pump::StreamState;
 use super::traffic::{Inbound, Order, Outbound, TimedCommand};
 use super::work_area::AreaOrder;
+use crate::convert::time::TickClock;
 use crate::cyclic::{Receiver, Sender, Waker};
+use crate::liveness::HEARTBEAT;
+use crate::ros::Drops;
+use crate::ros::system_time_ns;
+use crate::supervised::injected;
 use camwright::machine::alarm::{AlarmKind, Severity};
-use camwright::machine::buffer::SetpointBuffer;
+use camwright::machine::buffer::{SetpointBuffer, Supply};
 use camwright::machine::fault::Fault;
 use camwright::machine::report::{MotionState, TickReport};
 use camwright::machine::state::LastingState;
 use camwright::machine::work_area::LoadingRefused;
 use camwright::machine::{Machine, MachineCommand, ResetRefused};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// Commands that may wait for their tick.
@@ -24,6 +31,10 @@ const FAST_IDLE_TICK: Duration = Duration::from_millis(10);
 
 /// How long the chunk after a lost one may take at pace fast: it is on its way already, if there is one.
 const AFTER_A_LOSS: Duration = Duration::from_millis(500);
+/// How long the stop of a node that ends follows the clock; the rest of it is executed at once.
+const ENDING: Duration = Duration::from_millis(800);
+/// Waits of one cycle before the first tick that are measured.
+const JITTER_TRIALS: u32 = 500;
 /// Ticks within which every axis has come to rest, whatever it did before.
 const LONGEST_STOP_TICKS: u64 = 20_000;
 
@@ -43,6 +54,10 @@ pub(super) struct Bounds {
     pub(super) recording: AtomicBool,
     /// Last tick that is in the bag.
     pub(super) recorded_tick: AtomicU64,
+    /// Messages of the recorder so far.
+    pub(super) recorder_messages: AtomicU64,
+    /// Telemetry that was dropped.
+    pub(super) drops: Drops,
     /// The node is ending.
     pub(super) stop: AtomicBool,
     /// For diagnostics: the last tick, ticks that began more than a period late, active alarms that stop motion.
@@ -53,6 +68,11 @@ pub(super) struct Bounds {
     /// Ticks between the arrival of a chunk and its first setpoint's, the least since that was asked last.
     pub(super) least_lead_ticks: AtomicU64,
     pub(super) alarms: AtomicU64,
+    /// Slips of the machine's time against the system clock since the start, and by how much it is behind now (µs).
+    pub(super) slips: AtomicU64,
+    pub(super) behind_us: AtomicI64,
+    /// Longest time that the cycle was kept waiting since the start (µs).
+    pub(super) longest_pause_us: AtomicU64,
 }
 
 /// The cyclic thread's own state.
@@ -60,6 +80,8 @@ pub(super) struct Ticker {
     pub(super) machine: Machine,
     pub(super) buffer: SetpointBuffer,
     pace: Pace,
+    pacing: Pacing,
+    jitter_trials: u32,
     cycle: Duration,
     pub(super) inbound: Receiver<Inbound>,
     outbound: Sender<Outbound>,
@@ -83,11 +105,13 @@ pub(super) struct Ticker {
     pub(super) active: bool,
     pub(super) job_running: bool,
     pub(super) keyframes: Keyframes,
+    pub(super) partners: Partners,
 }
 
 // What is answered is answered before a tick is over; the rest is who drives it, and what it has told.
 camwright::kept!(Ticker { machine, buffer, commands, faults, losing, state, job_running } on {
-    pace, cycle, inbound, outbound, bounds, recorder_window, now, lost, told, last_report, area_done, reset_done, active, keyframes,
+    pace, pacing, jitter_trials, cycle, inbound, outbound, bounds, recorder_window, now, lost, told, last_report, area_done, reset_done,
+    active, keyframes, partners,
 });
 
 impl Ticker {
@@ -101,12 +125,15 @@ impl Ticker {
     ) -> Self {
         let description = machine.description();
         let cycle = Duration::from_nanos(u64::from(description.cycle_time_ns));
+        let clock = TickClock { epoch_ns: 0, cycle_time_ns: description.cycle_time_ns };
         let buffer = SetpointBuffer::new(description, machine.setpoint());
         Self {
             told: *machine.lasting(),
             machine,
             buffer,
             pace,
+            pacing: Pacing::new(clock),
+            jitter_trials: 0,
             cycle,
             inbound,
             outbound,
@@ -124,43 +151,37 @@ impl Ticker {
             active: false,
             job_running: false,
             keyframes: Keyframes::default(),
+            partners: Partners::default(),
         }
+    }
+
+    /// With the clock that ticks follow at pace realtime.
+    pub(super) fn with_clock(self, clock: TickClock) -> Self {
+        Self { pacing: Pacing::new(clock), ..self }
     }
 
     /// Runs until the node ends.
     pub(super) fn run(mut self, waker: &Waker) {
         waker.adopt_current_thread();
-        let mut deadline = Instant::now();
+        let (began, mut deadline) = (Instant::now(), Instant::now());
         while !self.bounds.stop.load(Ordering::Acquire) {
+            injected::point("machine cycle");
             self.receive();
-            let now = Instant::now();
+            self.halt_at_rest();
+            self.look_after_recorder(Instant::now());
             if !self.active {
-                let _woken = waker.wait(Duration::from_millis(100));
+                self.pacing.suspend();
+                self.wait_inactive(waker);
                 deadline = Instant::now();
             } else if self.outbound.free() < 64 {
                 // The pump is behind; what it has to tell is more important than the next tick.
                 std::thread::yield_now();
-                deadline = deadline.max(now);
-            } else if self.pace == Pace::Fast && self.may_run_fast() {
-                self.tick();
-                deadline = now + FAST_IDLE_TICK;
-            } else if self.pace == Pace::Fast && self.is_moving() {
-                // Setpoints or the recorder are behind: wait for their news.
-                let _woken = waker.wait(Duration::from_millis(100));
-            } else if now >= deadline {
-                if now > deadline + self.cycle && self.pace == Pace::Realtime {
-                    self.bounds.late_ticks.fetch_add(1, Ordering::Relaxed);
-                    let late_us = u64::try_from((now - deadline).as_micros()).unwrap_or(u64::MAX);
-                    self.bounds.worst_late_us.fetch_max(late_us, Ordering::Relaxed);
-                }
-                self.tick();
-                deadline += if self.pace == Pace::Fast { FAST_IDLE_TICK } else { self.cycle };
-                // After a long suspension time is not made up for: missed ticks did not happen.
-                if now > deadline + 50 * self.cycle {
-                    deadline = now;
-                }
+                deadline = deadline.max(Instant::now());
             } else {
-                let _woken = waker.wait(deadline - now);
+                match self.pace {
+                    Pace::Fast => self.run_fast(&mut deadline, waker),
+                    Pace::Realtime => self.run_realtime(began, waker),
+                }
             }
         }
         if self.active {
@@ -172,6 +193,102 @@ impl Ticker {
         }
     }
 
+    /// Waits for activation; meanwhile a realtime machine measures how late the computer wakes its cycle.
+    fn wait_inactive(&mut self, waker: &Waker) {
+        if self.pace == Pace::Fast || self.jitter_trials >= JITTER_TRIALS {
+            let _woken = waker.wait(Duration::from_millis(100));
+            return;
+        }
+        self.jitter_trials += 1;
+        let due = Instant::now() + self.cycle;
+        if !waker.wait(self.cycle) {
+            self.note_pause(due.elapsed());
+        }
+    }
+
+    /// The cycle was kept waiting for so long.
+    fn note_pause(&self, pause: Duration) {
+        let pause_us = u64::try_from(pause.as_micros()).unwrap_or(u64::MAX);
+        self.bounds.longest_pause_us.fetch_max(pause_us, Ordering::Relaxed);
+    }
+
+    fn run_fast(&mut self, deadline: &mut Instant, waker: &Waker) {
+        let now = Instant::now();
+        // How many ticks pass before the next motion is chance: it begins when none of them changes anything any more.
+        self.withhold_credit(self.is_idle() && self.is_wheel_changing());
+        if self.may_run_fast() {
+            self.tick();
+            self.nobody_is_waited_for(now);
+            *deadline = now + FAST_IDLE_TICK;
+        } else if self.is_moving() {
+            // Setpoints or the recorder are behind: wait for their news.
+            let _woken = waker.wait(HEARTBEAT / 4);
+            self.wait_for_partners();
+        } else if now >= *deadline {
+            self.tick();
+            self.nobody_is_waited_for(now);
+            *deadline = now + FAST_IDLE_TICK;
+        } else {
+            let _woken = waker.wait(*deadline - now);
+        }
+    }
+
+    fn run_realtime(&mut self, began: Instant, waker: &Waker) {
+        let moment = Moment {
+            monotonic_ns: i64::try_from(began.elapsed().as_nanos()).unwrap_or(i64::MAX),
+            system_ns: system_time_ns(),
+            tick: self.machine.tick(),
+            is_idle: self.is_idle(),
+            has_room: self.has_room(),
+        };
+        let step = self.pacing.next(&moment);
+        if let Some(slip) = self.pacing.take_slip() {
+            self.bounds.slips.fetch_add(u64::from(!matches!(slip, Slip::MadeUp(_))), Ordering::Relaxed);
+            self.send(Outbound::Slip(slip));
+        }
+        let withheld = self.pacing.withholds_credit();
+        self.withhold_credit(withheld);
+        match step {
+            Step::Tick(late_ns) => {
+                let behind_us = self.pacing.behind_ns(&moment) / 1000;
+                if !withheld {
+                    self.note_pause(Duration::from_nanos(u64::try_from(late_ns).unwrap_or(0)));
+                }
+                self.bounds.behind_us.store(behind_us, Ordering::Relaxed);
+                if late_ns > i64::from(self.machine.description().cycle_time_ns) && !withheld {
+                    self.bounds.late_ticks.fetch_add(1, Ordering::Relaxed);
+                    self.bounds.worst_late_us.fetch_max(u64::try_from(late_ns / 1000).unwrap_or(0), Ordering::Relaxed);
+                }
+                self.tick();
+                self.nobody_is_waited_for(Instant::now());
+            }
+            Step::Wait(time) => {
+                let _woken = waker.wait(time);
+            }
+        }
+    }
+
+    fn withhold_credit(&mut self, withheld: bool) {
+        self.state.news |= withheld != self.state.no_credit;
+        self.state.no_credit = withheld;
+    }
+
+    /// The wheel runs up or down, and no alarm has stopped what it is for.
+    fn is_wheel_changing(&self) -> bool {
+        self.machine.is_wheel_changing() && !self.is_stopped_by_alarm()
+    }
+
+    /// Nothing moves, and nothing that moves has been announced.
+    fn is_idle(&self) -> bool {
+        !self.has_work(self.machine.tick() + 1) && (self.buffer.is_spent() || self.is_stopped_by_alarm())
+    }
+
+    /// Setpoints for more than half of the credit are there.
+    fn has_room(&self) -> bool {
+        let ahead = u64::from(self.machine.description().feedback_delay_ticks) / 2;
+        self.buffer.supply(self.machine.tick() + 1 + ahead) == Supply::Dense
+    }
+
     /// What outlives the run has changed.
     pub(super) fn tell_lasting(&mut self) {
         self.told = *self.machine.lasting();
@@ -180,13 +297,19 @@ impl Ticker {
 
     /// Brings the axes to rest before the thread ends: what was sent runs out on its stop, nothing more is taken.
     fn come_to_rest(&mut self, waker: &Waker) {
-        self.close();
-        let latest = self.machine.tick() + LONGEST_STOP_TICKS;
-        while self.machine.tick() < latest && (self.buffer.has_setpoints() || !self.machine.is_at_rest()) {
-            if self.pace == Pace::Realtime {
+        self.end_motion();
+        let (latest, soon) = (self.machine.tick() + LONGEST_STOP_TICKS, Instant::now() + ENDING);
+        // One tick at least, which tells the alarm.
+        loop {
+            let now = Instant::now();
+            if now < soon && (self.pace == Pace::Realtime || self.outbound.free() < 64) {
                 let _woken = waker.wait(self.cycle);
             }
             self.tick();
+            let is_over = !self.buffer.has_setpoints() && self.machine.is_at_rest();
+            if is_over || self.machine.tick() >= latest {
+                return;
+            }
         }
     }
 
@@ -194,7 +317,7 @@ impl Ticker {
     fn is_moving(&self) -> bool {
         let next = self.machine.tick() + 1;
         // After an alarm nothing that was sent is waited for.
-        !self.is_stopped_by_alarm() && (self.buffer.is_underrun(next) || self.has_work(next))
+        !self.is_stopped_by_alarm() && (self.partners.attends || self.buffer.is_underrun(next) || self.has_work(next))
     }
 
     fn has_work(&self, next: u64) -> bool {
@@ -208,15 +331,29 @@ impl Ticker {
     /// At pace fast a tick is executed when its setpoint is there, or when there is nothing to wait for.
     fn may_run_fast(&self) -> bool {
         let next = self.machine.tick() + 1;
-        if self.bounds.recording.load(Ordering::Acquire)
-            && next > self.bounds.recorded_tick.load(Ordering::Acquire).saturating_add(self.recorder_window)
-        {
+        if self.is_held_by_recorder() {
             return false;
         }
         if self.is_stopped_by_alarm() {
             return !self.machine.is_at_rest() || self.machine.is_being_loaded() || self.area_done.is_some();
         }
-        self.has_work(next) && (self.is_given_up() || !self.buffer.is_underrun(next)) && !self.awaits_stream(next)
+        // A wheel that runs up or down does so before what is announced begins: how far it came would be chance.
+        if self.partners.attends && !self.buffer.has_setpoints() && !self.is_wheel_changing() {
+            return false;
+        }
+        let has_work = self.has_work(next) || (self.buffer.is_spent() && self.is_wheel_changing());
+        has_work && (self.is_given_up() || !self.buffer.is_underrun(next)) && !self.awaits_stream(next)
+    }
+
+    /// Whether the next tick has to wait until the recorder has caught up.
+    pub(super) fn is_held_by_recorder(&self) -> bool {
+        self.pace == Pace::Fast && self.partners.waits_for_recorder(&self.bounds) && self.is_beyond_recorder()
+    }
+
+    /// The next tick is farther ahead of the recorder than it may be.
+    pub(super) fn is_beyond_recorder(&self) -> bool {
+        let recorded = self.bounds.recorded_tick.load(Ordering::Acquire);
+        self.machine.tick() + 1 > recorded.saturating_add(self.recorder_window)
     }
 
     /// Setpoints that got lost are not waited for, but what comes after them is for a while: it tells that they are lost.
@@ -269,6 +406,7 @@ impl Ticker {
         if report.motion == MotionState::Standstill && self.state.alarms_reset {
             self.state.news = true;
         }
+        let is_quiet = self.is_quiet(&report);
         self.last_report = Some(report);
         if self.machine.lasting().dress_count != self.told.dress_count {
             self.tell_lasting();
@@ -277,7 +415,11 @@ impl Ticker {
         let alarms =
             self.machine.alarms().iter().filter(|alarm| alarm.kind.entry().severity > Severity::Warning).count();
         self.bounds.alarms.store(alarms as u64, Ordering::Relaxed);
-        self.send(Outbound::Tick(report, self.state));
+        if is_quiet {
+            self.send_quietly(Outbound::Tick(report, self.state));
+        } else {
+            self.send(Outbound::Tick(report, self.state));
+        }
         self.answer_area();
         self.answer_reset();
         self.state.news = false;
@@ -312,10 +454,29 @@ impl Ticker {
                         self.send(Outbound::JobEnded);
                     }
                 }
+                // Takes effect when it comes, and never waits here.
+                Order::Attend => {}
             }
             self.commands[index] = None;
         }
         count
+    }
+
+    /// A tick of a resting machine that shows nothing new, and is not due on the stream: no reason to wake the pump.
+    fn is_quiet(&self, report: &TickReport) -> bool {
+        let period = self.machine.description().stream_period_ticks();
+        let repeats = |last: &TickReport| TickReport { tick: report.tick, ..*last } == *report;
+        self.pace == Pace::Realtime
+            && self.state.job_tick == 0
+            && !self.state.news
+            && !report.tick.is_multiple_of(period)
+            && self.last_report.as_ref().is_some_and(repeats)
+    }
+
+    fn send_quietly(&mut self, message: Outbound) {
+        if let Err(back) = self.outbound.send_quietly(message) {
+            self.send(back);
+        }
     }
 
     pub(super) fn send(&mut self, message: Outbound) {

@@ -2,10 +2,12 @@
 
 use super::keyframes::Room;
 use super::outline::Outline;
+use super::pacing::Slip;
 use super::part::{BarRefused, LobeRefused, RawBar, RawLobe, Snapshot};
 use super::pump::StreamState;
 use super::work_area::AreaOrder;
 use crate::convert::setpoints::ChunkBuffer;
+use camwright::machine::alarm::AlarmKind;
 use camwright::machine::buffer::ChunkError;
 use camwright::machine::fault::Fault;
 use camwright::machine::report::TickReport;
@@ -31,9 +33,11 @@ pub(super) enum Order {
     JobBegin,
     #[default]
     JobEnd,
+    /// A motion is about to begin.
+    Attend,
 }
 
-camwright::kept_cases!(Order { 0 Machine(command), 1 JobBegin, 2 JobEnd });
+camwright::kept_cases!(Order { 0 Machine(command), 1 JobBegin, 2 JobEnd, 3 Attend });
 
 /// To the cyclic thread.
 #[derive(Debug)]
@@ -59,6 +63,8 @@ pub(super) enum Inbound {
     Judge(bool),
     ResetShift,
     Active(bool),
+    /// Feedback could not be sent for so long (s).
+    Blocked(f64),
     /// The room of a keyframe comes back.
     Room(Box<Room>),
 }
@@ -86,8 +92,12 @@ pub(super) enum Taken {
     },
     Judge(bool),
     ResetShift,
-    /// The node ends, and no chunk is taken any more.
+    /// The node ends or is not active, and no chunk is taken any more.
     Close,
+    /// The node is active again.
+    Open,
+    /// An alarm that does not come from the machine itself, and its value.
+    Alarm(AlarmKind, f64),
 }
 
 /// From the cyclic thread.
@@ -112,6 +122,8 @@ pub(super) enum Outbound {
     /// A chunk that was taken, or got lost, to drop where dropping is allowed; and who sent it.
     Used([u8; 16], Box<ChunkBuffer>),
     Taken(Taken),
+    /// The machine's time slipped against the system clock, or was made up for.
+    Slip(Slip),
     /// The job that was begun has ended; the part may be looked at.
     JobEnded,
     Lasting(LastingState),

@@ -92,7 +92,7 @@ pub(super) fn offer(
     for (name, order) in AreaOrder::ALL {
         let (way, waiting) = (inlet.clone(), Arc::clone(&requests.0));
         services.push(node.service_deferred::<Trigger>(name, move |_, responder| {
-            push(&waiting, responder);
+            push(&waiting, responder.or_fail(|message| TriggerResponse { success: false, message }));
             way.send(Inbound::Area(order));
         })?);
     }

@@ -32,7 +32,7 @@ use camwright_msgs::rosbag2_interfaces::srv::{
 use crate::bag::{Counts, DurationsTold};
 use crate::ros::{
     Diagnostics, GraphListener, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Qos, RosArgs, ServiceHandle,
-    SpinThread, TimerHandle, Transition, diagnostic_status,
+    SpinThread, TimerHandle, Transition, WriterWindow, diagnostic_status,
 };
 use crate::running::{NodeError, autostart};
 
@@ -258,6 +258,7 @@ impl LifecycleCallbacks for Callbacks {
 fn file_services(node: &Node, shared: &Arc<Shared>) -> Result<[ServiceHandle; 2], NodeError> {
     let weak = Arc::downgrade(shared);
     let split = node.service_deferred::<SplitBagfile>("~/split_bagfile", move |_, responder| {
+        let responder = responder.or_fail(|_| SplitBagfileResponse::default());
         // Where nothing is recorded there is nothing to split; rosbag2's answer has no word for it.
         let answer = move |_| responder.send(&SplitBagfileResponse::default());
         match weak.upgrade().and_then(|shared| shared.session()) {
@@ -267,6 +268,7 @@ fn file_services(node: &Node, shared: &Arc<Shared>) -> Result<[ServiceHandle; 2]
     })?;
     let weak = Arc::downgrade(shared);
     let snapshot = node.service_deferred::<Snapshot>("~/snapshot", move |_, responder| {
+        let responder = responder.or_fail(|_| SnapshotResponse { success: false });
         let answer = move |success| responder.send(&SnapshotResponse { success });
         let Some(shared) = weak.upgrade() else { return answer(false) };
         if let Some(session) = shared.session() {
@@ -284,7 +286,9 @@ impl RunLogger {
     /// # Errors
     /// A name or a parameter is refused, or the network is.
     pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
-        let node = Node::new(NodeOptions::new("run_logger", args).parameters(settings::parameters()))?;
+        // It records its own topics too.
+        let options = NodeOptions::new("run_logger", args).writer_window(WriterWindow::Usual);
+        let node = Node::new(options.parameters(settings::parameters()))?;
         node.parameters().on_set(settings::check);
         let status = node.publisher::<RecorderStatus>("~/status", &Qos::default_topic())?;
         let splits = node.publisher("events/write_split", &Qos::default_topic())?;

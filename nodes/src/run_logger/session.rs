@@ -14,12 +14,18 @@ use super::definitions::{Definition, Definitions, Known};
 use super::selection::{Selection, recorded_qos, subscription_qos};
 use super::settings::Settings;
 use super::ticks::TickWatch;
-use crate::bag::recording::RecordedTopic;
+use crate::bag::recording::{RecordedTopic, RecordingOptions};
 use crate::bag::{BagError, BagMetadata, Counts, Outcome, Recording, Topic};
-use crate::ros::{MessageInfo, Node, Publisher, Qos, RosError, Subscription, TopicInfo};
+use crate::ros::{Durability, MessageInfo, Node, Publisher, Qos, RosError, Subscription, TopicInfo};
 
 /// Most that waits for the first `/clock` (B); what comes then is stamped with its time of receipt.
 const HELD_BYTES: usize = 64 << 20;
+
+/// Memory for messages of one topic that were read already (B): the middleware frees a message when newer ones push it out.
+const READ_BYTES: usize = 16 << 20;
+
+/// Subscriptions made before those that exist get their turn: a fast topic must not wait until all are made.
+const SUBSCRIBED_AT_ONCE: usize = 4;
 
 /// What a topic means to the recorder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -107,7 +113,9 @@ impl Session {
     pub(super) fn start(node: &Node, settings: Settings, outlets: Outlets) -> Result<Arc<Self>, SessionError> {
         let joint_states = node.resolve_topic("joint_states")?;
         let stream = node.resolve_topic("machine/stream")?;
-        let recording = Recording::start(&settings.bag_dir, &settings.recording)?;
+        let supervisor = node.supervisor().clone();
+        let options = RecordingOptions { supervisor, ..settings.recording.clone() };
+        let recording = Recording::start(&settings.bag_dir, &options)?;
         let session = Arc::new(Self {
             node: node.clone(),
             selection: Selection::new(node.namespace(), settings.include.clone(), settings.exclude.clone()),
@@ -220,6 +228,7 @@ impl Session {
             return;
         }
         let mut topics = lock(&self.topics);
+        let mut subscribed_now = 0;
         for found in self.node.discovered_topics() {
             if found.publishers.is_empty() || !self.selection.takes(&found.name, &found.type_name) {
                 continue;
@@ -236,6 +245,15 @@ impl Session {
                 }
                 continue;
             }
+            if subscribed_now == SUBSCRIBED_AT_ONCE {
+                let weak = Arc::downgrade(self);
+                self.node.post(move || {
+                    if let Some(session) = weak.upgrade() {
+                        session.refresh();
+                    }
+                });
+                break;
+            }
             let weak = Arc::downgrade(self);
             let answered = move |type_name: String, response| {
                 if let Some(session) = weak.upgrade() {
@@ -250,6 +268,7 @@ impl Session {
             };
             match subscribed {
                 Ok(entry) => {
+                    subscribed_now += 1;
                     topics.entries.insert(found.name, entry);
                 }
                 Err(reason) => self.refuse(&mut topics, &found, &reason),
@@ -284,9 +303,11 @@ impl Session {
         let weak = Arc::downgrade(self);
         let mut arrivals = Arrivals::default();
         let qos = subscription_qos(&offers, self.settings.depth);
+        let latched = offers.iter().filter(|offer| offer.durability == Durability::TransientLocal);
+        let history = latched.map(Qos::depth).max().unwrap_or(0);
         let subscription = self
             .node
-            .subscribe_raw(&found.name, &found.type_name, &qos, move |cdr, message| {
+            .subscribe_raw_within(&found.name, &found.type_name, &qos, history, READ_BYTES, move |cdr, message| {
                 let Some(session) = weak.upgrade() else { return };
                 match arrivals.take(message.writer, message.sequence_number) {
                     Arrival::After(missing) => session.note_missing(missing, &recorded),

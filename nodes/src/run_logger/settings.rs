@@ -27,7 +27,7 @@ pub(super) struct Settings {
     pub(super) start_paused: bool,
     /// Ticks after which the machine hears how far the bag is, besides ten times a second.
     pub(super) credit_ticks: u64,
-    /// Unread messages a subscription keeps.
+    /// Unread messages that a subscription may hold.
     pub(super) depth: u32,
     /// How long after an alarm a snapshot is taken, where only snapshots are written.
     pub(super) snapshot_delay: Duration,
@@ -53,7 +53,7 @@ pub(super) fn parameters() -> Vec<Parameter> {
             .constraints("every entry has a key, a '=' and a value"),
         Parameter::string("preset", "default")
             .describe("layout of the bag as rosbag2 names them")
-            .constraints("default, zstd, zstd_fast, zstd_small or fastwrite"),
+            .choices(&Preset::NAMES.map(|(name, _)| name)),
         Parameter::string_array("topics", &[])
             .describe("topics to record, '*' stands for anything; nothing of topics, regex and types: all of the cell"),
         Parameter::string("regex", "").describe("record topics too in whose name this regular expression is found"),
@@ -70,7 +70,7 @@ pub(super) fn parameters() -> Vec<Parameter> {
             .describe("machine ticks after which ~/status is published besides ten times a second")
             .integer_range(1, 1_000_000),
         Parameter::integer("depth", 20_000)
-            .describe("messages each subscription keeps, read ones too: so many unread ones are not lost when this process does not get its turn")
+            .describe("unread messages that each subscription may hold; of large messages, fewer: 16 MB for each topic")
             .integer_range(1, 65_536),
         Parameter::integer("queue_mb", 256)
             .describe("most that waits for the disk (MB); what exceeds it is dropped and counted")
@@ -198,6 +198,7 @@ impl Settings {
                 min_free_bytes: megabytes("min_free_mb")?,
                 snapshot: wanted("snapshot_s").map(|keep| SnapshotOptions { keep, bytes: snapshot_bytes }),
                 queue_bytes: megabytes("queue_mb")?,
+                ..RecordingOptions::default()
             },
         })
     }

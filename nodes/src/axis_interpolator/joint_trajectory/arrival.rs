@@ -60,14 +60,14 @@ impl Arrival {
         self.wanted.begins(soonest, clock)
     }
 
-    /// It is refused; its client is told through the log.
+    /// Refuses it. Returns the reason for the log, when it has no client that could be answered.
     pub(in crate::axis_interpolator) fn refuse(self, reason: &str) -> Option<String> {
         match self.decider {
             Some(decider) => {
                 decider.reject(reason);
                 None
             }
-            None => Some(format!("joint trajectory refused: {reason}")),
+            None => Some(reason.to_owned()),
         }
     }
 }

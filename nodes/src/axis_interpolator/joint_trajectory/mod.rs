@@ -76,7 +76,7 @@ pub(super) fn subscribe(shared: &Arc<Shared>) -> Result<Vec<Subscription>, RosEr
         &Qos::default_topic(),
         move |message, info| {
             if let Err(reason) = this.take_from_topic(&message, &info.writer) {
-                this.node.logger().warn(&format!("joint trajectory refused: {reason}"));
+                this.warn_of_refusal(&reason);
             }
         },
     )?;
@@ -88,9 +88,10 @@ pub(super) fn subscribe(shared: &Arc<Shared>) -> Result<Vec<Subscription>, RosEr
                 let text = format!(
                     "speed scaling {factor} ignored, allowed is 0 to 1: a trajectory may use its limits to the full"
                 );
-                this.node.logger().warn(&text);
+                this.node.warn_once("speed scaling out of 0 to 1 ignored", &text);
             } else if !this.request(Request::SetOverride(factor)) {
-                this.node.logger().warn("speed scaling ignored: the machine has not been heard of yet");
+                let text = "speed scaling ignored: the machine has not been heard of yet";
+                this.node.warn_once(text, text);
             }
         })?;
     Ok(vec![trajectories, scaling])
@@ -114,14 +115,20 @@ impl Shared {
         if let Some(reason) = self.obstacle() {
             return Err(reason);
         }
-        self.begin_from_topic(&wanted, name);
+        self.begin_from_topic(&wanted, name)
+    }
+
+    fn begin_from_topic(&self, wanted: &Wanted, name: String) -> Result<(), String> {
+        let motion = self.motion_from_rest(wanted)?;
+        lock(&self.served).begin(Goal::Topic, name, String::new());
+        self.begin_made(Ok(motion));
         Ok(())
     }
 
-    fn begin_from_topic(&self, wanted: &Wanted, name: String) {
-        let motion = self.motion_from_rest(wanted);
-        lock(&self.served).begin(Goal::Topic, name, String::new());
-        self.begin_made(motion);
+    /// Logs why a trajectory of the topic is refused. The same reason again is counted and reported every few seconds.
+    pub(super) fn warn_of_refusal(&self, reason: &str) {
+        let text = format!("joint trajectory refused: {reason}");
+        self.node.warn_once(&text, &text);
     }
 
     /// A joint trajectory has command, and the node may move axes.
@@ -146,17 +153,17 @@ impl Shared {
             }
         };
         if let Some((arrival, reason)) = refused
-            && let Some(text) = arrival.refuse(reason)
+            && let Some(reason) = arrival.refuse(reason)
         {
-            self.node.logger().warn(&text);
+            self.warn_of_refusal(&reason);
         }
     }
 
     /// What waited is refused.
     pub(super) fn refuse_arrival(&self, reason: &str) {
         let arrival = lock(&self.arrival).take();
-        if let Some(text) = arrival.and_then(|arrival| arrival.refuse(reason)) {
-            self.node.logger().warn(&text);
+        if let Some(reason) = arrival.and_then(|arrival| arrival.refuse(reason)) {
+            self.warn_of_refusal(&reason);
         }
     }
 
@@ -177,15 +184,19 @@ impl Shared {
         let Some(arrival) = lock(&self.arrival).take() else { return };
         match (self.obstacle(), arrival) {
             (Some(reason), arrival) => {
-                if let Some(text) = arrival.refuse(&reason) {
-                    self.node.logger().warn(&text);
+                if let Some(reason) = arrival.refuse(&reason) {
+                    self.warn_of_refusal(&reason);
                 }
             }
             (None, Arrival { decider: Some(decider), wanted, .. }) => match self.motion_from_rest(&wanted) {
                 Ok(_) => decider.accept(),
                 Err(reason) => decider.reject(&reason),
             },
-            (None, Arrival { decider: None, wanted, name }) => self.begin_from_topic(&wanted, name),
+            (None, Arrival { decider: None, wanted, name }) => {
+                if let Err(reason) = self.begin_from_topic(&wanted, name) {
+                    self.warn_of_refusal(&reason);
+                }
+            }
         }
     }
 

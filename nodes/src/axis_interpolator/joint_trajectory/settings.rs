@@ -2,6 +2,7 @@
 
 use crate::convert::core_from_si;
 use crate::ros::{Parameter, Parameters};
+use camwright::interpolator::join::StartTolerance;
 use camwright::interpolator::tolerance::Tolerance;
 use camwright::machine::description::{AXIS_COUNT, Axis};
 
@@ -11,6 +12,9 @@ const FEEDBACK_RATE: &str = "action_monitor_rate";
 const STATE_RATE: &str = "state_publish_rate";
 const GOAL_TIME: &str = "constraints.goal_time";
 const STOPPED: &str = "constraints.stopped_velocity_tolerance";
+/// Largest distance of a linear, of a rotary axis from the first point of its trajectory.
+const START_LINEAR: &str = "start_tolerance_m";
+const START_ROTARY: &str = "start_tolerance_rad";
 
 /// Every parameter, at its default.
 pub(in crate::axis_interpolator) fn parameters() -> Vec<Parameter> {
@@ -29,6 +33,12 @@ pub(in crate::axis_interpolator) fn parameters() -> Vec<Parameter> {
         Parameter::double(STOPPED, 0.01)
             .describe("speed at which a joint counts as stopped at the end of a trajectory, in m/s or rad/s; 0: not looked at")
             .range(0.0, 100.0),
+        Parameter::double(START_LINEAR, 0.0005)
+            .describe("largest distance of a linear axis from a first point at time 0, in m; it joins the path within 0.5 s; 0: the same encoder count")
+            .range(0.0, 0.01),
+        Parameter::double(START_ROTARY, 0.01)
+            .describe("largest distance of a rotary axis from a first point at time 0, in rad; it joins the path within 0.5 s; 0: the same encoder count")
+            .range(0.0, 0.1),
     ];
     for axis in Axis::ALL {
         let unit = if axis == Axis::C { "rad" } else { "m" };
@@ -52,6 +62,7 @@ pub(super) struct Settings {
     pub(super) goal: [Tolerance; AXIS_COUNT],
     /// s; `None`: as long as it takes.
     pub(super) goal_time_s: Option<f64>,
+    pub(super) start: StartTolerance,
 }
 
 impl Settings {
@@ -66,7 +77,17 @@ impl Settings {
             goal[axis.index()].position = of_axis(axis, "goal");
             goal[axis.index()].velocity = some(core_from_si(axis, parameters.double(STOPPED)));
         }
-        Self { allow_partial: parameters.bool(PARTIAL), path, goal, goal_time_s: some(parameters.double(GOAL_TIME)) }
+        let start = Axis::ALL.map(|axis| {
+            let name = if axis == Axis::C { START_ROTARY } else { START_LINEAR };
+            core_from_si(axis, parameters.double(name))
+        });
+        Self {
+            allow_partial: parameters.bool(PARTIAL),
+            path,
+            goal,
+            goal_time_s: some(parameters.double(GOAL_TIME)),
+            start: StartTolerance(start),
+        }
     }
 }
 

@@ -5,6 +5,7 @@ use super::settings::Settings;
 use crate::axis_interpolator::motion_record::MotionRecord;
 use crate::convert::core_from_si;
 use crate::convert::time::{TickClock, ns_from_duration, ns_from_time};
+use camwright::interpolator::join::StartTolerance;
 use camwright::interpolator::tolerance::{FollowingTolerances, Tolerance};
 use camwright::interpolator::trajectory::{Start, TrajectoryPoint};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
@@ -20,6 +21,7 @@ pub(super) struct Wanted {
     /// When its time begins (ns); `None`: when it begins.
     stamp_ns: Option<i64>,
     tolerances: FollowingTolerances,
+    start_tolerance: StartTolerance,
 }
 
 impl Wanted {
@@ -86,6 +88,7 @@ impl Wanted {
                 goal,
                 goal_time_ticks: settings.goal_time_s.map(|time_s| ticks(time_s, machine)),
             },
+            start_tolerance: settings.start,
         };
         wanted.must_not_be_over(now_ns)?;
         Ok(wanted)
@@ -119,13 +122,20 @@ impl Wanted {
         starts_at: Option<u64>,
     ) -> Result<MotionRecord, String> {
         let late_s = self.stamp_ns.map_or(0.0, |stamp_ns| seconds(clock.ns(tick).saturating_sub(stamp_ns)));
-        let left = |point: &TrajectoryPoint| TrajectoryPoint { time_s: point.time_s - late_s, ..point.clone() };
+        // One that begins with the first tick after its stamp begins on time, with its first point.
+        let is_on_time = late_s < f64::from(clock.cycle_time_ns) * 1e-9;
+        let left = |(index, point): (usize, &TrajectoryPoint)| {
+            let is_first = index == 0 && is_on_time && point.time_s == 0.0;
+            let time_s = if is_first { 0.0 } else { point.time_s - late_s };
+            (is_first || time_s > 0.0).then(|| TrajectoryPoint { time_s, ..point.clone() })
+        };
         let points: Vec<TrajectoryPoint> = match self.stamp_ns {
             None => self.points.clone(),
-            Some(_) => self.points.iter().map(left).filter(|point| point.time_s > 0.0).collect(),
+            Some(_) => self.points.iter().enumerate().filter_map(left).collect(),
         };
         self.must_not_be_over(clock.ns(tick))?;
-        Ok(MotionRecord::trajectory(&self.joints, &points, start, &self.tolerances, starts_at))
+        let tolerances = (&self.tolerances, &self.start_tolerance);
+        Ok(MotionRecord::trajectory(&self.joints, &points, start, tolerances, starts_at))
     }
 
     /// It has a time of its own to begin at.

@@ -20,6 +20,9 @@ const PERIOD: Duration = Duration::from_millis(50);
 /// How old the last news of the interpolator may be for it to count as there.
 const HEARD_OF: Duration = Duration::from_secs(5);
 
+/// How long machine and interpolator may take to be cleared (s).
+const CLEARING_S: f64 = 10.0;
+
 /// Why it is suspended, or held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Cause {
@@ -303,6 +306,10 @@ impl Brain {
 
     /// Alarms are reset; nothing moves.
     fn clear(&mut self, shared: &Shared) {
+        if self.unit.time_in_state_s(self.now_s()) > CLEARING_S {
+            self.devices.answered(Asked::Reset);
+            return self.refuse_clear(shared, "the machine or the axis interpolator does not answer");
+        }
         if shared.stopping_alarm().is_some() {
             self.devices.ask(Asked::Reset);
             return;
@@ -326,17 +333,21 @@ impl Brain {
         }
     }
 
+    /// Back to where only a reset leads out.
+    fn refuse_clear(&mut self, shared: &Shared, message: &str) {
+        let remedy = std::mem::take(&mut self.reason.remedy);
+        self.reason = Reason { text: format!("the reset was refused: {message}"), remedy, ..self.reason };
+        self.command(shared, Command::Abort);
+        self.complete(shared);
+        let refused = self.reason.text.clone();
+        self.answer_clear(false, &refused);
+    }
+
     fn answered(&mut self, shared: &Shared, asked: Asked, success: bool, message: &str) {
         self.devices.answered(asked);
         match asked {
             Asked::Reset if !success && self.unit.state() == State::Clearing => {
-                // Back to where only a reset leads out.
-                let remedy = std::mem::take(&mut self.reason.remedy);
-                self.reason = Reason { text: format!("the reset was refused: {message}"), remedy, ..self.reason };
-                self.command(shared, Command::Abort);
-                self.complete(shared);
-                let refused = self.reason.text.clone();
-                self.answer_clear(false, &refused);
+                self.refuse_clear(shared, message);
             }
             Asked::Chuck(_) if !success => self.answer_chuck(false, message),
             Asked::Door(_) if !success => self.substate = format!("door {message}"),

@@ -16,10 +16,13 @@ mod telling;
 
 use super::{Shared, lock, wait_for};
 use crate::ros::{Node, Qos, Responder, RosError, ServiceHandle, Subscription};
+use crate::running::join_within;
 use brain::Brain;
 use camwright_msgs::camwright_msgs::msg::{InterpolatorState, JobStatus, LoaderState, MachineCounters, WorkArea};
-use camwright_msgs::camwright_msgs::srv::{CellCommand, CellCommandRequest, SetCellMode};
-use camwright_msgs::std_srvs::srv::Trigger;
+use camwright_msgs::camwright_msgs::srv::{
+    CellCommand, CellCommandRequest, CellCommandResponse, SetCellMode, SetCellModeResponse,
+};
+use camwright_msgs::std_srvs::srv::{Trigger, TriggerResponse};
 use devices::Asked;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, mpsc};
@@ -66,7 +69,7 @@ pub(super) struct Cell {
     told: Condvar,
     /// A part of the cell's own run may be begun.
     wants_part: AtomicBool,
-    thread: Mutex<Option<JoinHandle<()>>>,
+    thread: Mutex<Option<JoinHandle<Option<()>>>>,
 }
 
 impl Cell {
@@ -115,13 +118,12 @@ impl Cell {
         self.wants_part.load(Ordering::Acquire)
     }
 
-    /// Ends its thread.
-    pub(super) fn end(&self) {
+    /// Ends its thread, within `limit`.
+    pub(super) fn end(&self, limit: Duration) {
         self.tell(Told::End);
         let thread = lock(&self.thread).take();
         if let Some(thread) = thread {
-            // A thread that panicked has told so.
-            let _panicked = thread.join();
+            let _in_time = join_within(thread, limit);
         }
     }
 }
@@ -129,7 +131,7 @@ impl Cell {
 /// Starts the cell's thread.
 pub(super) fn start(shared: &Arc<Shared>, inbox: mpsc::Receiver<Told>) -> Result<(), super::NodeError> {
     let brain = Brain::new(shared, inbox)?;
-    let thread = std::thread::Builder::new().name("cell".into()).spawn(move || brain.run())?;
+    let thread = shared.node.supervisor().spawn("cell", move || brain.run())?;
     *lock(&shared.cell.thread) = Some(thread);
     Ok(())
 }
@@ -139,15 +141,20 @@ pub(super) fn offer(shared: &Arc<Shared>) -> Result<Vec<ServiceHandle>, RosError
     let node = &shared.node;
     let this = Arc::clone(shared);
     let command = node.service_deferred::<CellCommand>("~/cell_command", move |request, responder| {
-        this.cell.tell(Told::Command(request, responder));
+        let failed = |message| CellCommandResponse { message, ..CellCommandResponse::default() };
+        this.cell.tell(Told::Command(request, responder.or_fail(failed)));
     })?;
     let this = Arc::clone(shared);
     let mode = node.service_deferred::<SetCellMode>("~/set_cell_mode", move |request, responder| {
-        this.cell.tell(Told::Mode(request.mode, responder));
+        let failed = |message| SetCellModeResponse { message, ..SetCellModeResponse::default() };
+        this.cell.tell(Told::Mode(request.mode, responder.or_fail(failed)));
     })?;
     let chuck = |name: &str, open: bool| {
         let this = Arc::clone(shared);
-        node.service_deferred::<Trigger>(name, move |_, responder| this.cell.tell(Told::Chuck(open, responder)))
+        node.service_deferred::<Trigger>(name, move |_, responder| {
+            let failed = |message| TriggerResponse { success: false, message };
+            this.cell.tell(Told::Chuck(open, responder.or_fail(failed)));
+        })
     };
     Ok(vec![command, mode, chuck("~/open_chuck", true)?, chuck("~/close_chuck", false)?])
 }
@@ -168,7 +175,8 @@ pub(super) fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, R
     })?;
     let this = Arc::clone(shared);
     let motion =
-        node.subscribe::<InterpolatorState>("axis_interpolator/state", &Qos::latched(1), move |state, _| {
+        node.subscribe::<InterpolatorState>("axis_interpolator/state", &Qos::latched(1), move |state, info| {
+            this.interpolator.hear(info.writer);
             *lock(&this.cell.interpolator_told) = true;
             this.cell.told.notify_all();
             this.cell.tell(Told::Motion(Box::new(state)));
