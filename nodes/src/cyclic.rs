@@ -80,6 +80,14 @@ impl<T> Sender<T> {
         }
     }
 
+    /// Sends a value that can wait until the next one that wakes the reader.
+    ///
+    /// # Errors
+    /// The ring is full; the value comes back.
+    pub fn send_quietly(&mut self, value: T) -> Result<(), T> {
+        self.ring.push(value).map_err(|rtrb::PushError::Full(value)| value)
+    }
+
     /// Values that fit now.
     #[must_use]
     pub fn free(&self) -> usize {

@@ -94,13 +94,14 @@ impl BagInfo {
             let _ = writeln!(t, "closed    no: the recording was killed; what is listed is what is whole");
         }
         for (key, value) in &self.custom_data {
-            let _ = writeln!(t, "{key}  {value}");
+            let _ = writeln!(t, "{}  {}", readable(key), readable(value));
         }
-        let width = self.topics.iter().map(|i| i.name.len()).max().unwrap_or(0);
+        let names: Vec<String> = self.topics.iter().map(|i| readable(&i.name)).collect();
+        let width = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
         let _ = writeln!(t, "{:<width$}  {:>9}  {:>9}  type", "topic", "messages", "per s");
-        for topic in &self.topics {
+        for (topic, name) in self.topics.iter().zip(&names) {
             let rate = if duration_s > 0.0 { topic.message_count as f64 / duration_s } else { 0.0 };
-            let (name, count, kind) = (&topic.name, topic.message_count, &topic.type_name);
+            let (count, kind) = (topic.message_count, readable(&topic.type_name));
             let _ = writeln!(t, "{name:<width$}  {count:>9}  {rate:>9.1}  {kind}");
         }
         t
@@ -137,6 +138,19 @@ impl BagInfo {
     }
 }
 
+/// Longest name or value that is printed whole (characters): names of ROS 2 end at 255.
+const MAX_SHOWN: usize = 255;
+
+/// A text of the bag for a terminal: without control characters, and cut off where it is longer than any name.
+fn readable(text: &str) -> String {
+    let printed = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
+    let shown: String = text.chars().take(MAX_SHOWN).map(printed).collect();
+    match text.chars().count() {
+        0..=MAX_SHOWN => shown,
+        count => format!("{shown}… ({count} characters)"),
+    }
+}
+
 /// A time as `2026-11-21T03:15:00.123Z`.
 ///
 /// The calendar is the civil-from-days algorithm: the year begins in March, so that the leap day is its last.
@@ -159,7 +173,31 @@ pub fn utc(ns_since_1970: u64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::utc;
+    use super::{BagInfo, TopicInfo, utc};
+
+    #[test]
+    fn names_of_any_length_and_with_any_character_are_printed() {
+        let name = format!("/{}\u{1b}[2J", "x".repeat(70_000));
+        let topics = vec![TopicInfo { name, type_name: "y".repeat(70_000), message_count: 1 }];
+        let info = BagInfo {
+            path: "bag".into(),
+            bytes: 1,
+            is_closed: true,
+            files: Vec::new(),
+            log_times_ns: None,
+            message_count: 1,
+            topics,
+            custom_data: vec![("k".into(), "v\u{7}".into())],
+        };
+        let text = info.to_text();
+        assert!(
+            text.len() < 2000 && text.contains("(70005 characters)") && text.contains("(70000 characters)"),
+            "{text}"
+        );
+        assert!(!text.contains(['\u{1b}', '\u{7}']), "{text:?}");
+        // A script gets all of it.
+        assert!(info.to_json().len() > 140_000);
+    }
 
     #[test]
     fn known_instants_have_their_known_dates() {

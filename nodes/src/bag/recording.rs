@@ -1,5 +1,6 @@
 //! A recording: a bag written by a thread of its own behind a bounded queue, with every loss counted.
 
+use crate::supervised::Supervisor;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, mpsc};
@@ -35,6 +36,8 @@ pub struct RecordingOptions {
     /// Most bytes waiting in the queue. One topic may take half of them, all that are fast three quarters together: the last quarter is
     /// for topics of which little waits (each up to a 256th of the queue), so that commands and events have room whatever else comes.
     pub queue_bytes: u64,
+    /// Sees the writer's thread die.
+    pub supervisor: Supervisor,
 }
 
 impl Default for RecordingOptions {
@@ -46,6 +49,7 @@ impl Default for RecordingOptions {
             min_free_bytes: 0,
             snapshot: None,
             queue_bytes: 256 << 20,
+            supervisor: Supervisor::default(),
         }
     }
 }
@@ -214,6 +218,9 @@ impl RecordedTopic {
     }
 }
 
+/// Thread of a writer; `None` where it panicked.
+type WriterThread = JoinHandle<Option<Result<BagMetadata, BagError>>>;
+
 /// A bag that is being written. Dropping it closes the bag.
 #[derive(Debug)]
 pub struct Recording {
@@ -224,7 +231,7 @@ pub struct Recording {
     /// The writer's thread, to wake it for what is asked of it.
     writer: Thread,
     /// The same until somebody has waited for its end.
-    thread: Mutex<Option<JoinHandle<Result<BagMetadata, BagError>>>>,
+    thread: Mutex<Option<WriterThread>>,
 }
 
 impl Recording {
@@ -237,9 +244,8 @@ impl Recording {
         let shared = Arc::new(Shared::default());
         let (commands, queue) = mpsc::channel();
         let task = WriterTask::new(writer, shared.clone(), options)?;
-        let thread = std::thread::Builder::new()
-            .name("bag writer".into())
-            .spawn(move || task.run(&queue))
+        let thread = (options.supervisor)
+            .spawn("bag writer", move || task.run(&queue))
             .map_err(|e| BagError::io("start the writer of", directory, e))?;
         Ok(Self {
             directory: directory.to_owned(),
@@ -400,7 +406,7 @@ impl Recording {
         let Some(thread) = thread else { return Err(lost()) };
         // When the writer is gone already, joining says why.
         self.ask(Command::Stop(outcome));
-        thread.join().map_err(|_| lost())?
+        thread.join().ok().flatten().ok_or_else(lost)?
     }
 }
 

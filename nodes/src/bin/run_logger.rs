@@ -5,5 +5,5 @@ use camwright_nodes::running;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    running::main("run_logger", RunLogger::start, RunLogger::stop)
+    running::main("run_logger", running::CLOSING, RunLogger::start, RunLogger::stop)
 }

@@ -19,7 +19,7 @@ mod status;
 mod turned_report;
 mod urdf;
 
-use crate::ros::RosArgs;
+use crate::ros::{RosArgs, Shutdown};
 use clap::{Parser, Subcommand};
 use std::io::Write;
 use std::process::ExitCode;
@@ -64,6 +64,11 @@ enum CommandLine {
     Replan(crate::replan::ReplanArgs),
 }
 
+/// The command of a command line: without one the default job is run, with the defaults of `run`.
+fn command_of(words: impl Iterator<Item = String>) -> Option<CommandLine> {
+    Cli::parse_from(words).command.or_else(|| Cli::parse_from(["camwright", "run"]).command)
+}
+
 /// Entry point of the binary.
 #[must_use]
 pub fn main() -> ExitCode {
@@ -75,8 +80,10 @@ pub fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    let cli = Cli::parse_from(std::iter::once("camwright".to_owned()).chain(rest));
-    match cli.command.unwrap_or_else(|| CommandLine::Run(run::RunArgs::default())) {
+    let Some(command) = command_of(std::iter::once("camwright".to_owned()).chain(rest)) else {
+        return ExitCode::from(2);
+    };
+    let code = match command {
         CommandLine::Run(args) => run::main(&args, &ros_args),
         CommandLine::Plan(args) => plan::main(&args),
         CommandLine::Post(args) => post::main(&args),
@@ -90,5 +97,21 @@ pub fn main() -> ExitCode {
         CommandLine::Bag(args) => crate::bag::cli::run(&args),
         CommandLine::Replay(args) => replay::main(&args, &ros_args),
         CommandLine::Replan(args) => crate::replan::run(&args),
+    };
+    Shutdown::exit_code(code)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A single part, whose bag is predicted before there is room for it.
+    #[test]
+    fn without_a_command_the_defaults_are_those_of_run() {
+        let words = |words: &[&str]| command_of(words.iter().map(ToString::to_string).collect::<Vec<_>>().into_iter());
+        let Some(CommandLine::Run(bare)) = words(&["camwright"]) else { panic!("it runs") };
+        let Some(CommandLine::Run(run)) = words(&["camwright", "run"]) else { panic!("it runs") };
+        assert_eq!(bare.parts, 1);
+        assert_eq!(format!("{bare:?}"), format!("{run:?}"));
     }
 }

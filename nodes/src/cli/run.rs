@@ -6,6 +6,7 @@ use super::run_cell::Cell;
 use super::run_client::Client;
 use super::run_report::Report;
 use super::turned_report::TurnedReport;
+use crate::config::access::folders_of;
 use crate::config::any_job::{self, AnyJob};
 use crate::config::job_file::{self, Job};
 use crate::config::locate::Located;
@@ -14,6 +15,7 @@ use crate::planning::{self, AnyPrepared, PreparedJob, PreparedTurning, TurnedIns
 use crate::report;
 use crate::ros::{GoalStatus, RosArgs, RosLayer, Shutdown};
 use crate::running::NodeError;
+use crate::supervised;
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::JobStatus;
 use clap::{Args, ValueEnum};
@@ -35,7 +37,7 @@ const TURNING_RECORD: [&str; 6] = [
 ];
 
 /// Arguments of `camwright run`.
-#[derive(Debug, Clone, Args, Default)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct RunArgs {
     /// Job, by name or path.
     #[arg(default_value = "four_lobe_camshaft")]
@@ -81,21 +83,22 @@ pub(super) struct RunArgs {
     json: bool,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum PaceArg {
     Realtime,
-    #[default]
     Fast,
 }
 
 /// Entry point.
 pub(super) fn main(args: &RunArgs, ros_args: &RosArgs) -> ExitCode {
     RosLayer::install();
+    crate::ros::limit_memory();
+    supervised::injected::from_environment();
     match run(args, ros_args) {
-        Ok(code) => code,
+        Ok(code) => supervised::exit_code().unwrap_or(code),
         Err(error) => {
             eprintln!("camwright run: {error}");
-            ExitCode::from(1)
+            supervised::exit_code().unwrap_or_else(|| ExitCode::from(1))
         }
     }
 }
@@ -124,7 +127,8 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let client = Client::new(ros_args)?;
     let machine = any_job::machine_of(&job, &args.set).unwrap_or_else(|| "cam_grinder".to_owned());
     let planned = if args.attach { None } else { bag_room::tell(read.as_ref(), &args, &bag)? };
-    let start = || Cell::start(&machine, &args.set_machine, args.pace, ros_args, &bag);
+    let folders = folders_of(&args.set);
+    let start = || Cell::start(&machine, &args.set_machine, folders.clone(), args.pace, ros_args, &bag);
     let cell = if args.attach { None } else { Some(start()?) };
     client.meet(cell.is_some().then_some(record), &shutdown)?;
     if args.find_phase {

@@ -18,10 +18,11 @@ pub(super) struct Cell {
 }
 
 impl Cell {
-    /// Starts them for a machine with `key=value` overrides of its file.
+    /// Starts them for a machine with `key=value` overrides of its file. Overrides of jobs may name files in `file_folders`.
     pub(super) fn start(
         machine: &str,
         overrides: &[String],
+        file_folders: Vec<String>,
         pace: PaceArg,
         ros_args: &RosArgs,
         bag: &Path,
@@ -37,6 +38,7 @@ impl Cell {
             .with_default_parameter(Some("machine_sim"), "machine", text(machine))
             .with_parameter(Some("machine_sim"), "pace", text(pace_name))
             .with_parameter(Some("machine_sim"), "machine_overrides", ParameterValue::StringArray(overrides.to_vec()))
+            .with_default_parameter(Some("job_planner"), "file_folders", ParameterValue::StringArray(file_folders))
             .with_parameter(Some("run_logger"), "bag_dir", text(&bag.to_string_lossy()))
             // A bag lasts as long as the machine took, not as long as the computer did.
             .with_parameter(Some("run_logger"), "use_sim_time", ParameterValue::Bool(pace == PaceArg::Fast));

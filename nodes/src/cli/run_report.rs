@@ -17,7 +17,20 @@ fn n_um(n_m: f64) -> f64 {
     mm_from_um(m_from_mm(n_m))
 }
 
-/// 0: complete and good; 4: complete; 3: not complete.
+/// The state of a goal for people.
+pub(super) const fn status_word(status: GoalStatus) -> &'static str {
+    match status {
+        GoalStatus::Unknown => "its end is not known",
+        GoalStatus::Accepted => "accepted, not begun",
+        GoalStatus::Executing => "still running",
+        GoalStatus::Canceling => "being cancelled",
+        GoalStatus::Succeeded => "complete",
+        GoalStatus::Canceled => "cancelled",
+        GoalStatus::Aborted => "aborted",
+    }
+}
+
+/// 0: complete and good; 4: complete, but out of tolerance or burnt; 3: not complete.
 pub(super) fn exit_code(status: GoalStatus, is_good: bool) -> ExitCode {
     match status {
         GoalStatus::Succeeded if is_good => ExitCode::SUCCESS,
@@ -66,7 +79,12 @@ impl Report<'_> {
         self.result.lobes.iter().max_by(|a, b| a.form_error_max.abs().total_cmp(&b.form_error_max.abs()))
     }
 
+    /// In tolerance, and not burnt.
     fn is_good(&self) -> bool {
+        self.has_good_form() && burnt(&self.result.lobes).is_none()
+    }
+
+    fn has_good_form(&self) -> bool {
         if self.identifies {
             let measured = self.result.lobes.iter().all(|lobe| lobe.machine_stiffness > 0.0);
             return self.status == GoalStatus::Succeeded && self.result.success && measured;
@@ -204,7 +222,7 @@ impl Report<'_> {
             ),
             (Some(worst), GoalStatus::Succeeded) => format!(
                 "{}: {}, worst form error {:.3} um on lobe {} (tolerance {} um)",
-                match (self.is_good(), burnt(&self.result.lobes)) {
+                match (self.has_good_form(), burnt(&self.result.lobes)) {
                     (true, None) => "GOOD",
                     (true, Some(_)) => BURNT,
                     (false, _) => "NOT GOOD",
@@ -217,7 +235,7 @@ impl Report<'_> {
             (None, GoalStatus::Succeeded) if self.dry_run => {
                 format!("DRY RUN COMPLETE: {}, nothing was cut", self.job)
             }
-            _ => format!("NOT COMPLETE: {}, {:?}", self.job, self.status),
+            _ => format!("NOT COMPLETE: {}, {}", self.job, status_word(self.status)),
         }
     }
 

@@ -1,6 +1,6 @@
 //! What `camwright run` says at the end of a job that turns.
 
-use super::run_report::exit_code;
+use super::run_report::{exit_code, status_word};
 use crate::convert::{mm_from_m, um_from_m as um};
 use crate::planning::TurnedInstead;
 use crate::ros::GoalStatus;
@@ -106,7 +106,7 @@ impl TurnedReport<'_> {
                 um(part.form_error_allowed - part.cusp_height_theory),
                 um(part.cusp_height_theory),
             ),
-            _ => format!("NOT COMPLETE: {}, {:?}", self.job, self.status),
+            _ => format!("NOT COMPLETE: {}, {}", self.job, status_word(self.status)),
         }
     }
 

@@ -24,6 +24,7 @@ pub(super) struct Joints {
     pub(super) stamp_ns: i64,
     pub(super) position: Vec<f64>,
     pub(super) velocity: Vec<f64>,
+    pub(super) effort: Vec<f64>,
 }
 
 /// Everything that was heard.
@@ -188,5 +189,6 @@ fn join(heard: &mut Heard, said: JointState) {
         heard.other_names = Some(said.name);
         return;
     }
-    heard.joints.push(Joints { stamp_ns: ns(&said.header.stamp), position: said.position, velocity: said.velocity });
+    let (stamp_ns, position) = (ns(&said.header.stamp), said.position);
+    heard.joints.push(Joints { stamp_ns, position, velocity: said.velocity, effort: said.effort });
 }

@@ -1,6 +1,6 @@
 //! M2, M3, M4, M7, M40 and M41: what the machine says against ticks and clock, in integers.
 
-use super::heard::{Facts, Heard, MOST_TICK, ns};
+use super::heard::{Facts, Heard, Joints, MOST_TICK, ns};
 use super::report::Report;
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::MachineStream;
@@ -61,34 +61,46 @@ fn stamps(heard: &Heard, facts: &Facts, epoch_ns: i64, report: &mut Report) {
         report.broken(2, format!("machine/stream tells tick {tick}, at most {MOST_TICK} can be"));
     }
     let steps = steps(heard, facts);
-    if usual(&steps) == Some(1) {
-        for (from, step) in steps.iter().filter(|(_, step)| *step > 1) {
-            report.broken(2, format!("{} ticks are left out after tick {from} (joint_states)", step - 1));
+    for moves in [true, false] {
+        if usual(&steps, moves) == Some(1) {
+            for Step { from, ticks, .. } in steps.iter().filter(|step| step.moves == moves && step.ticks > 1) {
+                report.broken(2, format!("{} ticks are left out after tick {from} (joint_states)", ticks - 1));
+            }
         }
     }
-    for (from, step) in steps.iter().filter(|(_, step)| *step <= 0) {
-        report.broken(2, format!("joint_states go from tick {from} by {step}: a tick is executed twice"));
+    for Step { from, ticks, .. } in steps.iter().filter(|step| step.ticks <= 0) {
+        report.broken(2, format!("joint_states go from tick {from} by {ticks}: a tick is executed twice"));
     }
     let count = heard.streams.len() + heard.io.len();
     report.kept_unless_broken(2, before, format!("{count} stamps and {} ticks in a row", heard.joints.len()));
 }
 
-/// From which tick by how many the joint states go, counted from the first.
-fn steps(heard: &Heard, facts: &Facts) -> Vec<(i64, i64)> {
-    let epoch_ns = heard.streams.first().map_or(0, |first| ns(&first.epoch));
-    let tick = |stamp_ns: i64| (stamp_ns - epoch_ns).checked_div(facts.cycle_ns).unwrap_or(0);
-    heard
-        .joints
-        .windows(2)
-        .map(|pair| (tick(pair[0].stamp_ns), tick(pair[1].stamp_ns) - tick(pair[0].stamp_ns)))
-        .collect()
+/// From one joint state to the next.
+struct Step {
+    from: i64,
+    ticks: i64,
+    /// They differ: what repeats itself a machine may publish less often.
+    moves: bool,
 }
 
-/// The step that is most frequent.
-fn usual(steps: &[(i64, i64)]) -> Option<i64> {
+/// Steps of the joint states, counted from the first tick.
+fn steps(heard: &Heard, facts: &Facts) -> Vec<Step> {
+    let epoch_ns = heard.streams.first().map_or(0, |first| ns(&first.epoch));
+    let tick = |stamp_ns: i64| (stamp_ns - epoch_ns).checked_div(facts.cycle_ns).unwrap_or(0);
+    let step = |pair: &[Joints]| {
+        let [before, after] = pair else { return None };
+        let values = |joints: &Joints| [joints.position.clone(), joints.velocity.clone(), joints.effort.clone()];
+        let moves = values(before) != values(after);
+        Some(Step { from: tick(before.stamp_ns), ticks: tick(after.stamp_ns) - tick(before.stamp_ns), moves })
+    };
+    heard.joints.windows(2).filter_map(step).collect()
+}
+
+/// The step that is most frequent in motion, or at rest.
+fn usual(steps: &[Step], moves: bool) -> Option<i64> {
     let mut counts: BTreeMap<i64, usize> = BTreeMap::new();
-    for (_, step) in steps {
-        *counts.entry(*step).or_default() += 1;
+    for step in steps.iter().filter(|step| step.moves == moves) {
+        *counts.entry(step.ticks).or_default() += 1;
     }
     counts.into_iter().max_by_key(|(_, count)| *count).map(|(step, _)| step)
 }
@@ -161,7 +173,8 @@ fn credit(heard: &Heard, facts: &Facts, report: &mut Report) {
 fn joint_states(heard: &Heard, facts: &Facts, epoch_ns: i64, report: &mut Report) {
     let before = report.evidence(7);
     let steps = steps(heard, facts);
-    let Some(step) = usual(&steps) else {
+    let (moving, resting) = (usual(&steps, true), usual(&steps, false));
+    let Some(step) = moving.or(resting) else {
         return report.not_seen(7, "fewer than two messages of joint_states were heard");
     };
     for said in &heard.joints {
@@ -170,9 +183,17 @@ fn joint_states(heard: &Heard, facts: &Facts, epoch_ns: i64, report: &mut Report
             report.broken(7, format!("a stamp of joint_states is {rest} ns off a tick, allowed 0"));
         }
     }
-    if step > 1 {
-        for (from, other) in steps.iter().filter(|(_, other)| *other != step) {
-            report.broken(7, format!("joint_states come every {step} ticks, after tick {from} {other} later"));
+    if let Some(step) = moving.filter(|step| *step > 1) {
+        // What begins to move after a rest begins between two of them.
+        let within = steps.windows(2).filter(|pair| pair.iter().all(|step| step.moves)).map(|pair| &pair[1]);
+        for Step { from, ticks, .. } in within.filter(|other| other.ticks != step) {
+            report.broken(7, format!("joint_states come every {step} ticks, after tick {from} {ticks} later"));
+        }
+    }
+    if let Some(step) = resting.filter(|step| *step > 1) {
+        // A rest may begin and end between two of them, so a shorter step is none that is missing.
+        for Step { from, ticks, .. } in steps.iter().filter(|other| !other.moves && other.ticks > step) {
+            report.broken(7, format!("joint_states come every {step} ticks at rest, after tick {from} {ticks} later"));
         }
     }
     let seen = format!("{} messages, one in {step} ticks", heard.joints.len());
@@ -207,8 +228,9 @@ fn pace(heard: &Heard, facts: &Facts, publishes_clock: bool, report: &mut Report
     let seen = format!("{ticked_s:.3} s of ticks in {:.3} s", ticked_s - off_s);
     if off_s.abs() <= allowed_s {
         report.kept(40, seen);
-    } else if let Some(warning) = heard.warnings.first().filter(|_| off_s < 0.0) {
-        report.kept(40, format!("{seen}; it is late, and says so: {warning}"));
+    } else if let Some(warning) = heard.warnings.first() {
+        let how = if off_s < 0.0 { "is late" } else { "makes up for what it was late" };
+        report.kept(40, format!("{seen}; it {how}, and says so: {warning}"));
     } else {
         report.broken(40, format!("{seen}, allowed is {allowed_s:.3} s of difference, and /diagnostics tell nothing"));
     }

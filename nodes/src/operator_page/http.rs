@@ -1,18 +1,18 @@
 //! The page's server: GET of three addresses, one thread for each connection, everything bounded.
 //!
 //! Nothing is looked up in a file system, so no path leads anywhere. A connection that does not say what it wants within its time or its
-//! bytes is closed, and so is one too many; a viewer that does not read is left behind.
+//! bytes is closed; a viewer that does not read is left behind, and gives its seat to the next one.
 
 use super::feed::Feed;
-use std::io::{self, ErrorKind, Read, Write};
+use super::seats::{Seat, Seats};
+use crate::supervised::{Supervisor, injected};
+use std::io::{self, ErrorKind, Read};
 use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Connections at the same time; a viewer holds one.
-const MOST_CONNECTIONS: usize = 32;
 /// Largest head of a request (bytes).
 const MOST_HEAD: usize = 8192;
 /// Most header lines of it.
@@ -36,18 +36,19 @@ const COMMON: &str = "Connection: close\r\nCache-Control: no-store\r\nX-Content-
 pub(super) struct Server {
     address: SocketAddr,
     stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+    thread: Option<JoinHandle<Option<()>>>,
 }
 
 impl Server {
     /// Takes the address and serves until it is stopped.
-    pub(super) fn start(address: SocketAddr, feed: Arc<Feed>) -> io::Result<Self> {
+    pub(super) fn start(address: SocketAddr, feed: Arc<Feed>, supervisor: &Supervisor) -> io::Result<Self> {
         let listener = TcpListener::bind(address)?;
         let address = listener.local_addr()?;
         let stop = Arc::new(AtomicBool::new(false));
         let is_over = Arc::clone(&stop);
-        let thread = std::thread::Builder::new().name("operator page".into()).spawn(move || {
-            accept(&listener, address, &feed, &is_over);
+        let of_viewers = supervisor.clone();
+        let thread = supervisor.spawn("operator page", move || {
+            accept(&listener, address, &feed, &is_over, &of_viewers);
         })?;
         Ok(Self { address, stop, thread: Some(thread) })
     }
@@ -68,53 +69,36 @@ impl Server {
         };
         let _woken = TcpStream::connect_timeout(&loopback, PATIENCE);
         if let Some(thread) = self.thread.take() {
-            // A thread that panicked has told so.
+            // A panic was reported.
             let _panicked = thread.join();
         }
     }
 }
 
-fn accept(listener: &TcpListener, address: SocketAddr, feed: &Arc<Feed>, stop: &Arc<AtomicBool>) {
-    let count = Arc::new(AtomicUsize::new(0));
+fn accept(
+    listener: &TcpListener,
+    address: SocketAddr,
+    feed: &Arc<Feed>,
+    stop: &Arc<AtomicBool>,
+    supervisor: &Supervisor,
+) {
+    let seats = Seats::default();
     for stream in listener.incoming() {
         if stop.load(Ordering::Acquire) {
             return;
         }
-        let Ok(mut stream) = stream else {
+        injected::point("operator page");
+        let Ok(stream) = stream else {
             // Out of descriptors, most likely: they come back.
             std::thread::sleep(EVENT_PERIOD);
             continue;
         };
-        let seat = Seat::take(&count);
-        if seat.is_none() {
-            let _gone = stream.set_write_timeout(Some(EVENT_PERIOD));
-            let _gone = refuse(&mut stream, "503 Service Unavailable", "too many viewers");
-            continue;
-        }
-        let connection = Connection { stream, address, feed: Arc::clone(feed), stop: Arc::clone(stop), _seat: seat };
-        let started = std::thread::Builder::new().name("page viewer".into()).spawn(move || connection.serve());
+        // Without a seat the connection is closed at once: those that were shut down have not ended yet.
+        let Some(seat) = seats.take(&stream) else { continue };
+        let connection = Connection { stream, address, feed: Arc::clone(feed), stop: Arc::clone(stop), seat };
+        let started = supervisor.spawn("page viewer", move || connection.serve());
         // Without a thread the connection is closed, and the viewer asks again.
         drop(started);
-    }
-}
-
-/// One of the places that connections may have.
-#[derive(Debug)]
-struct Seat(Arc<AtomicUsize>);
-
-impl Seat {
-    fn take(count: &Arc<AtomicUsize>) -> Option<Self> {
-        if count.fetch_add(1, Ordering::AcqRel) < MOST_CONNECTIONS {
-            return Some(Self(Arc::clone(count)));
-        }
-        count.fetch_sub(1, Ordering::AcqRel);
-        None
-    }
-}
-
-impl Drop for Seat {
-    fn drop(&mut self) {
-        self.0.fetch_sub(1, Ordering::AcqRel);
     }
 }
 
@@ -123,7 +107,7 @@ struct Connection {
     address: SocketAddr,
     feed: Arc<Feed>,
     stop: Arc<AtomicBool>,
-    _seat: Option<Seat>,
+    seat: Seat,
 }
 
 /// What a request asks for.
@@ -146,26 +130,26 @@ impl Connection {
 
     fn answer(&mut self) -> io::Result<()> {
         self.stream.set_nodelay(true)?;
-        self.stream.set_write_timeout(Some(PATIENCE))?;
         let head = match read_head(&mut self.stream) {
             Ok(head) => head,
-            Err(Refused(status, reason)) => return refuse(&mut self.stream, status, reason),
+            Err(Refused(status, reason)) => return self.refuse(status, reason),
         };
+        self.seat.asks();
         match wanted(&head, self.address.ip().is_loopback()) {
-            Ok(Wanted::Page) => reply(&mut self.stream, "200 OK", "text/html; charset=utf-8", "", PAGE),
+            Ok(Wanted::Page) => self.reply("200 OK", "text/html; charset=utf-8", "", PAGE),
             Ok(Wanted::Snapshot) => {
                 let body = self.feed.snapshot();
-                reply(&mut self.stream, "200 OK", "application/json", "", &body)
+                self.reply("200 OK", "application/json", "", &body)
             }
             Ok(Wanted::Events) => self.events(),
-            Err(Refused(status, reason)) => refuse(&mut self.stream, status, reason),
+            Err(Refused(status, reason)) => self.refuse(status, reason),
         }
     }
 
     /// Server-sent events: `status` whenever something has changed and as a sign of life, `shape` when an outline has.
     fn events(&mut self) -> io::Result<()> {
         let head = format!("HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\n{COMMON}\r\nretry: 1000\n\n");
-        self.stream.write_all(head.as_bytes())?;
+        self.seat.write(&self.stream, head.as_bytes(), PATIENCE)?;
         let (mut seen, mut shape_seen) = (0, None);
         let mut told = Instant::now() - HEARTBEAT;
         while !self.stop.load(Ordering::Acquire) {
@@ -176,11 +160,23 @@ impl Connection {
             if let Some(shape) = shape {
                 text.push_str(&format!("event: shape\ndata: {shape}\n\n"));
             }
-            self.stream.write_all(text.as_bytes())?;
+            self.seat.write(&self.stream, text.as_bytes(), PATIENCE)?;
             told = Instant::now();
             self.feed.pause(EVENT_PERIOD);
         }
         Ok(())
+    }
+
+    fn refuse(&self, status: &str, reason: &str) -> io::Result<()> {
+        let allow = if status.starts_with("405") { "Allow: GET\r\n" } else { "" };
+        self.reply(status, "text/plain; charset=utf-8", allow, &format!("{reason}\n"))
+    }
+
+    fn reply(&self, status: &str, kind: &str, more: &str, body: &str) -> io::Result<()> {
+        let length = body.len();
+        let head =
+            format!("HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\n{more}{COMMON}\r\n");
+        self.seat.write(&self.stream, [head.as_bytes(), body.as_bytes()].concat().as_slice(), PATIENCE)
     }
 }
 
@@ -241,22 +237,60 @@ fn wanted(head: &[u8], on_loopback: bool) -> Result<Wanted, Refused> {
     }
 }
 
-fn refuse(stream: &mut TcpStream, status: &str, reason: &str) -> io::Result<()> {
-    let allow = if status.starts_with("405") { "Allow: GET\r\n" } else { "" };
-    reply(stream, status, "text/plain; charset=utf-8", allow, &format!("{reason}\n"))
-}
-
-fn reply(stream: &mut TcpStream, status: &str, kind: &str, more: &str, body: &str) -> io::Result<()> {
-    let length = body.len();
-    let head = format!("HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\n{more}{COMMON}\r\n");
-    stream.write_all(head.as_bytes())?;
-    stream.write_all(body.as_bytes())?;
-    stream.flush()
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::seats::MAX_SEATS;
     use super::*;
+    use std::io::Write;
+    use std::net::Ipv4Addr;
+
+    fn ask(address: SocketAddr, path: &str) -> TcpStream {
+        let mut stream = TcpStream::connect(address).expect("the server listens");
+        let request = format!("GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n");
+        stream.write_all(request.as_bytes()).expect("a request");
+        stream
+    }
+
+    /// The first bytes of an answer.
+    fn begins(mut stream: &TcpStream) -> String {
+        stream.set_read_timeout(Some(Duration::from_secs(60))).expect("a limit");
+        let mut bytes = [0; 15];
+        match stream.read_exact(&mut bytes) {
+            Ok(()) => String::from_utf8_lossy(&bytes).into_owned(),
+            Err(error) => error.to_string(),
+        }
+    }
+
+    #[test]
+    fn viewers_that_do_not_read_or_ask_hold_no_seat_against_a_new_one() {
+        let server = Server::start(SocketAddr::from((Ipv4Addr::LOCALHOST, 0)), Arc::default(), &Supervisor::default());
+        let mut server = server.expect("a server");
+        // Half of them do not even ask; none reads.
+        let silent: Vec<TcpStream> = (0..MAX_SEATS + 8)
+            .map(|viewer| match viewer % 2 {
+                0 => ask(server.address(), "/events"),
+                _ => TcpStream::connect(server.address()).expect("the server listens"),
+            })
+            .collect();
+        for path in ["/", "/snapshot.json", "/events"] {
+            assert_eq!(begins(&ask(server.address(), path)), "HTTP/1.1 200 OK", "{path}");
+        }
+        // A viewer that reads stays while others come and go.
+        let viewer = ask(server.address(), "/events");
+        assert_eq!(begins(&viewer), "HTTP/1.1 200 OK");
+        for _ in 0..MAX_SEATS / 2 {
+            assert_eq!(begins(&ask(server.address(), "/")), "HTTP/1.1 200 OK");
+        }
+        let mut lines = String::new();
+        while !lines.contains("event: status") {
+            let mut bytes = [0; 64];
+            let count = (&viewer).read(&mut bytes).expect("it is still served");
+            assert!(count > 0, "it was shut down");
+            lines.push_str(&String::from_utf8_lossy(&bytes[..count]));
+        }
+        server.stop();
+        drop(silent);
+    }
 
     fn asked(head: &str) -> Result<Wanted, &'static str> {
         wanted(head.as_bytes(), true).map_err(|refused| &refused.0[..3])

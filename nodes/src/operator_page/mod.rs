@@ -9,12 +9,14 @@
 mod feed;
 mod http;
 mod listening;
+mod seats;
 mod status;
 mod text;
 mod words;
 
 use crate::ros::{Node, NodeOptions, RosArgs, SpinThread, Subscription};
 use crate::running::NodeError;
+use crate::supervised::Supervisor;
 use feed::Feed;
 use http::Server;
 pub(crate) use status::Status;
@@ -64,12 +66,15 @@ impl OperatorPage {
     /// An address that is taken or is not of this computer, DDS that cannot start.
     pub fn start(args: &RosArgs, address: SocketAddr) -> Result<Self, NodeError> {
         let feed = Arc::<Feed>::default();
+        let supervisor = Supervisor::default();
         // Before DDS: whoever mistypes the port shall hear of it at once.
-        let mut server = Server::start(address, Arc::clone(&feed)).map_err(|error| {
+        let mut server = Server::start(address, Arc::clone(&feed), &supervisor).map_err(|error| {
             NodeError::Parameter(format!("the operator page cannot be served at {address}: {error}"))
         })?;
         let listening = Node::new(NodeOptions::new("operator_page", args)).map_err(NodeError::from).and_then(|node| {
             feed.set_cell(node.namespace());
+            let logger = node.logger().clone();
+            supervisor.on_fault(move |fault| logger.error(fault));
             let subscriptions = listening::subscribe(&node, &feed)?;
             let spin = node.spin_in_thread()?;
             Ok((node, subscriptions, spin))

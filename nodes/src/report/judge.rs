@@ -14,7 +14,7 @@ use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus, LobeForm, LobeResult
 const REST: f64 = 0.35;
 
 /// What a part is whose form is good and that was ground too hot.
-pub(crate) const BURNT: &str = "GOOD FORM, BURNT";
+pub(crate) const BURNT: &str = "NOT GOOD, BURNT";
 
 /// How much the verdict wants to be looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,7 +81,7 @@ pub(super) fn judge(
             let reason = format!("{all} within the allowed ±{allowed} µm; the worst place has {reserve} µm to spare.");
             (Tone::Good, "GOOD", reason)
         }
-        (0, Some(burnt)) => (Tone::Waits, BURNT, burnt_text(burnt)),
+        (0, Some(burnt)) => (Tone::Wrong, BURNT, format!("The form is within tolerance. {}", burnt_text(burnt))),
         (bad, _) => {
             let over = fixed(worst.error_um.abs() - worst.allowed_um, 2);
             let side = if worst.error_um > 0.0 { "more material" } else { "less material" };

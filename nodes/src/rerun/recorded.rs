@@ -19,6 +19,10 @@ use serde::de::DeserializeOwned;
 use std::collections::HashMap;
 use std::sync::Arc;
 
+/// Most ticks between two messages of the machine: it publishes ten times a second and more, and no recorder pauses for longer than a quarter
+/// of an hour of 1 ms ticks without losing inputs.
+const MAX_LEAP_TICKS: u64 = 1_000_000;
+
 /// Topics of a cell, by their indices in the bag.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Topics {
@@ -110,7 +114,7 @@ impl Recorded {
         let mut interpolator_inputs: Vec<AppliedInput> = Vec::new();
         let mut pages: HashMap<String, Vec<PlanPage>> = HashMap::new();
         let (mut heads, mut arriving): (Vec<MachineKeyframe>, _) = (Vec::new(), Arriving::default());
-        let mut last_tick = 0;
+        let (mut last_tick, mut ticks) = (0, Vec::new());
         let mut messages = bag.messages();
         while let Some(message) = messages.next_message()? {
             let at = Some(message.topic);
@@ -131,6 +135,7 @@ impl Recorded {
             } else if at == topics.stream {
                 let stream: MachineStream = read(bag, &message)?;
                 last_tick = last_tick.max(stream.tick);
+                ticks.push(stream.tick);
             }
         }
         let description =
@@ -156,6 +161,7 @@ impl Recorded {
             }
         }
         all.must_be_whole()?;
+        all.must_not_leap(ticks)?;
         if let Some(start) = all.start.as_ref().filter(|start| start.tick >= all.last_tick) {
             let (start, last) = (start.tick, all.last_tick);
             return Err(RerunError::Cannot(format!("nothing lies between tick {start} and tick {last}, the last one")));
@@ -199,6 +205,25 @@ impl Recorded {
         if took_chunks && self.topics.setpoints.is_none() {
             let reason = "the machine took setpoints, and machine/setpoints is not in it: they were left out";
             return Err(RerunError::Cannot(reason.into()));
+        }
+        Ok(())
+    }
+
+    /// The ticks that are computed follow each other without a leap: a damaged number would ask for years of them.
+    fn must_not_leap(&self, mut ticks: Vec<u64>) -> Result<(), RerunError> {
+        ticks.extend(self.machine_inputs.iter().map(|input| input.tick));
+        ticks.push(self.last_tick);
+        ticks.sort_unstable();
+        let mut before = self.start.as_ref().map_or(0, |start| start.tick);
+        for tick in ticks.into_iter().filter(|tick| *tick <= self.last_tick) {
+            let leap = tick.saturating_sub(before);
+            if leap > MAX_LEAP_TICKS {
+                return Err(RerunError::Cannot(format!(
+                    "nothing is recorded of the machine between tick {before} and tick {tick}, which are {leap} ticks; at most \
+                     {MAX_LEAP_TICKS} are computed without a message: a message is damaged, or --to-tick {before} ends before the gap"
+                )));
+            }
+            before = before.max(tick);
         }
         Ok(())
     }
