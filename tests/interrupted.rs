@@ -61,7 +61,7 @@ fn ctrl_c_in_the_cut_retracts_the_wheel_and_closes_the_bag() {
     assert!(message.contains("cancelled: the axes are at rest and the wheel is retracted"), "{said:?}");
     assert_eq!(path, format!("bag: {}", bag.display()));
     assert_eq!(page, format!("report: {}", bag.join("report.html").display()));
-    assert_eq!(verdict, "NOT COMPLETE: eccentric, Canceled");
+    assert_eq!(verdict, "NOT COMPLETE: eccentric, cancelled");
 
     let report = check(&bag).expect("there is a bag");
     assert_eq!(report.findings, [], "{}", report.to_text());

@@ -21,6 +21,7 @@ use camwright_nodes::ros::{
     ActionClient, CancelOutcome, ClientGoal, GoalStatus, ParameterValue, Publisher, Qos, RosArgs,
 };
 use cell::{Cell, PATIENCE};
+use serde_json::json;
 use std::sync::mpsc;
 use watched::{LogLines, Watched};
 
@@ -178,6 +179,35 @@ fn what_is_refused_is_refused_before_anything_moves_and_the_log_says_why() {
 }
 
 #[test]
+fn what_is_refused_on_the_topic_is_logged_with_the_reason_and_repetitions_are_counted() {
+    let cell = Cell::start(&[]);
+    let log = LogLines::of(&cell);
+    let publisher =
+        cell.client.node.publisher::<JointTrajectory>("axis_interpolator/joint_trajectory", &Qos::default_topic());
+    let publisher = publisher.expect("a publisher");
+    assert!(publisher.wait_matched(1, PATIENCE), "the interpolator subscribes");
+    let mut long = to("z_axis", 0.05, 2.0);
+    long.points[0].positions.push(1.0);
+    let cases = [
+        (JointTrajectory::default(), "at least one joint"),
+        (to("z_axis", 5.0, 60.0), "z_axis"),
+        (to("z_axis", 0.05, 0.02), "z_axis"),
+        (to("y_axis", 0.05, 2.0), "there is no joint \"y_axis\""),
+        (long, "2 position values for 1 joints"),
+    ];
+    for (trajectory, words) in cases {
+        publisher.publish(&trajectory).expect("room");
+        log.line(&["joint trajectory refused", words]);
+    }
+    for _ in 0..20 {
+        publisher.publish(&JointTrajectory::default()).expect("room");
+    }
+    log.line(&["joint trajectory refused", "at least one joint", "more times in the last 5 s"]);
+    assert!(!cell.client.has_moved());
+    cell.stop();
+}
+
+#[test]
 fn a_tolerance_that_is_broken_ends_the_goal_with_joint_amount_and_time() {
     let cell = Cell::start(&[]);
     let follower = Follower::new(&cell);
@@ -299,6 +329,76 @@ fn a_trajectory_with_a_stamp_begins_at_its_time_and_a_late_one_with_what_is_left
     assert_eq!(result(&follower.send(goal(late))).0, GoalStatus::Succeeded);
     let stood = joints.until("the table stands at 100 mm", |joints| (position(joints, "z_axis") - 0.1).abs() < 1e-9);
     assert!(stood.velocity[2].abs() < 0.1);
+    cell.stop();
+}
+
+/// Of a joint that is at a place, from there to another, as planners send it: the first point at time 0 is the state they planned from.
+fn planned(joint: &str, from: f64, position: f64, time_s: f64) -> JointTrajectory {
+    let mut trajectory = to(joint, position, time_s);
+    let first =
+        JointTrajectoryPoint { positions: vec![from], velocities: vec![0.0], ..JointTrajectoryPoint::default() };
+    trajectory.points[0].velocities = vec![0.0];
+    trajectory.points.insert(0, first);
+    trajectory
+}
+
+/// Planners begin with the measured positions, and send the next goal as soon as the one before is over: an axis is still settling then.
+#[test]
+fn goals_that_begin_with_the_measured_positions_are_followed_right_after_a_move() {
+    let realtime = ParameterValue::String("realtime".into());
+    let cell = Cell::start_with(&["feedback_delay_ticks=500"], |args| {
+        args.with_parameter(Some("machine_sim"), "pace", realtime)
+    });
+    let (follower, log) = (Follower::new(&cell), LogLines::of(&cell));
+    let joints = Watched::<JointState>::new(&cell, "joint_states", &Qos::default_topic());
+    let places =
+        [("z_axis", 0.03), ("x_axis", 0.12), ("c_axis", 1.5), ("z_axis", 0.0), ("x_axis", 0.15), ("c_axis", 0.0)];
+    for (joint, place) in places.into_iter().chain(places) {
+        let from = position(&joints.until("a position", |_| true), joint);
+        let sent = follower.send(goal(planned(joint, from, place, 0.8)));
+        assert!(sent.accepted(), "{joint} from {from} to {place}");
+        let (status, code, text) = result(&sent);
+        assert_eq!((status, code), (GoalStatus::Succeeded, Codes::SUCCESSFUL), "{text}");
+    }
+    // Farther away than the tolerance: refused with joint, position and what is allowed.
+    let from = position(&joints.until("it stands", |joints| joints.velocity[2] == 0.0), "z_axis");
+    assert!(!follower.send(goal(planned("z_axis", from + 0.002, 0.03, 0.8))).accepted());
+    log.line(&["z_axis", "the point at time 0 is at", "allowed are 0.5 mm", "start tolerance"]);
+    cell.stop();
+}
+
+/// The same by rclpy, as `MoveIt`'s controller manager would.
+#[test]
+fn goals_of_rclpy_that_begin_with_the_measured_positions_are_followed() {
+    let Some(env) = support::peer_env() else { return };
+    let realtime = ParameterValue::String("realtime".into());
+    let cell = Cell::start_with(&["feedback_delay_ticks=500"], |args| {
+        args.with_parameter(Some("machine_sim"), "pace", realtime)
+    });
+    let mut peer = support::Peer::start(env, cell.domain(), "planner");
+    let (states, action) = ("/joint_states", "/axis_interpolator/follow_joint_trajectory");
+    let topic = json!({ "topic": states, "type": "sensor_msgs/msg/JointState", "qos": "best_effort" });
+    peer.ask("subscribe", topic);
+    for round in 0..12 {
+        // What came during the last move is no longer true.
+        let _before = peer.events_so_far("message");
+        let measured = peer.message(states);
+        let from = measured["position"][2].as_f64().expect("a position");
+        let rest = json!([0.0]);
+        let points = json!([
+            { "positions": [from], "velocities": rest },
+            { "positions": [if round % 2 == 0 { 0.03 } else { 0.0 }], "velocities": rest,
+              "time_from_start": { "sec": 0, "nanosec": 800_000_000 } },
+        ]);
+        let goal = json!({ "trajectory": { "joint_names": ["z_axis"], "points": points } });
+        let kind = "control_msgs/action/FollowJointTrajectory";
+        let sent = peer.ask("send_goal", json!({ "action": action, "type": kind, "goal": goal }));
+        assert_eq!(sent["accepted"], true, "goal {round} from {from}");
+        let id = sent["goal"].clone();
+        let result = peer.ask("result", json!({ "goal": id, "timeout": PATIENCE.as_secs() }));
+        assert_eq!(result["status"], 4, "{result}");
+    }
+    drop(peer);
     cell.stop();
 }
 

@@ -22,13 +22,14 @@ use support::{Domain, Folder};
 const TWO: &str = "lobes=[{name: J1, station: LS1, profile: journal, phase_deg: 0, width_mm: 20}, \
      {name: J2, station: LS2, profile: journal, phase_deg: 40, width_mm: 20}]";
 
-/// What a run of two of the shipped journals leaves: what it reports, the finished part, and the halves of its plans in the bag.
+/// What a run of two parts with two of the shipped journals leaves: what it reports, the finished part, and the halves of its plans in the bag.
 fn ground(folder: &Folder, name: &str) -> (serde_json::Value, Vec<PartLobe>, Vec<u8>) {
     let (domain, bag) = (Domain::take(), folder.join(name));
     let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
     command.current_dir(support::repository()).env("ROS_DOMAIN_ID", domain.id().to_string());
     command.env("XDG_STATE_HOME", folder.join(&format!("{name}-state")));
-    let output = command.args(["run", "journal_runout", "--json", "--set", TWO, "--bag"]).arg(&bag).output();
+    let output =
+        command.args(["run", "journal_runout", "--json", "--parts", "2", "--set", TWO, "--bag"]).arg(&bag).output();
     let output = output.expect("camwright runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let (mut part, mut halves) = (Vec::new(), Vec::new());
@@ -54,8 +55,8 @@ fn ground(folder: &Folder, name: &str) -> (serde_json::Value, Vec<PartLobe>, Vec
     (serde_json::from_slice(&output.stdout).expect("a report"), part, halves)
 }
 
-/// Two of the shipped journals over DDS: rounder than a micrometre and a half, to size, with both plans in the bag. Done once more, by
-/// nodes whose messages came at other times, the part is the same bit for bit.
+/// Two parts with two of the shipped journals over DDS: rounder than a micrometre and a half, to size, with their plans in the bag. Done
+/// once more, by nodes whose messages came at other times, both parts are the same bit for bit.
 #[test]
 fn journals_are_measured_and_corrected_over_dds_the_same_every_time() {
     let folder = Folder::new("journals");
@@ -66,12 +67,14 @@ fn journals_are_measured_and_corrected_over_dds_the_same_every_time() {
         assert!(um("form_error_max_um").abs() < 3.0, "{lobe}");
         assert!(um("spark_out_turns") > 5.0, "{lobe}");
     }
-    assert_eq!(halves, [1, 2], "a first half and a second");
+    assert_eq!(halves, [1, 2, 1, 2], "a first half and a second of both parts");
     let kept = folder.join("one-state/camwright/learned/journal_grinder.stiffness.yaml");
     let kept = KeptStiffness::parse(&kept, &std::fs::read_to_string(&kept).expect("a file")).expect("a stiffness");
-    assert_eq!((kept.parts, kept.places().len()), (1, 2), "what was measured is kept");
-    assert_eq!(part.iter().map(|lobe| lobe.name.as_str()).collect::<Vec<_>>(), ["J1", "J2"]);
-    let (_, again, _) = ground(&folder, "two");
+    assert_eq!((kept.parts, kept.places().len()), (2, 2), "what was measured is kept");
+    assert_eq!(part.iter().map(|lobe| lobe.name.as_str()).collect::<Vec<_>>(), ["J1", "J2", "J1", "J2"]);
+    let (report_again, again, _) = ground(&folder, "two");
+    assert_eq!(report["batch"]["parts"], report_again["batch"]["parts"], "plans and results of both parts");
+    assert_eq!(part.len(), again.len());
     for (lobe, again) in part.iter().zip(&again) {
         let bits = |lobe: &PartLobe| lobe.radius.iter().map(|radius| radius.to_bits()).collect::<Vec<u64>>();
         assert!(bits(lobe) == bits(again), "lobe {}", lobe.name);

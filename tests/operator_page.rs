@@ -186,9 +186,9 @@ fn the_server_gives_what_it_has_and_nothing_else() {
     assert!(refused.starts_with("HTTP/1.1 431 ") || refused.is_empty(), "{refused}");
     assert!(answered(address, b"GET / HT").starts_with("HTTP/1.1 408 "), "half a request");
 
-    // So many viewers that no more are let in; those who leave make room.
+    // However many viewers there are, the next one is served: one that does not read gives its seat up.
     let mut viewers: Vec<TcpStream> = Vec::new();
-    for _ in 0..32 {
+    for _ in 0..40 {
         let mut viewer = TcpStream::connect(address).expect("the server is there");
         viewer.set_read_timeout(Some(PATIENCE)).expect("a time");
         viewer.write_all(format!("GET /events HTTP/1.1\r\nHost: {address}\r\n\r\n").as_bytes()).expect("it is taken");
@@ -197,13 +197,10 @@ fn the_server_gives_what_it_has_and_nothing_else() {
         assert_eq!(&first, b"HTTP/1.1 200 OK");
         viewers.push(viewer);
     }
-    assert!(get("/").starts_with("HTTP/1.1 503 "));
+    for _ in 0..3 {
+        assert!(get("/").starts_with("HTTP/1.1 200 "));
+    }
     drop(viewers);
-    let again = (0..600).any(|_| {
-        std::thread::sleep(std::time::Duration::from_millis(100));
-        get("/").starts_with("HTTP/1.1 200 ")
-    });
-    assert!(again, "viewers that left make room");
 
     let taken = OperatorPage::start(&args, address).expect_err("the port is taken").to_string();
     assert!(taken.starts_with(&format!("the operator page cannot be served at {address}: ")), "{taken}");

@@ -125,8 +125,8 @@ fn what_makes_no_program_is_refused_with_its_key() {
         ("9 decimal places of lengths are not within 1 to 6", eccentric(&["nc.linear_decimals=9"])),
         ("0 decimal places of angles", eccentric(&["nc.rotary_decimals=0"])),
         ("leaves nothing beside", eccentric(&["nc.linear_decimals=2", "nc.finish_tolerance_um=1"])),
-        ("unknown variant", eccentric(&["nc.control=abacus"])),
-        ("unknown field", eccentric(&["nc.dialect=fanuc"])),
+        ("unknown word", eccentric(&["nc.control=abacus"])),
+        ("unknown key", eccentric(&["nc.dialect=fanuc"])),
         (
             "the control reads 20. It would at ",
             eccentric(&["nc.most_blocks_s=20", "nc.widest_tolerance_um=1", "work_speed_rpm=200"]),

@@ -69,6 +69,81 @@ fn nothing_of_a_reliable_publisher_is_lost() {
     assert_eq!(lost, Lost::default());
 }
 
+/// Memory of a process now (MB).
+fn memory_mb(process: u32) -> f64 {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).expect("the process lives");
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).expect("a line of memory");
+    let kb: f64 = line.split_whitespace().next().and_then(|kb| kb.parse().ok()).expect("a number");
+    kb / 1024.0
+}
+
+/// Large and small messages as a job publishes them: plan pages and chunks of setpoints, and joint states. Sends what is due.
+struct Traffic {
+    topics: [(camwright_nodes::ros::Publisher<Text>, Text, u64); 2],
+    begun: Instant,
+    refused: u64,
+}
+
+impl Traffic {
+    const TOPICS: [(&'static str, usize, u64); 2] = [("/large", 30_000, 100), ("/small", 300, 1000)];
+
+    fn new(node: &Node) -> Self {
+        let topics = Self::TOPICS.map(|(name, bytes, per_second)| {
+            let publisher = node.publisher(name, &Qos::default_topic().keep_last(1000)).expect("a publisher");
+            (publisher, Text { data: "x".repeat(bytes) }, per_second)
+        });
+        Self { topics, begun: Instant::now(), refused: 0 }
+    }
+
+    /// Publishes for a second.
+    fn go_on(&mut self) {
+        const PERIOD: Duration = Duration::from_millis(10);
+        for _ in 0..100 {
+            for (publisher, message, per_second) in &self.topics {
+                for _ in 0..per_second / 100 {
+                    self.refused += u64::from(publisher.publish(message).is_err());
+                }
+            }
+            std::thread::sleep(PERIOD);
+        }
+    }
+}
+
+/// The bag grows, the memory of the recorder does not. `CAMWRIGHT_SOAK_S` is the time that this is watched (s).
+#[test]
+fn memory_stays_flat_while_the_bag_grows() {
+    let seconds: u32 = std::env::var("CAMWRIGHT_SOAK_S").ok().and_then(|text| text.parse().ok()).unwrap_or(24);
+    let (domain, folder) = (Domain::take(), Folder::new("memory"));
+    let names = Traffic::TOPICS.map(|(name, ..)| name);
+    let recorder = Ours::start(&domain, &folder.join("run"), &[names[0], names[1], "/run_logger/status", "/rosout"]);
+    let mut traffic = Traffic::new(&recorder.node);
+    recorder.wait_for_topics(&names);
+    let process = recorder.process.id();
+    let mut memory = Vec::new();
+    for second in 0..seconds {
+        traffic.go_on();
+        memory.push(memory_mb(process));
+        if second % (seconds / 12).max(1) == 0 {
+            let written: u64 = recorder.status().topics.iter().map(|topic| topic.written).sum();
+            println!(
+                "{:.0} s: {written} messages, {:.1} MB",
+                traffic.begun.elapsed().as_secs_f64(),
+                memory[second as usize]
+            );
+        }
+    }
+    let (bag, _) = recorder.end();
+    let lost = lost(&Bag::open(&bag).expect("it is closed"));
+    let third = memory.len() / 3;
+    let max = |part: &[f64]| part.iter().copied().fold(0.0, f64::max);
+    let (before, after) = (max(&memory[third..2 * third]), max(&memory[2 * third..]));
+    println!("{before:.1} MB in the second third, {after:.1} MB in the last; {lost:?}, refused {}", traffic.refused);
+    assert_eq!(lost, Lost::default());
+    // A tenth of what the messages of the last third take.
+    let grown = after - before;
+    assert!(grown < 0.1 * 3.3 * f64::from(seconds / 3), "{grown:.1} MB more: {memory:?}");
+}
+
 /// How long a move may take.
 const LONGEST: Duration = Duration::from_secs(1200);
 

@@ -1,4 +1,5 @@
 //! Actions, life cycle and diagnostics between two nodes of this process.
+#![allow(clippy::print_stdout, reason = "a test shows what it measured")]
 
 use std::{
     collections::BTreeMap,
@@ -23,8 +24,9 @@ use camwright_msgs::{
     unique_identifier_msgs::msg::UUID,
 };
 use camwright_nodes::ros::{
-    ActionHandler, CancelOutcome, GoalDecision, GoalHandle, GoalId, GoalStatus, Lifecycle, LifecycleCallbacks,
-    LifecycleState, Node, NodeOptions, Qos, RosArgs, RosError, SpinThread, Transition, diagnostic_status,
+    ActionHandler, CancelOutcome, ClientGoal, GoalDecision, GoalHandle, GoalId, GoalStatus, Lifecycle,
+    LifecycleCallbacks, LifecycleState, Node, NodeOptions, Qos, RosArgs, RosError, SpinThread, Transition,
+    diagnostic_status,
 };
 
 mod support;
@@ -167,6 +169,50 @@ fn three_goals_run_at_once_and_each_has_its_own_end() {
 }
 
 #[test]
+fn a_thousand_goals_at_once_are_all_answered_and_those_rejected_are_counted() {
+    let domain = Domain::take();
+    let (machine, _a) = node(&domain, "machine");
+    let (operator, _b) = node(&domain, "operator");
+    let _diagnostics = machine.diagnostics("4711", || vec![diagnostic_status(DiagnosticStatus::OK, "", "ready", &[])]);
+    let homing = Homing::default();
+    let server = machine.action_server::<Home>("~/home", homing.clone()).expect("a server");
+    let client = operator.action_client::<Home>("/machine/home").expect("a client");
+    client.wait_for_server(PATIENCE).expect("the server is there");
+    let (told, reports) = mpsc::channel();
+    let _reports = operator
+        .subscribe("/diagnostics", &Qos::default_topic(), move |report: DiagnosticArray, _| drop(told.send(report)))
+        .expect("a subscription");
+
+    for (wish, count) in [("reject", 1000), ("", 1000), ("reject", 300)] {
+        let begun = Instant::now();
+        let (sender, decisions) = mpsc::channel();
+        for _ in 0..count {
+            let sender = sender.clone();
+            let decided = move |sent: ClientGoal<Home>| {
+                let _ = sender.send(sent.accepted());
+            };
+            client.send_goal_with(goal(wish), drop, decided).expect("room");
+        }
+        let sent_s = begun.elapsed().as_secs_f64();
+        for answered in 0..count {
+            let accepted =
+                decisions.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("{answered} of {count} answered"));
+            assert_eq!(accepted, wish.is_empty());
+        }
+        println!("{count} goals '{wish}' sent in {sent_s:.3} s, answered in {:.3} s", begun.elapsed().as_secs_f64());
+    }
+    assert_eq!(server.active_goals().len(), 1000);
+    let rejected = |report: &DiagnosticArray| {
+        let status = report.status.iter().find(|status| status.name == "machine")?;
+        Some(status.values.iter().find(|value| value.key == "goals rejected")?.value.clone())
+    };
+    let deadline = Instant::now() + PATIENCE;
+    while reports.recv_timeout(PATIENCE).ok().and_then(|report| rejected(&report)).as_deref() != Some("1300") {
+        assert!(Instant::now() < deadline, "1300 rejected goals are not reported");
+    }
+}
+
+#[test]
 fn a_decision_may_come_later_from_another_thread() {
     let domain = Domain::take();
     let (machine, _a) = node(&domain, "machine");
@@ -273,7 +319,7 @@ fn ids_in_use_are_refused_and_a_dropped_goal_is_aborted() {
     operator.post(move || {
         let blocked = inside.send_goal(goal("z"), |_| {}, PATIENCE);
         assert!(matches!(blocked, Err(RosError::WouldDeadlock { .. })));
-        let decided = move |goal: camwright_nodes::ros::ClientGoal<Home>| {
+        let decided = move |goal: ClientGoal<Home>| {
             let id = goal.id();
             let ended = move |status, result: HomeResult| {
                 let _ = sender.send((id, status, result.message));

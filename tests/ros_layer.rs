@@ -322,8 +322,8 @@ fn parameters_are_guarded_described_and_told() {
         [
             (true, ""),
             (false, "parameter 'rate' 11 is outside 0 to 10"),
-            (false, "parameter 'rate' is a double, not a integer"),
-            (false, "parameter 'axes' is read-only"),
+            (false, "parameter 'rate' has the type double (0 to 10); it cannot be the integer 3"),
+            (false, "parameter 'axes' is 2 and read-only; set it at the start, with -p or --params-file"),
             (false, "parameter 'unknown' is not declared"),
             (false, "that name is taken"),
             (false, "parameter 'rate' cannot be removed"),

@@ -3,6 +3,7 @@
 use crate::ground::{ABORTED, CANCELED, Ground, HOME, SUCCEEDED};
 use crate::support::{PATIENCE, Peer};
 use camwright_msgs::camwright_msgs::action::{Home, HomeFeedback, HomeGoal, HomeResult};
+use camwright_msgs::std_srvs::srv::{Trigger, TriggerResponse};
 use camwright_nodes::ros::{ActionHandler, ActionServer, GoalDecision, GoalHandle, GoalId, Node};
 use serde_json::{Value, json};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -136,5 +137,36 @@ pub fn results_and_statuses(ground: &mut Ground<'_>) {
         ids.sort_unstable();
         assert_eq!(named, ids);
         assert!(goals.iter().all(|(_, goal)| goal.is_canceling()));
+    });
+}
+
+/// A client that sends all it has and then reads keeps ten unread answers, as ROS has it by default. It gets every one.
+pub fn bursts(ground: &mut Ground<'_>) {
+    let (machine, _spin) = ground.node("machine");
+    let (_server, told) = homing(&machine);
+    let _service = machine.service::<Trigger>("~/reset", |_| TriggerResponse { success: true, ..Default::default() });
+    let _ends = std::thread::spawn(move || {
+        for told in told {
+            if let Told::Accepted(goal) = told {
+                goal.abort(result("another goal came"));
+            }
+        }
+    });
+    let mut peer = ground.peer("operator");
+    ground.check("1,000 goals and 1,000 calls sent in one loop: each is answered", || {
+        for (n, goal, kind) in [
+            (1000, json!({}), "rejected"),
+            (300, json!({}), "rejected"),
+            (300, json!({ "joints": ["x_axis"] }), "accepted"),
+        ] {
+            let burst = json!({ "action": "/machine/home", "type": HOME, "goal": goal, "n": n });
+            let answer = peer.ask("burst_of_goals", burst);
+            eprintln!("{n} goals, {kind}: {answer}");
+            assert_eq!(answer["kinds"], json!({ kind: n }), "{answer}");
+        }
+        let burst = json!({ "service": "/machine/reset", "type": "std_srvs/srv/Trigger", "n": 1000 });
+        let answer = peer.ask("burst_of_calls", burst);
+        eprintln!("1000 calls: {answer}");
+        assert_eq!(answer["kinds"], json!({ "True": 1000 }), "{answer}");
     });
 }

@@ -121,6 +121,35 @@ pub fn logs_and_descriptions(ground: &mut Ground<'_>) {
         assert_eq!(line["level"], 40);
         assert!(line["file"].as_str().is_some_and(|file| file.ends_with("life.rs")), "{line}");
     });
+    ground.check("levels of loggers, read and set", || {
+        let mut levels = |names: &Value| {
+            let service = "/cell/machine/get_logger_levels";
+            let answer = peer.call(service, "rcl_interfaces/srv/GetLoggerLevels", json!({ "names": names }));
+            let levels = answer["levels"].as_array().expect("a list");
+            levels.iter().map(|level| level["level"].as_u64().expect("a number")).collect::<Vec<_>>()
+        };
+        assert_eq!(levels(&json!(["cell.machine", "nobody"])), [20, 0]);
+        let mut set = |name: &str, level: u32| {
+            let request = json!({ "levels": [{ "name": name, "level": level }] });
+            let service = "/cell/machine/set_logger_levels";
+            peer.call(service, "rcl_interfaces/srv/SetLoggerLevels", request)["results"][0].take()
+        };
+        assert_eq!(set("cell.machine", 40)["successful"], true);
+        assert!(!node.logger().is_enabled(Level::Warn));
+        node.log(Level::Warn, "the wheel is worn again");
+        assert_eq!(set("cell.machine", 10)["successful"], true);
+        node.log(Level::Debug, "the wheel turns");
+        for (name, level, words) in [("nobody", 10, "'cell.machine'"), ("cell.machine", 35, "level 35")] {
+            let refused = set(name, level);
+            assert_eq!(refused["successful"], false);
+            assert!(refused["reason"].as_str().is_some_and(|reason| reason.contains(words)), "{refused}");
+        }
+        let line = peer.message_where("/rosout", |line| {
+            assert_ne!(line["msg"], "the wheel is worn again", "below the level that was set");
+            line["msg"] == "the wheel turns"
+        });
+        assert_eq!(line["level"], 10);
+    });
 }
 
 pub fn namespaces(ground: &mut Ground<'_>) {

@@ -62,6 +62,7 @@ const ROWS: &[(&str, &[&str])] = &[
             "result for who asks late, and twice",
             "status is latched and tells ends that nobody asked for",
             "cancelling all goals",
+            "1,000 goals and 1,000 calls sent in one loop: each is answered",
         ],
     ),
     ("Actions, client ours", &["accepted, feedback, result", "rejected", "cancelled", "aborted"]),
@@ -74,6 +75,7 @@ const ROWS: &[(&str, &[&str])] = &[
             "set atomically: all or none",
             "`/parameter_events`",
             "what `ros2 param dump` writes loads again",
+            "what `ros2 param dump` writes, `ros2 param load` sets",
             "354 command lines mean what they mean to rcl",
         ],
     ),
@@ -86,7 +88,15 @@ const ROWS: &[(&str, &[&str])] = &[
             "states, transitions and graph listed",
         ],
     ),
-    ("Time and logs", &["`/clock`, theirs to ours", "`/clock`, ours to theirs", "`/rosout`, also to late joiners"]),
+    (
+        "Time and logs",
+        &[
+            "`/clock`, theirs to ours",
+            "`/clock`, ours to theirs",
+            "`/rosout`, also to late joiners",
+            "levels of loggers, read and set",
+        ],
+    ),
     (
         "The cell, four processes",
         &[

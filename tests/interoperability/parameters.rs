@@ -11,7 +11,9 @@ fn declared() -> Vec<Parameter> {
         Parameter::double("infeed_um_rev", 5.0).describe("infeed per revolution (µm)").range(0.1, 50.0),
         Parameter::string("job", "four_lobes"),
         Parameter::integer("lobes", 4).read_only(),
-        Parameter::double("group.depth", 1e-5),
+        Parameter::double("group.depth", 0.25),
+        Parameter::optional("group.law", ParameterValue::String(String::new())).choices(&["constant", "optimal"]),
+        Parameter::optional("group.speed_rpm", ParameterValue::Double(0.0)).range(0.1, 100.0),
     ]
 }
 
@@ -71,7 +73,7 @@ pub fn served(ground: &mut Ground<'_>) {
     ground.check("set atomically: all or none", || {
         let both = |first: f64, second: f64| json!({ "parameters": [double("group.depth", first), double("infeed_um_rev", second)] });
         let refused = ask(&mut peer, "set_parameters_atomically", both(0.25, 51.0));
-        assert_eq!((&refused["result"]["successful"], now("group.depth")), (&json!(false), Some(ParameterValue::Double(1e-5))));
+        assert_eq!((&refused["result"]["successful"], now("group.depth")), (&json!(false), Some(ParameterValue::Double(0.25))));
         assert_eq!(ask(&mut peer, "set_parameters_atomically", both(0.25, 9.0))["result"]["successful"], true);
         assert_eq!(now("group.depth"), Some(ParameterValue::Double(0.25)));
     });
@@ -117,6 +119,44 @@ pub fn dumped_and_loaded(ground: &mut Ground<'_>) {
             assert_eq!(again.parameters().get(name), node.parameters().get(name), "{name} of\n{text}");
         }
         again.shutdown();
+        std::fs::remove_file(&path).expect("it is ours");
+    });
+}
+
+/// What `ros2 param dump` writes of one node, `ros2 param load` sets in another; what it may not be is refused with its name and range.
+pub fn dumped_and_set(ground: &mut Ground<'_>) {
+    let given = "--ros-args -r __ns:=/cell -p infeed_um_rev:=12.5 -p group.law:=optimal";
+    let (_node, _spin) = ground.node_with("planner", given, declared());
+    let (other, _other_spin) = ground.node_with("planner", "--ros-args -r __ns:=/other", declared());
+    let mut peer = ground.peer("peer");
+    ground.check("what `ros2 param dump` writes, `ros2 param load` sets", || {
+        let text = peer.ask("dump", json!({ "node": "/cell/planner" }))["yaml"].as_str().expect("a text").to_owned();
+        assert!(!text.contains("null") && !text.contains("speed_rpm"), "what is not set is not dumped:\n{text}");
+        let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("load-{}.yaml", std::process::id()));
+        let mut load = |text: &str| {
+            std::fs::write(&path, text.replace("/cell/", "/other/")).expect("a file of ours");
+            peer.ask("load", json!({ "node": "/other/planner", "file": path }))["reasons"].take()
+        };
+        let reasons = load(&text);
+        let reasons = reasons.as_object().expect("one for each parameter");
+        assert!(reasons.values().all(|reason| reason == ""), "{reasons:?} of\n{text}");
+        let now = |name: &str| other.parameters().get(name);
+        assert_eq!(now("infeed_um_rev"), Some(ParameterValue::Double(12.5)));
+        assert_eq!(now("group.law"), Some(ParameterValue::String("optimal".into())));
+        assert_eq!(now("group.speed_rpm"), Some(ParameterValue::NotSet));
+        for (wrong, says) in [
+            ("group: {law: foo}", ["'foo'", "one of constant, optimal"]),
+            ("group: {law: null}", ["'None'", "one of constant, optimal"]),
+            ("group: {speed_rpm: -45.0}", ["-45", "0.1 to 100"]),
+            ("group: {speed_rpm: null}", ["'None'", "0.1 to 100"]),
+            ("lobes: 5", ["'lobes' is 4", "read-only"]),
+        ] {
+            let reasons = load(&format!("/cell/planner:\n  ros__parameters: {{{wrong}}}\n"));
+            let reason = reasons.as_object().and_then(|all| all.values().next()?.as_str().map(str::to_owned));
+            let reason = reason.unwrap_or_default();
+            assert!(says.iter().all(|words| reason.contains(words)), "{wrong}: {reason}");
+        }
+        assert_eq!(now("group.law"), Some(ParameterValue::String("optimal".into())), "refusals change nothing");
         std::fs::remove_file(&path).expect("it is ours");
     });
 }

@@ -8,10 +8,12 @@
 mod domain;
 mod env;
 mod folder;
+pub mod hosts;
 mod linuxcnc;
 mod peer;
 mod process;
 pub mod processes;
+pub mod rtps;
 
 pub use domain::Domain;
 pub use env::{PeerEnv, in_ci, peer_env, repository, target_directory};

@@ -21,7 +21,8 @@ from plain import from_plain, interface, to_plain
 from rcl_interfaces.srv import GetParameters, ListParameters
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.parameter import Parameter, parameter_dict_from_yaml_file, parameter_value_to_python
+from rclpy.parameter_client import AsyncParameterClient
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy, qos_policy_name_from_kind
 from rclpy.task import Future
@@ -278,6 +279,61 @@ class Peer:
             return {"yaml": yaml.dump({c["node"]: {"ros__parameters": tree}}, default_flow_style=False)}
 
         return Waiting(c, look, f"the parameters of {c['node']}")
+
+    def op_load(self, c):
+        """What `ros2 param load` does with a file: the client of rclpy that it is made of, and the outcome for each parameter."""
+        state = {}
+
+        def look():
+            if "future" not in state:
+                client = state.setdefault("client", AsyncParameterClient(self.node, c["node"]))
+                if client.services_are_ready():
+                    wanted = parameter_dict_from_yaml_file(c["file"], target_nodes=[c["node"]])
+                    state["names"] = [parameter.name for parameter in wanted.values()]
+                    state["future"] = client.load_parameter_file(c["file"])
+                return None
+            if not state["future"].done():
+                return None
+            results = state["future"].result().results
+            return {"reasons": {name: "" if r.successful else r.reason for name, r in zip(state["names"], results)}}
+
+        return Waiting(c, look, f"the parameters of {c['node']} to be loaded")
+
+    def burst(self, c, client, is_ready, send, sort):
+        """Sends `n` requests in one loop without reading an answer; then reads until all are there or `patience` is over."""
+        state = {}
+
+        def look():
+            if "futures" not in state:
+                if is_ready():
+                    state["begun"] = time.monotonic()
+                    state["futures"] = [send() for _ in range(c["n"])]
+                    state["sent_s"] = time.monotonic() - state["begun"]
+                return None
+            answered = [future for future in state["futures"] if future.done()]
+            taken_s = time.monotonic() - state["begun"]
+            if len(answered) < c["n"] and taken_s < c.get("patience", 10.0):
+                return None
+            kinds = [sort(future.result()) for future in answered]
+            counts = {kind: kinds.count(kind) for kind in sorted(set(kinds))}
+            return {"answered": len(answered), "kinds": counts, "sent_s": state["sent_s"], "taken_s": taken_s}
+
+        return Waiting(c, look, f"{c['n']} answers")
+
+    def op_burst_of_goals(self, c):
+        kind = interface(c["type"])
+        client = self.action_clients.setdefault(c["action"], None) or ActionClient(self.node, kind, c["action"])
+        self.action_clients[c["action"]] = client
+        goal = from_plain(kind.Goal, c.get("goal", {}))
+        sort = lambda handle: "accepted" if handle.accepted else "rejected"
+        return self.burst(c, client, client.server_is_ready, lambda: client.send_goal_async(goal), sort)
+
+    def op_burst_of_calls(self, c):
+        kind = interface(c["type"])
+        client = self.node.create_client(kind, c["service"])
+        request = from_plain(kind.Request, c.get("request", {}))
+        sort = lambda response: str(to_plain(response).get("success", ""))
+        return self.burst(c, client, client.service_is_ready, lambda: client.call_async(request), sort)
 
     # --- actions, as a client
 

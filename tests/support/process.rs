@@ -105,7 +105,8 @@ impl Guarded {
         self.signal("TERM");
     }
 
-    fn signal(&self, signal: &str) {
+    /// Sends a signal by its name.
+    pub fn signal(&self, signal: &str) {
         let sent = Command::new("kill").args([format!("-{signal}"), self.child.id().to_string()]).status();
         assert!(sent.is_ok_and(|status| status.success()), "cannot signal {}", self.name);
     }
