@@ -1,6 +1,7 @@
 //! Actions with the server on our side.
 
 use crate::ground::{ABORTED, CANCELED, Ground, HOME, SUCCEEDED};
+use crate::matrix::BURST;
 use crate::support::{PATIENCE, Peer};
 use camwright_msgs::camwright_msgs::action::{Home, HomeFeedback, HomeGoal, HomeResult};
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerResponse};
@@ -153,7 +154,7 @@ pub fn bursts(ground: &mut Ground<'_>) {
         }
     });
     let mut peer = ground.peer("operator");
-    ground.check("1,000 goals and 1,000 calls sent in one loop: each is answered", || {
+    ground.check(BURST, || {
         for (n, goal, kind) in [
             (1000, json!({}), "rejected"),
             (300, json!({}), "rejected"),

@@ -13,6 +13,9 @@ pub enum Column {
     Cyclone,
 }
 
+/// Row of the scenario that runs only where it is named; its outcome depends on how busy the computer is, so it is not in the table.
+pub const BURST: &str = "1,000 goals and 1,000 calls sent in one loop: each is answered";
+
 /// Sections and their rows, in the order of the table.
 const ROWS: &[(&str, &[&str])] = &[
     (
@@ -62,7 +65,6 @@ const ROWS: &[(&str, &[&str])] = &[
             "result for who asks late, and twice",
             "status is latched and tells ends that nobody asked for",
             "cancelling all goals",
-            "1,000 goals and 1,000 calls sent in one loop: each is answered",
         ],
     ),
     ("Actions, client ours", &["accepted, feedback, result", "rejected", "cancelled", "aborted"]),
@@ -149,7 +151,7 @@ pub struct Matrix {
 impl Matrix {
     /// Takes what came out of a check.
     pub fn enter(&mut self, row: &'static str, column: Column, outcome: Result<(), String>) {
-        assert!(ROWS.iter().any(|(_, rows)| rows.contains(&row)), "'{row}' is no row of the table");
+        assert!(row == BURST || ROWS.iter().any(|(_, rows)| rows.contains(&row)), "'{row}' is no row of the table");
         let before = self.outcomes.insert((row, column), outcome);
         assert!(before.is_none(), "'{row}' is tried twice with {column:?}");
     }
