@@ -309,7 +309,7 @@ fn an_insert_that_does_not_clear_the_part_is_refused_at_its_height() {
         ("low", "height_mm: -19.9 ", "the surface lies at"),
         ("beside", "height_mm: -21.0 ", "the part has a radius of"),
     ] {
-        let expected = [words, " deg", "z = ", "below centre it clears this surface, best at"];
+        let expected = [words, " deg", "z = ", "below centre it clears this surface, best"];
         turned_is_refused(name, "lathe.yaml", ("height_mm: -14.0 ", height), &expected);
     }
     turned_is_refused(

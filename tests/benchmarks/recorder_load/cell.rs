@@ -24,9 +24,12 @@ const RECORDED: [&str; 6] = [
     "/axis_interpolator/inputs",
     "/job_planner/plan",
 ];
+/// The recorder gets the joint states of every tick, those of a machine at rest too.
+const MACHINE: &[&str] = &["pace:=realtime", "state_file:=none", "rest_publish_rate_hz:=1000.0"];
+
 fn start_nodes(domain: &Domain) -> [Guarded; 3] {
     let nodes: [(&str, &str, &[&str]); 3] = [
-        ("machine_sim", env!("CARGO_BIN_EXE_machine_sim"), &["pace:=realtime", "state_file:=none"]),
+        ("machine_sim", env!("CARGO_BIN_EXE_machine_sim"), MACHINE),
         ("axis_interpolator", env!("CARGO_BIN_EXE_axis_interpolator"), &[]),
         ("job_planner", env!("CARGO_BIN_EXE_job_planner"), &[]),
     ];
