@@ -147,6 +147,17 @@ pub enum PlanFault {
         /// Index of the path.
         path: usize,
     },
+    /// The motion is too long to be checked.
+    #[error(
+        "it takes {:.0} h, and its check would need {points:.1e} points (at most {:.0e} are allowed): shorten the pass, or raise its feed or speed",
+        duration_s / 3600.0, spiral::MAX_POINTS
+    )]
+    TooLong {
+        /// Points of the check.
+        points: f64,
+        /// Time of the motion (s).
+        duration_s: f64,
+    },
     /// A move cannot be made.
     #[error(transparent)]
     Move(#[from] PointToPointError),

@@ -150,6 +150,9 @@ pub(crate) struct Cut {
     end: i64,
     /// C turns on at the end.
     turns_on: bool,
+    /// X also moves outwards, as in a runout correction. A wheel that left such a path and returned to it would cut deeper than planned,
+    /// so a hold waits for the end of the cut.
+    goes_outwards: bool,
     retract_mm: f64,
     hold_mm: f64,
     retract_limits: MotionLimits,
@@ -208,6 +211,7 @@ impl Cut {
             turns: (0, if turns_on { ticks(curves.last_turn_s()) } else { end }),
             end,
             turns_on,
+            goes_outwards: motion.infeed.knots().windows(2).any(|pair| pair[1].value > pair[0].value),
             retract_mm: cut.retract_mm,
             hold_mm: cut.hold_mm,
             retract_limits: start.retract_limits,
@@ -316,7 +320,7 @@ impl Cut {
     /// On the infeed, where a hold can begin.
     pub(crate) fn can_leave(&self, tick: u64) -> bool {
         let tau = self.clock.at(tick).tau;
-        self.repeats() && tau >= self.plateau.0 && tau <= self.plateau.1
+        !self.goes_outwards && self.repeats() && tau >= self.plateau.0 && tau <= self.plateau.1
     }
 
     /// Between its first turn and its last, where the wheel may be on the part.

@@ -63,6 +63,9 @@ impl Stretch {
     }
 }
 
+/// Maximum number of points at which a pass is checked, some ten seconds of work. The reference turned cam needs 2.3e5.
+pub(super) const MAX_POINTS: f64 = 2e7;
+
 impl Walk<'_> {
     pub(super) fn spiral(&mut self, spiral: &SpiralSegment) -> Result<LimitUse, PlanFault> {
         let motion = self.plan.motion_of_spiral(spiral).ok_or(PlanFault::UnknownSpline)?;
@@ -88,6 +91,14 @@ impl Walk<'_> {
             }
         }
         let stretches = Stretch::all(motion.law);
+        let points: f64 = Axis::ALL
+            .into_iter()
+            .flat_map(|axis| stretches.iter().map(move |stretch| (axis, stretch)))
+            .map(|(axis, stretch)| (stretch.to_s - stretch.from_s) / stretch.step_s(axis, &motion))
+            .sum();
+        if points > MAX_POINTS {
+            return Err(PlanFault::TooLong { points, duration_s: end_s });
+        }
         let mut worst: Option<LimitUse> = None;
         for axis in Axis::ALL {
             let description = self.machine.axis(axis);

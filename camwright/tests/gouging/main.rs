@@ -7,8 +7,6 @@
 //! GOUGE_KIND=grinding GOUGE_SEED=1000 GOUGE_COUNT=2000 cargo test -p camwright --test gouging campaign -- --ignored --nocapture
 //! ```
 //! Kinds are grinding, correcting, turning and programs; without one all of them run.
-//!
-//! Known and open: a hold in the middle of a turn that corrects runout cuts deeper than the design (correcting, seeds 3052, 3086 and 3121).
 #![allow(clippy::print_stdout, reason = "figures for the reader of --nocapture")]
 #![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "indices of tables")]
 
@@ -83,6 +81,14 @@ fn ground_lobes_are_nowhere_deeper_than_their_design() {
 #[test]
 fn corrected_journals_are_nowhere_deeper_than_their_design() {
     assert!(all("correcting", 0..8, correcting::judge) > 4);
+}
+
+/// Each of these seeds holds in the middle of a turn that corrects runout.
+#[test]
+fn a_hold_in_a_correction_waits_for_the_end_of_its_cut() {
+    for seed in [3052, 3086, 3121] {
+        assert_eq!(all("correcting", seed..seed + 1, correcting::judge), 1, "seed {seed} was refused");
+    }
 }
 
 #[test]
