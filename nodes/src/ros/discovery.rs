@@ -287,6 +287,11 @@ impl Graph {
         names.join(" or ")
     }
 
+    /// Whether a participant, or that of an endpoint, has said which nodes it has, and has not left.
+    pub(super) fn knows_participant(&self, guid: &Guid) -> bool {
+        self.state().nodes.keys().any(|participant| participant[..12] == guid[..12])
+    }
+
     /// All topics, sorted by name and type.
     pub(super) fn topics(&self) -> Vec<TopicInfo> {
         let state = self.state();
