@@ -2,7 +2,7 @@
 
 use super::lease::{Lease, Participant, Role, Wanted, participant_of};
 use super::rules;
-use crate::liveness::{self, LOOK};
+use crate::liveness::LOOK;
 use crate::ros::{
     Authority, Guid, Node, Publisher, Qos, Responder, RosError, ServiceHandle, TimerHandle, system_time_ns,
 };
@@ -50,7 +50,8 @@ impl Authority for Gate {
 type Waiting = (Responder<TakeCommand>, TakeCommandResponse, u64, Instant);
 
 /// Keeps the lease of a machine.
-pub(crate) struct Desk {
+#[derive(Debug)]
+pub struct Desk {
     node: Node,
     gate: Arc<Gate>,
     publisher: Publisher<CommandHolder>,
@@ -61,16 +62,21 @@ pub(crate) struct Desk {
 
 /// Services and timer of a desk.
 #[derive(Debug)]
-pub(crate) struct Open {
-    pub(crate) services: Vec<ServiceHandle>,
-    pub(crate) timer: TimerHandle,
+pub struct Open {
+    /// The services.
+    pub services: Vec<ServiceHandle>,
+    /// Looks after the lease.
+    pub timer: TimerHandle,
 }
 
 impl Desk {
-    /// Lets the lease decide on every request to the node.
-    pub(crate) fn new(node: &Node) -> Result<Arc<Self>, RosError> {
+    /// Lets the lease decide on every request to the node; members are lost after `silence_limit`.
+    ///
+    /// # Errors
+    /// The node is shut down.
+    pub fn new(node: &Node, silence_limit: Duration) -> Result<Arc<Self>, RosError> {
         let first_number = u64::try_from(system_time_ns()).unwrap_or(1);
-        let lease = Mutex::new(Lease::new(liveness::limit(node), first_number));
+        let lease = Mutex::new(Lease::new(silence_limit, first_number));
         let own = participant_of(node.participant_guid()?);
         let gate = Arc::new(Gate { own, lease, refused: AtomicU32::new(0) });
         node.set_authority(Arc::<Gate>::clone(&gate));
@@ -81,7 +87,10 @@ impl Desk {
     }
 
     /// Offers the services; `in_motion` says whether setpoints are executed, `alarm` raises the alarm about refusals.
-    pub(crate) fn open(
+    ///
+    /// # Errors
+    /// The node is shut down.
+    pub fn open(
         self: &Arc<Self>,
         in_motion: impl Fn() -> bool + Send + 'static,
         mut alarm: impl FnMut() + Send + 'static,
@@ -110,7 +119,7 @@ impl Desk {
     }
 
     /// Whether a setpoint or command of a writer is taken; a refusal is logged and counted for the alarm.
-    pub(crate) fn takes_motion(&self, topic: &str, writer: &Guid) -> bool {
+    pub fn takes_motion(&self, topic: &str, writer: &Guid) -> bool {
         let refused = lock(&self.gate.lease).refusal_of_motion(participant_of(*writer), Instant::now());
         match refused {
             None => true,
@@ -122,8 +131,12 @@ impl Desk {
     }
 
     /// Logs a message that is refused, once for each sender and topic, and counts it for the alarm.
-    pub(crate) fn refuse(&self, topic: &str, writer: &Guid, reason: &str) {
+    pub fn refuse(&self, topic: &str, writer: &Guid, reason: &str) {
         self.gate.refused.fetch_add(1, Ordering::Relaxed);
+        self.log_refusal(topic, writer, reason);
+    }
+
+    fn log_refusal(&self, topic: &str, writer: &Guid, reason: &str) {
         let who = self.node.who(writer);
         self.node.warn_once(&format!("{topic} of {who} refused"), &format!("{topic} of {who} refused: {reason}"));
     }
@@ -164,14 +177,16 @@ impl Desk {
             let message = format!("role is {shown:?}, allowed are axis_interpolator and job_planner; ask again");
             return JoinCommandResponse { success: false, message, machine };
         };
-        let outcome = {
+        let (outcome, has_conflict) = {
             let mut lease = lock(&self.gate.lease);
             // A role whose owner has left the graph is free at once.
             lease.leave(|member| *member != by && !self.node.knows_participant(member));
-            lease.join(by, role, (request.known, request.busy), Instant::now())
+            let outcome = lease.join(by, role, (request.known, request.busy), Instant::now());
+            (outcome, lease.take_conflict())
         };
+        self.gate.refused.fetch_add(u32::from(has_conflict), Ordering::Relaxed);
         if let Err(message) = outcome {
-            self.refuse("machine/join_command", sender, &message);
+            self.log_refusal("machine/join_command", sender, &message);
             return JoinCommandResponse { success: false, message, machine };
         }
         self.gate.refused.fetch_add(request.refused.min(1), Ordering::Relaxed);

@@ -8,7 +8,7 @@ use camwright_msgs::camwright_msgs::msg::CommandHolder;
 use camwright_msgs::camwright_msgs::srv::{JoinCommand, JoinCommandRequest, JoinCommandResponse};
 use std::any::Any;
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -33,11 +33,35 @@ pub(crate) struct Grant {
     own: Participant,
     view: Mutex<View>,
     refused: AtomicU32,
+    has_joined: AtomicBool,
 }
 
 impl Grant {
+    /// Lets the machine's lease decide on the node's requests, from now on.
+    pub(crate) fn new(node: &Node) -> Result<Arc<Self>, RosError> {
+        let view = View { machine: None, holder: CommandHolder::default() };
+        let own = participant_of(node.participant_guid()?);
+        let grant = Arc::new(Self { own, view: Mutex::new(view), refused: AtomicU32::new(0), has_joined: AtomicBool::new(false) });
+        node.set_authority(Arc::<Self>::clone(&grant));
+        Ok(grant)
+    }
+
+    /// Returns why the machine would refuse the node's setpoints and commands.
+    pub(crate) fn obstacle(&self) -> Option<String> {
+        let has_joined = self.has_joined.load(Ordering::Relaxed);
+        (!has_joined).then(|| "the machine has not accepted this node's role yet; ask again in a few seconds".to_owned())
+    }
+
+    /// Whether a message of a topic is taken; a refusal is logged once for each sender.
+    pub(crate) fn takes(&self, topic: &str, writer: &Guid, node: &Node) -> bool {
+        let Some(reason) = self.refusal_of(writer) else { return true };
+        let who = node.who(writer);
+        node.warn_once(&format!("{topic} of {who} refused"), &format!("{topic} of {who} refused: {reason}"));
+        false
+    }
+
     /// Returns why a message of a writer is refused, and counts it; none where it may be executed.
-    pub(crate) fn refusal_of(&self, writer: &Guid) -> Option<String> {
+    fn refusal_of(&self, writer: &Guid) -> Option<String> {
         let by = participant_of(*writer);
         let view = lock(&self.view);
         let CommandHolder { holder, participant, shared, interpolator, planner, .. } = &view.holder;
@@ -97,19 +121,16 @@ pub(crate) struct Membership {
     _reports: TimerHandle,
 }
 
-/// Lets the machine's lease decide on the node's requests, and reports its role; `busy` says whether work is under way.
+/// Reports the role of a node to the machine; `busy` says whether work is under way.
 pub(crate) fn join(
     node: &Node,
+    grant: &Arc<Grant>,
     role: Role,
     busy: impl Fn() -> bool + Send + 'static,
-) -> Result<(Arc<Grant>, Membership), RosError> {
-    let view = View { machine: None, holder: CommandHolder::default() };
-    let own = participant_of(node.participant_guid()?);
-    let grant = Arc::new(Grant { own, view: Mutex::new(view), refused: AtomicU32::new(0) });
-    node.set_authority(Arc::<Grant>::clone(&grant));
+) -> Result<Membership, RosError> {
     let client = node.client("machine/join_command")?;
     let reporter = Arc::new(Mutex::new(Reporter {
-        grant: Arc::clone(&grant),
+        grant: Arc::clone(grant),
         node: node.clone(),
         limit: liveness::limit(node),
         client,
@@ -118,7 +139,7 @@ pub(crate) fn join(
         sent: None,
         open: VecDeque::new(),
     }));
-    let (into, news) = (Arc::clone(&grant), Arc::clone(&reporter));
+    let (into, news) = (Arc::clone(grant), Arc::clone(&reporter));
     let holder = node.subscribe::<CommandHolder>("machine/command_holder", &Qos::latched(1), move |message, info| {
         into.hear(message, &info.writer);
         lock(&news).report();
@@ -128,7 +149,7 @@ pub(crate) fn join(
         reporter.grant.look();
         reporter.report();
     });
-    Ok((grant, Membership { _holder: holder, _reports: reports }))
+    Ok(Membership { _holder: holder, _reports: reports })
 }
 
 /// Sends the reports.
@@ -159,7 +180,9 @@ impl Reporter {
         let request = JoinCommandRequest { role: self.role.name().to_owned(), known, busy, refused };
         let (grant, node, limit) = (Arc::clone(&self.grant), self.node.clone(), self.limit);
         let answer = move |answer: JoinCommandResponse| {
-            if let Err(reason) = grant.answered(&answer, &node, limit) {
+            let outcome = grant.answered(&answer, &node, limit);
+            grant.has_joined.store(outcome.is_ok(), Ordering::Relaxed);
+            if let Err(reason) = outcome {
                 node.warn_once("the role in the cell is refused", &format!("the role in the cell is refused: {reason}"));
             }
         };

@@ -63,6 +63,8 @@ struct Member {
     silence: Silence,
     busy: bool,
     known: u64,
+    /// Another participant has claimed the role since the last report.
+    is_claimed: bool,
 }
 
 /// Request for command.
@@ -81,6 +83,8 @@ pub(crate) struct Lease {
     holder: Option<Holder>,
     members: [Option<Member>; 2],
     silence_limit: Duration,
+    /// Two living participants claim one role.
+    has_conflict: bool,
     /// Work of members counts as begun under a lease until then.
     work_until: Option<Instant>,
 }
@@ -88,7 +92,8 @@ pub(crate) struct Lease {
 impl Lease {
     /// Lease that nobody holds; members are lost after `silence_limit`. The first number differs from those of an earlier run.
     pub(crate) fn new(silence_limit: Duration, first_number: u64) -> Self {
-        Self { number: first_number.max(1), holder: None, members: [None, None], silence_limit, work_until: None }
+        let number = first_number.max(1);
+        Self { number, holder: None, members: [None, None], silence_limit, has_conflict: false, work_until: None }
     }
 
     /// Number of the present state.
@@ -179,8 +184,10 @@ impl Lease {
             Some(member) if member.participant == by => {
                 member.silence.heard();
                 (member.known, member.busy) = (known, busy);
+                self.has_conflict |= std::mem::take(&mut member.is_claimed);
             }
             Some(member) if !member.silence.is_lost() => {
+                member.is_claimed = true;
                 return Err(format!(
                     "another participant is the {} and was heard within the last {} s; end it first",
                     role.name(),
@@ -189,12 +196,17 @@ impl Lease {
             }
             _ => {
                 let silence = Silence::new(self.silence_limit);
-                *place = Some(Member { participant: by, silence, busy, known });
+                *place = Some(Member { participant: by, silence, busy, known, is_claimed: false });
                 self.number += 1;
             }
         }
         self.look(now, false);
         Ok(())
+    }
+
+    /// Returns once that two participants claim a role and both live: a node that was started again claims it alone.
+    pub(crate) fn take_conflict(&mut self) -> bool {
+        std::mem::take(&mut self.has_conflict)
     }
 
     /// Frees the role of a participant that has left the graph.
@@ -381,6 +393,9 @@ mod tests {
         let (mut lease, begin) = lease();
         lease.join(NODE, Role::Planner, (0, false), begin).unwrap();
         assert!(lease.join(BERT, Role::Planner, (0, false), begin).is_err());
+        assert!(!lease.take_conflict(), "the first may have ended");
+        lease.join(NODE, Role::Planner, (0, false), begin).unwrap();
+        assert!(lease.take_conflict() && !lease.take_conflict());
         assert_eq!(lease.refusal(NODE, begin), None, "a member is internal");
         assert!(lease.refusal_of_motion(NODE, begin).is_some(), "it moves nothing without a lease");
         for tenth in 1..40 {

@@ -9,10 +9,13 @@
 
 mod desk;
 mod grant;
-pub(crate) mod lease;
+mod lease;
+mod one_sender;
 mod rules;
 mod taken;
 
-pub(crate) use desk::Desk;
+pub use desk::{Desk, Open};
 pub(crate) use grant::{Grant, Membership, join};
+pub(crate) use lease::Role;
+pub(crate) use one_sender::OneSender;
 pub use taken::{Command, TakeError, TakeOptions};

@@ -21,8 +21,8 @@ pub enum TakeError {
     #[error("command is refused: {0}")]
     Refused(String),
     /// Interpolator or planner have not reported to the machine.
-    #[error("axis_interpolator and job_planner have not joined the machine within {0} s; check that both run in this domain and namespace")]
-    Alone(u64),
+    #[error("{0} did not join the machine within {1} s; check that it runs in this domain and namespace")]
+    Alone(&'static str, u64),
     /// ROS said no.
     #[error(transparent)]
     Ros(#[from] RosError),
@@ -35,8 +35,10 @@ pub struct TakeOptions {
     pub holder: String,
     /// Lets every participant of the domain command.
     pub shared: bool,
-    /// Waits until interpolator and planner have joined, so that they know of it.
-    pub with_members: bool,
+    /// Waits until the axis interpolator has joined the machine, so that it knows of the lease.
+    pub interpolator: bool,
+    /// Waits for the job planner too.
+    pub planner: bool,
     /// How long machine and members may take to be there.
     pub patience: Duration,
 }
@@ -45,7 +47,20 @@ impl TakeOptions {
     /// Command of one participant.
     #[must_use]
     pub fn new(holder: &str) -> Self {
-        Self { holder: holder.to_owned(), shared: false, with_members: false, patience: Duration::from_secs(20) }
+        let patience = Duration::from_secs(20);
+        Self { holder: holder.to_owned(), shared: false, interpolator: false, planner: false, patience }
+    }
+
+    /// Command of every participant of the domain.
+    #[must_use]
+    pub fn shared(self) -> Self {
+        Self { shared: true, ..self }
+    }
+
+    /// Command of a whole cell: waits until interpolator and planner have joined.
+    #[must_use]
+    pub fn of_cell(self) -> Self {
+        Self { interpolator: true, planner: true, ..self }
     }
 }
 
@@ -66,9 +81,7 @@ impl Command {
     pub fn take(node: &Node, options: &TakeOptions) -> Result<Self, TakeError> {
         let client = node.client::<TakeCommand>("machine/take_command")?;
         client.wait_for_service(options.patience)?;
-        if options.with_members {
-            wait_for_members(node, options.patience)?;
-        }
+        wait_for_members(node, options)?;
         let (holder, shared) = (options.holder.clone(), options.shared);
         let request = TakeCommandRequest { holder, shared, ..TakeCommandRequest::default() };
         let TakeCommandResponse { success, message, .. } = client.call(&request, ANSWER)?;
@@ -94,24 +107,34 @@ impl Drop for Command {
     }
 }
 
-/// Waits until interpolator and planner have joined.
-fn wait_for_members(node: &Node, patience: Duration) -> Result<(), TakeError> {
-    let heard: Arc<(Mutex<bool>, Condvar)> = Arc::default();
+/// Waits until the members that are wanted have joined.
+fn wait_for_members(node: &Node, options: &TakeOptions) -> Result<(), TakeError> {
+    type Heard = (Mutex<CommandHolder>, Condvar);
+    if !options.interpolator && !options.planner {
+        return Ok(());
+    }
+    let heard: Arc<Heard> = Arc::default();
     let into = Arc::clone(&heard);
     let _subscription =
         node.subscribe::<CommandHolder>("machine/command_holder", &Qos::latched(1), move |message, _| {
-            let is_whole = [message.interpolator, message.planner].iter().all(|member| *member != [0; 16]);
-            *into.0.lock().unwrap_or_else(PoisonError::into_inner) = is_whole;
+            *into.0.lock().unwrap_or_else(PoisonError::into_inner) = message;
             into.1.notify_all();
         })?;
-    let deadline = Instant::now() + patience;
-    let mut is_whole = heard.0.lock().unwrap_or_else(PoisonError::into_inner);
-    while !*is_whole {
+    let missing = |holder: &CommandHolder| {
+        let wanted = [
+            ("axis_interpolator", options.interpolator, holder.interpolator),
+            ("job_planner", options.planner, holder.planner),
+        ];
+        wanted.into_iter().find(|(_, is_wanted, member)| *is_wanted && *member == [0; 16]).map(|(name, ..)| name)
+    };
+    let deadline = Instant::now() + options.patience;
+    let mut holder = heard.0.lock().unwrap_or_else(PoisonError::into_inner);
+    while let Some(name) = missing(&holder) {
         let left = deadline.saturating_duration_since(Instant::now());
         if left.is_zero() {
-            return Err(TakeError::Alone(patience.as_secs()));
+            return Err(TakeError::Alone(name, options.patience.as_secs()));
         }
-        is_whole = heard.1.wait_timeout(is_whole, left).unwrap_or_else(PoisonError::into_inner).0;
+        holder = heard.1.wait_timeout(holder, left).unwrap_or_else(PoisonError::into_inner).0;
     }
     Ok(())
 }

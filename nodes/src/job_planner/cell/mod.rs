@@ -15,6 +15,8 @@ mod production;
 mod telling;
 
 use super::{Shared, lock, wait_for};
+use crate::authority::OneSender;
+use crate::liveness;
 use crate::ros::{Node, Qos, Responder, RosError, ServiceHandle, Subscription};
 use crate::running::join_within;
 use brain::Brain;
@@ -170,7 +172,11 @@ pub(super) fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, R
         this.cell.tell(Told::WorkArea(area));
     })?;
     let this = Arc::clone(shared);
-    let loader = node.subscribe::<LoaderState>("loader/state", &Qos::default_topic(), move |loader, _| {
+    let mut one_loader = OneSender::new("loader/state", liveness::limit(node));
+    let loader = node.subscribe::<LoaderState>("loader/state", &Qos::default_topic(), move |loader, info| {
+        if !one_loader.takes(&info.writer, &this.node) {
+            return;
+        }
         this.cell.tell(Told::Loader(loader));
     })?;
     let this = Arc::clone(shared);
