@@ -24,7 +24,7 @@ pub const PATIENCE: Duration = Duration::from_secs(60);
 /// Machine, interpolator, planner and a client that watches them.
 pub struct Cell {
     /// Everybody in its domain may command it.
-    command: Command,
+    command: Option<Command>,
     /// The machine.
     pub machine: MachineSim,
     /// The interpolator.
@@ -128,6 +128,7 @@ impl Cell {
         for _ in 0..600 {
             if planner.knows_machine() && interpolator.knows_machine() {
                 let command = share_command_of_cell(&client.node);
+                let command = Some(command);
                 return Self { command, machine, interpolator, planner, client, domain };
             }
             std::thread::sleep(Duration::from_millis(100));
@@ -138,6 +139,17 @@ impl Cell {
     /// The domain that it lives in.
     pub fn domain(&self) -> &Domain {
         &self.domain
+    }
+
+    /// Gives command back: nobody has it.
+    pub fn release(&mut self) {
+        self.command.take();
+    }
+
+    /// The same with another interpolator in the place of this one.
+    pub fn with_interpolator(self, other: impl FnOnce(AxisInterpolator) -> AxisInterpolator) -> Self {
+        let interpolator = other(self.interpolator);
+        Self { interpolator, ..self }
     }
 
     pub fn stop(self) {

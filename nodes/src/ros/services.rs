@@ -59,7 +59,7 @@ fn keeps_few_replies(client: &GUID) -> bool {
 }
 
 /// Writes requests or replies.
-struct Writer {
+pub(super) struct Writer {
     dds: no_key::DataWriter<Bytes, AsIs>,
     local: LocalEndpoint,
     beside: Arc<Beside>,
@@ -68,7 +68,7 @@ struct Writer {
 }
 
 impl Writer {
-    fn new(node: &Node, dds_name: &str, dds_type: &str, qos: &Qos) -> Result<Self, RosError> {
+    pub(super) fn new(node: &Node, dds_name: &str, dds_type: &str, qos: &Qos) -> Result<Self, RosError> {
         let policies = node.writer_policies(qos);
         let topic = node.dds_topic(dds_name.to_string(), dds_type, &policies)?;
         let dds = node
@@ -80,12 +80,12 @@ impl Writer {
         Ok(Writer { dds, local, beside: Arc::clone(node.beside()), written: Mutex::new(0) })
     }
 
-    fn guid(&self) -> GUID {
+    pub(super) fn guid(&self) -> GUID {
         self.dds.guid()
     }
 
     /// Writes a request that is answered to a reader, in the manner of the server; returns its number.
-    fn request(&self, body: Bytes, answer_to: GUID, to_cyclone: bool) -> Result<i64, String> {
+    pub(super) fn request(&self, body: Bytes, answer_to: GUID, to_cyclone: bool) -> Result<i64, String> {
         let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
         if to_cyclone {
             let header = Header { client: cyclone::client_of(&answer_to), number: *written + 1 };
