@@ -206,7 +206,8 @@ impl JobPlanner {
         let this = Arc::clone(&shared);
         let diagnostics = node.diagnostics("job_planner", move || vec![this.health()])?;
         let this = Arc::downgrade(&shared);
-        let busy = move || this.upgrade().is_some_and(|shared| !matches!(*lock(&shared.course), Course::Idle));
+        let is_busy = |shared: &Shared| !matches!(*lock(&shared.course), Course::Idle) || shared.cell.has_run();
+        let busy = move || this.upgrade().is_some_and(|shared| is_busy(&shared));
         let membership = authority::join(&node, &grant, Role::Planner, busy)?;
         let spin = node.spin_in_thread()?;
         autostart::begin(&node, &lifecycle);

@@ -57,6 +57,7 @@ pub(super) enum Told {
 struct Gate {
     jobs: Option<String>,
     set_up: Option<String>,
+    has_run: bool,
 }
 
 /// What the rest of the planner has of the cell.
@@ -95,6 +96,11 @@ impl Cell {
     /// Why a job of somebody else may not begin.
     pub(super) fn keeps_jobs_out(&self) -> Option<String> {
         lock(&self.gate).jobs.clone()
+    }
+
+    /// Whether a run of parts is under way, between its parts too.
+    pub(super) fn has_run(&self) -> bool {
+        lock(&self.gate).has_run
     }
 
     /// Why set-up work may not begin.
