@@ -8,7 +8,7 @@ use camwright_nodes::ros::{Node, NodeOptions, RosArgs, SpinThread};
 use std::time::Duration;
 
 fn options() -> TakeOptions {
-    TakeOptions { patience: PATIENCE, ..TakeOptions::new("the test").shared() }
+    TakeOptions { patience: PATIENCE, lease_s: 3600.0, ..TakeOptions::new("the test").shared() }
 }
 
 /// Shares command of a machine; the node spins on another thread.

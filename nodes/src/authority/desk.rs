@@ -107,10 +107,15 @@ impl Desk {
         let this = Arc::clone(self);
         let mut alarmed: Option<Instant> = None;
         let timer = self.node.timer(LOOK, move || {
-            lock(&this.gate.lease).look(Instant::now(), in_motion());
+            {
+                let mut lease = lock(&this.gate.lease);
+                lease.note_motion(in_motion());
+                lease.look(Instant::now());
+            }
             this.tell_change();
             this.answer_waiting();
-            if alarmed.is_none_or(|at| at.elapsed() >= ALARM_PERIOD) && this.gate.refused.swap(0, Ordering::Relaxed) > 0 {
+            if alarmed.is_none_or(|at| at.elapsed() >= ALARM_PERIOD) && this.gate.refused.swap(0, Ordering::Relaxed) > 0
+            {
                 alarmed = Some(Instant::now());
                 alarm();
             }
@@ -180,7 +185,7 @@ impl Desk {
         let (outcome, has_conflict) = {
             let mut lease = lock(&self.gate.lease);
             // A role whose owner has left the graph is free at once.
-            lease.leave(|member| *member != by && !self.node.knows_participant(member));
+            lease.look_in_graph(role, |member| self.node.knows_participant(member));
             let outcome = lease.join(by, role, (request.known, request.busy), Instant::now());
             (outcome, lease.take_conflict())
         };

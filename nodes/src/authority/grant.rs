@@ -41,7 +41,12 @@ impl Grant {
     pub(crate) fn new(node: &Node) -> Result<Arc<Self>, RosError> {
         let view = View { machine: None, holder: CommandHolder::default() };
         let own = participant_of(node.participant_guid()?);
-        let grant = Arc::new(Self { own, view: Mutex::new(view), refused: AtomicU32::new(0), has_joined: AtomicBool::new(false) });
+        let grant = Arc::new(Self {
+            own,
+            view: Mutex::new(view),
+            refused: AtomicU32::new(0),
+            has_joined: AtomicBool::new(false),
+        });
         node.set_authority(Arc::<Self>::clone(&grant));
         Ok(grant)
     }
@@ -49,7 +54,8 @@ impl Grant {
     /// Returns why the machine would refuse the node's setpoints and commands.
     pub(crate) fn obstacle(&self) -> Option<String> {
         let has_joined = self.has_joined.load(Ordering::Relaxed);
-        (!has_joined).then(|| "the machine has not accepted this node's role yet; ask again in a few seconds".to_owned())
+        (!has_joined)
+            .then(|| "the machine has not accepted this node's role yet; ask again in a few seconds".to_owned())
     }
 
     /// Whether a message of a topic is taken; a refusal is logged once for each sender.
@@ -91,7 +97,10 @@ impl Grant {
         match &mut view.machine {
             Some((machine, silence)) if *machine == answer.machine => silence.heard(),
             Some((machine, silence)) if !silence.is_lost() && node.knows_participant(machine) => {
-                return Err(format!("{} also offers machine/join_command; end one of the two", node.who(&answer.machine)));
+                return Err(format!(
+                    "{} also offers machine/join_command; end one of the two",
+                    node.who(&answer.machine)
+                ));
             }
             _ => {
                 view.machine = Some((answer.machine, Silence::new(limit)));
@@ -140,10 +149,11 @@ pub(crate) fn join(
         open: VecDeque::new(),
     }));
     let (into, news) = (Arc::clone(grant), Arc::clone(&reporter));
-    let holder = node.subscribe::<CommandHolder>("machine/command_holder", &Qos::latched(1), move |message, info| {
-        into.hear(message, &info.writer);
-        lock(&news).report();
-    })?;
+    let holder =
+        node.subscribe::<CommandHolder>("machine/command_holder", &Qos::latched(1), move |message, info| {
+            into.hear(message, &info.writer);
+            lock(&news).report();
+        })?;
     let reports = node.timer(LOOK, move || {
         let mut reporter = lock(&reporter);
         reporter.grant.look();
@@ -183,7 +193,10 @@ impl Reporter {
             let outcome = grant.answered(&answer, &node, limit);
             grant.has_joined.store(outcome.is_ok(), Ordering::Relaxed);
             if let Err(reason) = outcome {
-                node.warn_once("the role in the cell is refused", &format!("the role in the cell is refused: {reason}"));
+                node.warn_once(
+                    "the role in the cell is refused",
+                    &format!("the role in the cell is refused: {reason}"),
+                );
             }
         };
         match self.client.call_with(&request, answer) {

@@ -63,6 +63,8 @@ struct Member {
     silence: Silence,
     busy: bool,
     known: u64,
+    /// The graph has shown its participant, so that its absence means that it has left.
+    is_seen: bool,
     /// Another participant has claimed the role since the last report.
     is_claimed: bool,
 }
@@ -85,6 +87,8 @@ pub(crate) struct Lease {
     silence_limit: Duration,
     /// Two living participants claim one role.
     has_conflict: bool,
+    /// The machine executes setpoints.
+    in_motion: bool,
     /// Work of members counts as begun under a lease until then.
     work_until: Option<Instant>,
 }
@@ -93,7 +97,8 @@ impl Lease {
     /// Lease that nobody holds; members are lost after `silence_limit`. The first number differs from those of an earlier run.
     pub(crate) fn new(silence_limit: Duration, first_number: u64) -> Self {
         let number = first_number.max(1);
-        Self { number, holder: None, members: [None, None], silence_limit, has_conflict: false, work_until: None }
+        let (holder, members) = (None, [None, None]);
+        Self { number, holder, members, silence_limit, has_conflict: false, in_motion: false, work_until: None }
     }
 
     /// Number of the present state.
@@ -128,7 +133,7 @@ impl Lease {
     pub(crate) fn take(&mut self, by: Participant, wanted: Wanted<'_>, now: Instant) -> Result<(), String> {
         let lease = duration(wanted.lease_s)?;
         check_name(wanted.name)?;
-        self.look(now, false);
+        self.look(now);
         if let Some(holder) = &self.holder
             && !holder.may_change(by, wanted.name)
         {
@@ -151,7 +156,7 @@ impl Lease {
     /// # Errors
     /// The caller does not have it.
     pub(crate) fn release(&mut self, by: Participant, name: &str, now: Instant) -> Result<(), String> {
-        self.look(now, false);
+        self.look(now);
         match &self.holder {
             None => Ok(()),
             Some(holder) if holder.may_change(by, name) => {
@@ -196,11 +201,11 @@ impl Lease {
             }
             _ => {
                 let silence = Silence::new(self.silence_limit);
-                *place = Some(Member { participant: by, silence, busy, known, is_claimed: false });
+                *place = Some(Member { participant: by, silence, busy, known, is_seen: false, is_claimed: false });
                 self.number += 1;
             }
         }
-        self.look(now, false);
+        self.look(now);
         Ok(())
     }
 
@@ -209,25 +214,33 @@ impl Lease {
         std::mem::take(&mut self.has_conflict)
     }
 
-    /// Frees the role of a participant that has left the graph.
-    pub(crate) fn leave(&mut self, has_left: impl Fn(&Participant) -> bool) {
-        for place in &mut self.members {
-            if place.as_ref().is_some_and(|member| has_left(&member.participant)) {
-                *place = None;
-                self.number += 1;
-            }
+    /// Looks whether the graph shows the owner of a role, and frees the role once it does not any more.
+    pub(crate) fn look_in_graph(&mut self, role: Role, is_shown: impl Fn(&Participant) -> bool) {
+        let place = &mut self.members[role as usize];
+        let Some(member) = place else { return };
+        let is_shown = is_shown(&member.participant);
+        if member.is_seen && !is_shown {
+            *place = None;
+            self.number += 1;
+        } else {
+            member.is_seen = is_shown;
         }
     }
 
+    /// Notes whether the machine executes setpoints.
+    pub(crate) fn note_motion(&mut self, in_motion: bool) {
+        self.in_motion = in_motion;
+    }
+
     /// Ends what has run out: a lease under which nothing is under way, and the role of a silent member.
-    pub(crate) fn look(&mut self, now: Instant, in_motion: bool) {
+    pub(crate) fn look(&mut self, now: Instant) {
         for place in &mut self.members {
             if place.as_mut().is_some_and(|member| member.silence.look_at(now) || member.silence.is_lost()) {
                 *place = None;
                 self.number += 1;
             }
         }
-        let is_working = in_motion || self.members.iter().flatten().any(|member| member.busy);
+        let is_working = self.in_motion || self.members.iter().flatten().any(|member| member.busy);
         match &mut self.holder {
             Some(holder) if is_working => holder.until = holder.until.max(now + GRACE),
             Some(holder) if holder.until <= now => self.end(now),
@@ -282,7 +295,8 @@ impl Holder {
 pub(super) fn held_text(holder: &str, remaining_s: Option<f64>) -> String {
     match (holder, remaining_s) {
         ("", _) => {
-            "nobody has command: call machine/take_command first (camwright_msgs/srv/TakeCommand), then ask again".to_owned()
+            "nobody has command: call machine/take_command first (camwright_msgs/srv/TakeCommand), then ask again"
+                .to_owned()
         }
         (holder, Some(remaining_s)) => {
             format!("{holder} has command for {remaining_s:.0} s more; wait, or let {holder} release it")
@@ -376,14 +390,14 @@ mod tests {
         for tenth in 0..100 {
             let now = begin + tenth * S / 10;
             lease.join(NODE, Role::Interpolator, (0, true), now).unwrap();
-            lease.look(now, false);
+            lease.look(now);
         }
         assert_eq!(lease.refusal(ANNA, begin + 10 * S), None);
         lease.release(ANNA, "anna", begin + 10 * S).unwrap();
         assert!(lease.refusal(ANNA, begin + 10 * S).is_some());
         assert_eq!(lease.refusal_of_motion(NODE, begin + 10 * S), None, "it comes to its end");
         lease.join(NODE, Role::Interpolator, (0, false), begin + 10 * S).unwrap();
-        lease.look(begin + 13 * S, false);
+        lease.look(begin + 13 * S);
         assert!(lease.refusal_of_motion(NODE, begin + 13 * S).is_some(), "nothing begins without a lease");
         assert!(lease.refusal_of_motion(BERT, begin + 10 * S).is_some());
     }
@@ -399,11 +413,14 @@ mod tests {
         assert_eq!(lease.refusal(NODE, begin), None, "a member is internal");
         assert!(lease.refusal_of_motion(NODE, begin).is_some(), "it moves nothing without a lease");
         for tenth in 1..40 {
-            lease.look(begin + tenth * S / 10, false);
+            lease.look(begin + tenth * S / 10);
         }
         lease.join(BERT, Role::Planner, (0, false), begin + 4 * S).unwrap();
         assert_eq!(lease.member(Role::Planner), Some(BERT));
-        lease.leave(|participant| *participant == BERT);
+        lease.look_in_graph(Role::Planner, |_| false);
+        assert_eq!(lease.member(Role::Planner), Some(BERT), "the graph has not shown it yet");
+        lease.look_in_graph(Role::Planner, |_| true);
+        lease.look_in_graph(Role::Planner, |_| false);
         lease.join(NODE, Role::Planner, (lease.number(), false), begin + 4 * S).unwrap();
         assert!(!lease.is_known(lease.number()), "it has not heard of its own joining yet");
         lease.join(NODE, Role::Planner, (lease.number(), false), begin + 4 * S).unwrap();

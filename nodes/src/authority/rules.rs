@@ -67,8 +67,7 @@ mod tests {
         assert!(!is_open("/machine/estop", &SetBoolRequest { data: false }));
         assert!(is_open("/cell/axis_interpolator/feed_hold", &FeedHoldRequest { hold: true }));
         assert!(!is_open("/cell/axis_interpolator/feed_hold", &FeedHoldRequest { hold: false }));
-        let change =
-            |id| ChangeStateRequest { transition: Transition { id, ..Transition::default() } };
+        let change = |id| ChangeStateRequest { transition: Transition { id, ..Transition::default() } };
         assert!(is_open("/machine_sim/change_state", &change(Transition::TRANSITION_DEACTIVATE)));
         assert!(!is_open("/machine_sim/change_state", &change(Transition::TRANSITION_ACTIVATE)));
         for command in 0..=255 {

@@ -33,6 +33,8 @@ pub enum TakeError {
 pub struct TakeOptions {
     /// Name shown to others.
     pub holder: String,
+    /// How long it lasts when it is not renewed any more (s); 0: 10 s.
+    pub lease_s: f64,
     /// Lets every participant of the domain command.
     pub shared: bool,
     /// Waits until the axis interpolator has joined the machine, so that it knows of the lease.
@@ -48,7 +50,8 @@ impl TakeOptions {
     #[must_use]
     pub fn new(holder: &str) -> Self {
         let patience = Duration::from_secs(20);
-        Self { holder: holder.to_owned(), shared: false, interpolator: false, planner: false, patience }
+        let (holder, lease_s) = (holder.to_owned(), 0.0);
+        Self { holder, lease_s, shared: false, interpolator: false, planner: false, patience }
     }
 
     /// Command of every participant of the domain.
@@ -82,8 +85,8 @@ impl Command {
         let client = node.client::<TakeCommand>("machine/take_command")?;
         client.wait_for_service(options.patience)?;
         wait_for_members(node, options)?;
-        let (holder, shared) = (options.holder.clone(), options.shared);
-        let request = TakeCommandRequest { holder, shared, ..TakeCommandRequest::default() };
+        let TakeOptions { holder, lease_s, shared, .. } = options.clone();
+        let request = TakeCommandRequest { holder, lease_s, shared, release: false };
         let TakeCommandResponse { success, message, .. } = client.call(&request, ANSWER)?;
         if !success {
             return Err(TakeError::Refused(message));

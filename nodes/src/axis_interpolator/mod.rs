@@ -20,7 +20,7 @@ pub(crate) use applied::{check as check_of_input, input as applied_input, kind_n
 pub(crate) use engine::{CHUNK_TICKS, STOP_POINTS, add_stop};
 pub(crate) use motion_record::{MotionRecord, StartRecord};
 
-use crate::authority::{self, Grant, Membership, Role};
+use crate::authority::{self, Grant, Membership, OneSender, Role};
 use crate::convert::core_from_si;
 use crate::convert::time::{TickClock, ns_from_time};
 use crate::cyclic::{Sender, Waker, ring};
@@ -494,7 +494,11 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
         })?;
     let this = Arc::clone(shared);
     let qos = Qos::default_topic().keep_last(1000);
+    let mut one_machine = OneSender::new("machine/stream", liveness::limit(node));
     let stream = node.subscribe::<MachineStream>("machine/stream", &qos, move |message, info| {
+        if !one_machine.takes(&info.writer, &this.node) {
+            return;
+        }
         this.hear(&message, info.writer);
         this.watch_jog(&message);
     })?;

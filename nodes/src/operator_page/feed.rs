@@ -2,8 +2,8 @@
 
 use super::status::{Shape, Status};
 use camwright_msgs::camwright_msgs::msg::{
-    Alarm, CommandHolder, InterpolatorState, JobStatus, LobeForm, MachineDescription, MachineIo, MachineStream, PartLobe,
-    RecorderStatus,
+    Alarm, CommandHolder, InterpolatorState, JobStatus, LobeForm, MachineDescription, MachineIo, MachineStream,
+    PartLobe, RecorderStatus,
 };
 use camwright_msgs::control_msgs::msg::DynamicJointState;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};

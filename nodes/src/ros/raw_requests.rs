@@ -43,8 +43,9 @@ impl Node {
     /// A name that breaks the rules, or the node is shut down.
     pub fn raw_requests(&self, service: &str, request_type: &str) -> Result<RawRequests, RosError> {
         let service = self.names().resolve(service, NameKind::Service)?;
-        let dds_type = names::dds_type(request_type)
-            .ok_or_else(|| RosError::create(format!("service of type '{request_type}'"), "a type is named package/srv/Name"))?;
+        let dds_type = names::dds_type(request_type).ok_or_else(|| {
+            RosError::create(format!("service of type '{request_type}'"), "a type is named package/srv/Name")
+        })?;
         let writer = Writer::new(self, &names::dds_service(&service).0, &dds_type, &Qos::services())?;
         Ok(RawRequests { writer, service })
     }

@@ -84,8 +84,10 @@ pub(super) fn subscribe(shared: &Arc<Shared>) -> Result<Vec<Subscription>, RosEr
         },
     )?;
     let this = Arc::clone(shared);
-    let scaling =
-        shared.node.subscribe::<SpeedScalingFactor>("~/speed_scaling_input", &Qos::latched(1), move |message, info| {
+    let scaling = shared.node.subscribe::<SpeedScalingFactor>(
+        "~/speed_scaling_input",
+        &Qos::latched(1),
+        move |message, info| {
             if !this.grant.takes("~/speed_scaling_input", &info.writer, &this.node) {
                 return;
             }
@@ -99,7 +101,8 @@ pub(super) fn subscribe(shared: &Arc<Shared>) -> Result<Vec<Subscription>, RosEr
                 let text = "speed scaling ignored: the machine has not been heard of yet";
                 this.node.warn_once(text, text);
             }
-        })?;
+        },
+    )?;
     Ok(vec![trajectories, scaling])
 }
 
