@@ -15,8 +15,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How long an answer waits for the members to hear of a change.
-const HEARING: Duration = Duration::from_millis(500);
+/// How long an answer waits for the members to hear of a change, longer than one that has ended is waited for.
+const HEARING: Duration = Duration::from_secs(4);
 /// Answers that may wait.
 const MAX_WAITING: usize = 32;
 /// Time between two alarms about refusals.
@@ -235,7 +235,7 @@ impl Desk {
         let now = Instant::now();
         let due: Vec<Waiting> = {
             let lease = lock(&self.gate.lease);
-            let is_due = |waiting: &mut Waiting| lease.is_known(waiting.2) || waiting.3 <= now;
+            let is_due = |waiting: &mut Waiting| lease.is_known(waiting.2, now) || waiting.3 <= now;
             lock(&self.waiting).extract_if(.., is_due).collect()
         };
         for (responder, answer, ..) in due {

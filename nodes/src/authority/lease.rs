@@ -16,6 +16,8 @@ const MAX_LEASE_S: f64 = 86_400.0;
 const MAX_NAME: usize = 64;
 /// Time after the end of a lease in which work of the members still counts as begun under it.
 const GRACE: Duration = Duration::from_secs(2);
+/// Time for which a claim to a role that is not free is remembered.
+const CLAIM: Duration = Duration::from_secs(1);
 
 /// Participant of an endpoint.
 pub(crate) fn participant_of(endpoint: [u8; 16]) -> Participant {
@@ -80,10 +82,13 @@ pub(crate) struct Wanted<'a> {
 /// The one lease of a machine.
 #[derive(Debug)]
 pub(crate) struct Lease {
+    first_number: u64,
     /// Number of the present state; it differs after every change.
     number: u64,
     holder: Option<Holder>,
     members: [Option<Member>; 2],
+    /// When a participant claimed a role that another had.
+    claims: [Option<Instant>; 2],
     silence_limit: Duration,
     /// Two living participants claim one role.
     has_conflict: bool,
@@ -96,9 +101,10 @@ pub(crate) struct Lease {
 impl Lease {
     /// Lease that nobody holds; members are lost after `silence_limit`. The first number differs from those of an earlier run.
     pub(crate) fn new(silence_limit: Duration, first_number: u64) -> Self {
-        let number = first_number.max(1);
-        let (holder, members) = (None, [None, None]);
-        Self { number, holder, members, silence_limit, has_conflict: false, in_motion: false, work_until: None }
+        let first_number = first_number.max(1);
+        let (number, holder, members, claims) = (first_number, None, [None, None], [None, None]);
+        let (has_conflict, in_motion, work_until) = (false, false, None);
+        Self { first_number, number, holder, members, claims, silence_limit, has_conflict, in_motion, work_until }
     }
 
     /// Number of the present state.
@@ -116,14 +122,21 @@ impl Lease {
         self.holder.as_ref().map_or(0.0, |holder| holder.until.saturating_duration_since(now).as_secs_f64())
     }
 
-    /// Participant that has a role.
+    /// Participant that has a role and has heard of this lease.
     pub(crate) fn member(&self, role: Role) -> Option<Participant> {
-        self.members[role as usize].as_ref().map(|member| member.participant)
+        let member = self.members[role as usize].as_ref();
+        member.filter(|member| self.has_heard(member.known, self.first_number)).map(|member| member.participant)
     }
 
-    /// Whether every member has heard of a state or a later one.
-    pub(crate) fn is_known(&self, number: u64) -> bool {
-        self.members.iter().flatten().all(|member| member.known >= number && member.known <= self.number)
+    /// Whether every member has heard of a state or a later one, and nobody waits for the role of a member that has fallen silent.
+    pub(crate) fn is_known(&self, number: u64, now: Instant) -> bool {
+        let is_claimed = self.claims.iter().flatten().any(|claimed| now.saturating_duration_since(*claimed) < CLAIM);
+        !is_claimed && self.members.iter().flatten().all(|member| self.has_heard(member.known, number))
+    }
+
+    /// Whether who knows a state has heard of another one of this lease.
+    fn has_heard(&self, known: u64, number: u64) -> bool {
+        (number..=self.number).contains(&known)
     }
 
     /// Takes or renews command.
@@ -184,15 +197,20 @@ impl Lease {
         (known, busy): (u64, bool),
         now: Instant,
     ) -> Result<(), String> {
+        let (first, last) = (self.first_number, self.number);
         let place = &mut self.members[role as usize];
         match place {
             Some(member) if member.participant == by => {
+                // It has heard of this lease for the first time: its role counts from now on.
+                let is_news = known >= first && known <= last && !(first..=last).contains(&member.known);
+                self.number += u64::from(is_news);
                 member.silence.heard();
                 (member.known, member.busy) = (known, busy);
                 self.has_conflict |= std::mem::take(&mut member.is_claimed);
             }
             Some(member) if !member.silence.is_lost() => {
                 member.is_claimed = true;
+                self.claims[role as usize] = Some(now);
                 return Err(format!(
                     "another participant is the {} and was heard within the last {} s; end it first",
                     role.name(),
@@ -200,6 +218,7 @@ impl Lease {
                 ));
             }
             _ => {
+                self.claims[role as usize] = None;
                 let silence = Silence::new(self.silence_limit);
                 *place = Some(Member { participant: by, silence, busy, known, is_seen: false, is_claimed: false });
                 self.number += 1;
@@ -416,15 +435,19 @@ mod tests {
             lease.look(begin + tenth * S / 10);
         }
         lease.join(BERT, Role::Planner, (0, false), begin + 4 * S).unwrap();
+        assert_eq!(lease.member(Role::Planner), None, "it has not heard of this lease yet");
+        lease.join(BERT, Role::Planner, (lease.number(), false), begin + 4 * S).unwrap();
         assert_eq!(lease.member(Role::Planner), Some(BERT));
         lease.look_in_graph(Role::Planner, |_| false);
         assert_eq!(lease.member(Role::Planner), Some(BERT), "the graph has not shown it yet");
         lease.look_in_graph(Role::Planner, |_| true);
         lease.look_in_graph(Role::Planner, |_| false);
         lease.join(NODE, Role::Planner, (lease.number(), false), begin + 4 * S).unwrap();
-        assert!(!lease.is_known(lease.number()), "it has not heard of its own joining yet");
+        assert!(!lease.is_known(lease.number(), begin + 4 * S), "it has not heard of its own joining yet");
         lease.join(NODE, Role::Planner, (lease.number(), false), begin + 4 * S).unwrap();
-        assert!(lease.is_known(lease.number()));
+        assert!(lease.is_known(lease.number(), begin + 4 * S));
+        assert!(lease.join(BERT, Role::Planner, (0, false), begin + 4 * S).is_err());
+        assert!(!lease.is_known(lease.number(), begin + 4 * S), "the first may have ended");
     }
 
     #[test]
