@@ -1,4 +1,5 @@
 //! Command authority: a stranger changes no zero, no state and moves nothing; one holder at a time does; stops stay open to everybody.
+#![allow(clippy::print_stdout, reason = "it prints what it covers")]
 
 #[path = "support/cell.rs"]
 mod cell;
@@ -290,7 +291,7 @@ fn nothing_that_a_stranger_sends_moves_or_changes_the_cell() {
     let services: BTreeSet<String> = services.iter().map(|service| service.name.clone()).collect();
     let mut topics = BTreeSet::new();
     for topic in stranger.node.discovered_topics() {
-        // What the nodes tell of themselves is feedback, and commands nothing.
+        // Topics that the nodes publish themselves are feedback, and command nothing.
         let is_told = topic.publishers.iter().any(|end| is_ours(&end.guid));
         let is_command = ["/machine/setpoints", "/machine/commands", "/machine/command_holder"].contains(&&*topic.name)
             || (topic.name.starts_with("/axis_interpolator/") && !is_told);

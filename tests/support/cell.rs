@@ -146,7 +146,7 @@ impl Cell {
         self.command.take();
     }
 
-    /// The same with another interpolator in the place of this one.
+    /// Replaces the interpolator.
     pub fn with_interpolator(self, other: impl FnOnce(AxisInterpolator) -> AxisInterpolator) -> Self {
         let interpolator = other(self.interpolator);
         Self { interpolator, ..self }

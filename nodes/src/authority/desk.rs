@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How long an answer waits for the members to hear of a change, longer than one that has ended is waited for.
+/// Longest wait of an answer for the members to hear of a change; a member that has ended is lost earlier.
 const HEARING: Duration = Duration::from_secs(4);
 /// Answers that may wait.
 const MAX_WAITING: usize = 32;
@@ -82,7 +82,7 @@ impl Desk {
         node.set_authority(Arc::<Gate>::clone(&gate));
         let publisher = node.publisher("machine/command_holder", &Qos::latched(1))?;
         let desk = Self { node: node.clone(), gate, publisher, published: Mutex::new(0), waiting: Mutex::default() };
-        desk.tell_change();
+        desk.publish_change();
         Ok(Arc::new(desk))
     }
 
@@ -112,7 +112,7 @@ impl Desk {
                 lease.note_motion(in_motion());
                 lease.look(Instant::now());
             }
-            this.tell_change();
+            this.publish_change();
             this.answer_waiting();
             if alarmed.is_none_or(|at| at.elapsed() >= ALARM_PERIOD) && this.gate.refused.swap(0, Ordering::Relaxed) > 0
             {
@@ -123,7 +123,7 @@ impl Desk {
         Ok(Open { services: vec![take, join], timer })
     }
 
-    /// Whether a setpoint or command of a writer is taken; a refusal is logged and counted for the alarm.
+    /// Returns true where a setpoint or command of a writer is taken; a refusal is logged and counted for the alarm.
     pub fn takes_motion(&self, topic: &str, writer: &Guid) -> bool {
         let refused = lock(&self.gate.lease).refusal_of_motion(participant_of(*writer), Instant::now());
         match refused {
@@ -159,7 +159,7 @@ impl Desk {
             let holder = lease.holder().map_or_else(String::new, |holder| holder.name.clone());
             (outcome, lease.remaining_s(now), holder, lease.number())
         };
-        self.tell_change();
+        self.publish_change();
         let (success, message) = match outcome {
             Ok(()) if *release => (true, "command is released".to_owned()),
             Ok(()) => (true, format!("{holder} has command for {remaining_s:.0} s; renew it before")),
@@ -198,13 +198,13 @@ impl Desk {
         if request.known != lock(&self.gate.lease).number() {
             *lock(&self.published) = 0;
         }
-        self.tell_change();
+        self.publish_change();
         self.answer_waiting();
         JoinCommandResponse { success: true, message: String::new(), machine }
     }
 
     /// Publishes and logs what has changed.
-    fn tell_change(&self) {
+    fn publish_change(&self) {
         let mut published = lock(&self.published);
         let lease = lock(&self.gate.lease);
         if *published == lease.number() {

@@ -1,4 +1,4 @@
-//! What interpolator and planner know of the lease, and their reports to the machine that keeps it.
+//! The lease as interpolator and planner know it, and their reports to the machine that keeps it.
 
 use super::lease::{Participant, Role, held_text, participant_of};
 use super::rules;
@@ -58,7 +58,7 @@ impl Grant {
             .then(|| "the machine has not accepted this node's role yet; ask again in a few seconds".to_owned())
     }
 
-    /// Whether a message of a topic is taken; a refusal is logged once for each sender.
+    /// Returns true where a message of a topic is taken; a refusal is logged once for each sender.
     pub(crate) fn takes(&self, topic: &str, writer: &Guid, node: &Node) -> bool {
         let Some(reason) = self.refusal_of(writer) else { return true };
         let who = node.who(writer);
@@ -123,7 +123,7 @@ impl Authority for Grant {
     }
 }
 
-/// What keeps a member in its role.
+/// Keeps a member in its role.
 #[derive(Debug)]
 pub(crate) struct Membership {
     _holder: Subscription,
@@ -170,7 +170,7 @@ struct Reporter {
     client: Client<JoinCommand>,
     role: Role,
     busy: Box<dyn Fn() -> bool + Send>,
-    /// What was reported last, and when.
+    /// Last report: number of the state, work under way, time.
     sent: Option<(u64, bool, Instant)>,
     open: VecDeque<i64>,
 }

@@ -48,7 +48,7 @@ impl Role {
     }
 }
 
-/// Who has command.
+/// Holder of command.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Holder {
     pub(crate) name: String,
@@ -58,7 +58,7 @@ pub(crate) struct Holder {
     until: Instant,
 }
 
-/// Who has a role.
+/// Owner of a role.
 #[derive(Debug)]
 struct Member {
     participant: Participant,
@@ -87,7 +87,7 @@ pub(crate) struct Lease {
     number: u64,
     holder: Option<Holder>,
     members: [Option<Member>; 2],
-    /// When a participant claimed a role that another had.
+    /// Times at which a participant claimed a role that another had.
     claims: [Option<Instant>; 2],
     silence_limit: Duration,
     /// Two living participants claim one role.
@@ -112,7 +112,7 @@ impl Lease {
         self.number
     }
 
-    /// Who has command.
+    /// Holder of command.
     pub(crate) fn holder(&self) -> Option<&Holder> {
         self.holder.as_ref()
     }
@@ -128,13 +128,13 @@ impl Lease {
         member.filter(|member| self.has_heard(member.known, self.first_number)).map(|member| member.participant)
     }
 
-    /// Whether every member has heard of a state or a later one, and nobody waits for the role of a member that has fallen silent.
+    /// Returns true once every member has heard of a state or a later one, and no other waits for the role of a silent member.
     pub(crate) fn is_known(&self, number: u64, now: Instant) -> bool {
         let is_claimed = self.claims.iter().flatten().any(|claimed| now.saturating_duration_since(*claimed) < CLAIM);
         !is_claimed && self.members.iter().flatten().all(|member| self.has_heard(member.known, number))
     }
 
-    /// Whether who knows a state has heard of another one of this lease.
+    /// Returns true where a known state is `number` or a later one of this lease.
     fn has_heard(&self, known: u64, number: u64) -> bool {
         (number..=self.number).contains(&known)
     }
@@ -272,12 +272,12 @@ impl Lease {
         }
     }
 
-    /// Whether a participant has a role.
+    /// Returns true where a participant has a role.
     fn is_member(&self, participant: Participant) -> bool {
         self.members.iter().flatten().any(|member| member.participant == participant)
     }
 
-    /// Whether a participant holds command, alone or with all others.
+    /// Returns true where a participant holds command, alone or with all others.
     fn commands(&self, participant: Participant, now: Instant) -> bool {
         let holder = self.holder.as_ref().filter(|holder| holder.until > now);
         holder.is_some_and(|holder| holder.shared || holder.participant == participant)

@@ -4,7 +4,7 @@
 //! machine/take_command ─► Desk (machine): the one Lease ─► machine/command_holder ─► Grant of interpolator and planner
 //! machine/join_command ─►   who has which role                                        who may ask them for what
 //! ```
-//! Every service, goal and command topic of machine, interpolator and planner is closed unless [`rules`] lists it as open. The requests of
+//! Every service, goal and command topic of machine, interpolator and planner is closed unless `rules.rs` lists it as open. The requests of
 //! all services pass one hook (`ros/authority.rs`).
 
 mod desk;

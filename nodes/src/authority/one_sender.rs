@@ -18,7 +18,7 @@ impl OneSender {
         Self { topic, limit, sender: None }
     }
 
-    /// Whether a message counts; that of a second sender is logged.
+    /// Returns true where a message counts; that of a second sender is logged.
     pub(crate) fn takes(&mut self, writer: &Guid, node: &Node) -> bool {
         let (by, now) = (participant_of(*writer), Instant::now());
         if let Some((sender, heard)) = self.sender

@@ -34,7 +34,7 @@ const OPEN: &[&str] = &[
     "take_command",
 ];
 
-/// Whether a request to a service needs no command.
+/// Returns true where a request to a service needs no command.
 pub(crate) fn is_open(service: &str, request: &dyn Any) -> bool {
     let name = service.rsplit('/').next().unwrap_or_default();
     match name {

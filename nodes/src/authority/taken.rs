@@ -7,9 +7,9 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use thiserror::Error;
 
-/// How long the machine may take to answer.
+/// Longest time for the machine to answer.
 const ANSWER: Duration = Duration::from_secs(10);
-/// How long a release may take to be answered.
+/// Longest time for a release to be answered.
 const FAREWELL: Duration = Duration::from_secs(1);
 /// Time between two renewals.
 const RENEWAL: Duration = Duration::from_secs(2);
@@ -28,12 +28,12 @@ pub enum TakeError {
     Ros(#[from] RosError),
 }
 
-/// How command is taken.
+/// Request for command.
 #[derive(Debug, Clone)]
 pub struct TakeOptions {
     /// Name shown to others.
     pub holder: String,
-    /// How long it lasts when it is not renewed any more (s); 0: 10 s.
+    /// Time after which it ends when it is not renewed any more (s); 0: 10 s.
     pub lease_s: f64,
     /// Lets every participant of the domain command.
     pub shared: bool,
@@ -41,7 +41,7 @@ pub struct TakeOptions {
     pub interpolator: bool,
     /// Waits for the job planner too.
     pub planner: bool,
-    /// How long machine and members may take to be there.
+    /// Longest time for machine and members to be there.
     pub patience: Duration,
 }
 

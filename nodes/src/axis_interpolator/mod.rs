@@ -93,7 +93,7 @@ struct Shared {
     node: Node,
     active: AtomicBool,
     stop: Arc<AtomicBool>,
-    /// Who may ask for motion.
+    /// Decides who may ask for motion.
     grant: Arc<Grant>,
     served: Arc<Mutex<Served>>,
     clock: Arc<Mutex<Option<TickClock>>>,

@@ -57,7 +57,7 @@ pub(super) fn checked(
     Ok(command)
 }
 
-/// Least and greatest counts of a command.
+/// Range of the counts of a command.
 fn count_bounds(message: &CommandMessage, machine: &MachineDescription) -> (i64, i64) {
     #[allow(clippy::cast_possible_truncation, reason = "forces of machines are far below 2^63 N")]
     let force_n = || machine.axis(Axis::X).most_force().ceil() as i64;

@@ -30,7 +30,7 @@ pub(super) struct Known {
     pub(super) machine_alarms: Vec<Alarm>,
     pub(super) interpolator: Option<Heard<InterpolatorState>>,
     pub(super) interpolator_alarms: Vec<Alarm>,
-    /// Who has command of the cell.
+    /// Holder of command over the cell.
     pub(super) lease: Option<CommandHolder>,
     pub(super) job: Option<JobStatus>,
     pub(super) recorder: Option<Heard<RecorderStatus>>,

@@ -29,7 +29,7 @@ pub(crate) struct Status {
     pub(super) is_homed: bool,
     /// Who has command of the axes.
     pub(super) holder: String,
-    /// Who has the lease of command over the cell; empty: nobody.
+    /// Holder of the lease of command over the cell; empty: none.
     pub(super) lease: String,
     pub(super) recorder: Option<RecorderLine>,
     /// Time since the machine's first tick.

@@ -27,7 +27,7 @@ impl Node {
         Some(reason)
     }
 
-    /// Whether a participant, or that of an endpoint, has said which nodes it has, and has not left.
+    /// Returns true where a participant, or that of an endpoint, has said which nodes it has, and has not left.
     pub fn knows_participant(&self, guid: &Guid) -> bool {
         self.graph().knows_participant(guid)
     }

@@ -287,7 +287,7 @@ impl Graph {
         names.join(" or ")
     }
 
-    /// Whether a participant, or that of an endpoint, has said which nodes it has, and has not left.
+    /// Returns true where a participant, or that of an endpoint, has said which nodes it has, and has not left.
     pub(super) fn knows_participant(&self, guid: &Guid) -> bool {
         self.state().nodes.keys().any(|participant| participant[..12] == guid[..12])
     }

@@ -98,7 +98,7 @@ impl Cell {
         lock(&self.gate).jobs.clone()
     }
 
-    /// Whether a run of parts is under way, between its parts too.
+    /// Returns true while a run of parts is under way, between its parts too.
     pub(super) fn has_run(&self) -> bool {
         lock(&self.gate).has_run
     }
