@@ -15,6 +15,7 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::{Arc, Mutex, mpsc};
 use std::time::{Duration, Instant};
+use support::command::Shared;
 use support::{Domain, Guarded, PATIENCE};
 
 fn until(what: &str, mut condition: impl FnMut() -> bool) {
@@ -123,6 +124,7 @@ fn an_interpolator_that_dies_in_the_cut_is_a_stop_and_a_new_one_goes_on() {
     jobs.wait_for_server(PATIENCE).expect("run_job");
     let load = node.client::<LoadJob>("job_planner/load_job").expect("a client");
     load.wait_for_service(PATIENCE).expect("load_job");
+    let command = Shared::of_cell(&domain, "");
     let settings = ["wheel_radius_mm=60.0", "infeed.per_block_um=0.05", "infeed.spark_out_turns=1"].map(String::from);
     let request = LoadJobRequest { job: "eccentric".into(), overrides: settings.clone().into() };
     until("the planner has met the machine", || load.call(&request, PATIENCE).expect("an answer").success);
@@ -152,6 +154,7 @@ fn an_interpolator_that_dies_in_the_cut_is_a_stop_and_a_new_one_goes_on() {
         let job = run();
         job.accepted() && job.result(PATIENCE).expect("a result").0 == GoalStatus::Succeeded
     });
+    drop(command);
     for mut node in [planner, interpolator, machine] {
         node.interrupt();
         assert!(node.wait(PATIENCE).success(), "{}", node.complaint());

@@ -18,6 +18,7 @@ use camwright_nodes::ros::{
 use std::path::PathBuf;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
+use support::command::Shared;
 use support::processes::{fresh_bag, in_domain};
 use support::{Domain, Guarded, PATIENCE};
 
@@ -67,6 +68,7 @@ struct Cell {
     states: mpsc::Receiver<u8>,
     _states: Subscription,
     _spin: SpinThread,
+    command: Option<Shared>,
     domain: Domain,
 }
 
@@ -83,11 +85,13 @@ impl Cell {
         let subscription = node.subscribe("axis_interpolator/state", &Qos::latched(1), hear).expect("a subscription");
         let jobs = node.action_client("job_planner/run_job").expect("a client");
         let (processes, bags) = (Vec::new(), Vec::new());
-        let mut cell = Self { pace, processes, bags, node, jobs, states, _states: subscription, _spin: spin, domain };
+        let (_states, _spin, command) = (subscription, spin, None);
+        let mut cell = Self { pace, processes, bags, node, jobs, states, _states, _spin, command, domain };
         for name in NODES {
             cell.start_node(name);
         }
         cell.jobs.wait_for_server(PATIENCE).expect("run_job");
+        cell.command = Some(Shared::of_cell(&cell.domain, ""));
         cell
     }
 
@@ -217,6 +221,7 @@ impl Cell {
 
     /// Ends all of it.
     fn end(mut self) {
+        self.command.take();
         for (name, process) in self.processes.iter_mut().rev() {
             process.interrupt();
             let status = process.wait(PATIENCE);

@@ -17,6 +17,7 @@ use camwright_nodes::machine_check::{Checked, Moving, Settings, Verdict, check};
 use camwright_nodes::ros::{GoalStatus, Node, NodeOptions, RosArgs, Shutdown};
 use stand_in::StandIn;
 use std::time::Duration;
+use support::command::share_command_of_axes;
 use support::{Domain, PATIENCE};
 
 /// A delay that outlasts what controller, bridge and a busy computer take.
@@ -52,6 +53,7 @@ fn a_bridge_to_a_controller_keeps_what_its_document_says_and_moves() {
         // Nothing tells when it does.
         std::thread::sleep(Duration::from_millis(20));
     }
+    let command = share_command_of_axes(&operator);
     let goal = MoveToGoal {
         joints: vec!["z_axis".into(), "x_axis".into()],
         positions: vec![0.05, 0.1],
@@ -64,6 +66,7 @@ fn a_bridge_to_a_controller_keeps_what_its_document_says_and_moves() {
     // The controller itself is there, and not only what the bridge tells of it.
     let [_, x, z] = controller.position();
     assert!((z - 0.05).abs() < 1e-9 && (x - 0.1).abs() < 1e-9, "x is {x}, z is {z}");
+    drop(command);
     interpolator.stop();
     drop(spin);
     operator.shutdown();

@@ -15,7 +15,7 @@ import time
 
 import rclpy
 from camwright_msgs.msg import CellState, LoaderState, LoadingState
-from camwright_msgs.srv import CellCommand
+from camwright_msgs.srv import CellCommand, TakeCommand
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
@@ -23,6 +23,8 @@ from std_srvs.srv import Trigger
 # How long anybody may take to answer, and how often the robot says where it is.
 ANSWER_S = 90.0
 SIGNALS_S = 0.1
+# Lease of command; a run that is under way keeps it.
+LEASE_S = 600.0
 
 
 class Refused(Exception):
@@ -43,6 +45,7 @@ class Robot:
         node.create_subscription(LoadingState, "job_planner/loading", self.hear_loading, latched)
         self.publisher = node.create_publisher(LoaderState, "loader/state", 10)
         node.create_timer(SIGNALS_S, self.say)
+        self.take = node.create_client(TakeCommand, "machine/take_command")
         self.command = node.create_client(CellCommand, "job_planner/cell_command")
         names = ["job_planner/open_chuck", "job_planner/close_chuck", "machine/place_part", "machine/take_part"]
         self.steps = {name: node.create_client(Trigger, name) for name in names}
@@ -134,7 +137,12 @@ class Robot:
                 self.leave()
             visits += 1
 
+    def command_lease(self, release=False):
+        """Shared, so that an operator may command beside the robot."""
+        return TakeCommand.Request(holder="loader robot", lease_s=LEASE_S, shared=True, release=release)
+
     def start_run(self, job, overrides, parts):
+        self.call(self.take, self.command_lease())
         self.call(self.command, CellCommand.Request(command=CellCommand.Request.RESET))
         self.wait("the cell to be idle", lambda: self.cell and self.cell.state == CellState.IDLE)
         start = CellCommand.Request(command=CellCommand.Request.START, parts=parts, job=job, overrides=overrides)
@@ -160,6 +168,8 @@ def main():
     try:
         robot.start_run(arguments.job, arguments.overrides, arguments.parts)
         visits = robot.tend()
+        # What another shares stays with it.
+        robot.take.call_async(robot.command_lease(release=True))
         print(f"{robot.cell.parts_done} of {arguments.parts} parts tended in {visits} visits", flush=True)
         return 0
     except Refused as refused:

@@ -12,6 +12,7 @@
 use camwright_msgs::camwright_msgs::msg::{CellState, LoaderState, LoadingState};
 use camwright_msgs::camwright_msgs::srv::{CellCommand, CellCommandRequest, CellCommandResponse};
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
+use camwright_nodes::authority::{Command, TakeOptions};
 use camwright_nodes::ros::{Client, Node, NodeOptions, Publisher, Qos, RosArgs, RosError, SpinThread, Subscription};
 use camwright_nodes::ros::{RosLayer, TimerHandle};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -267,6 +268,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let parts: u32 = words.next().map_or(Ok(10), |word| word.parse())?;
     let overrides: Vec<String> = words.collect();
     let robot = Robot::start(&args, parts)?;
+    // Shared: an operator may command beside the robot.
+    let _command = Command::take(&robot.node, &TakeOptions::new("loader robot").shared().of_cell())?;
     robot.start_run(&job, &overrides, parts)?;
     let served = robot.tend()?;
     let end = robot.cell("the end of the run", |cell| cell.state == CellState::COMPLETE)?;

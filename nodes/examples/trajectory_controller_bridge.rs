@@ -23,6 +23,7 @@ use camwright_msgs::control_msgs::msg::JointTrajectoryControllerState;
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
+use camwright_nodes::authority::{Desk, Open};
 use camwright_nodes::config::machine_file::{self, Machine};
 use camwright_nodes::convert::setpoints::{ChunkBuffer, chunk_from_trajectory, joint_names, trajectory_from_chunk};
 use camwright_nodes::convert::time::{TickClock, ns_from_time};
@@ -58,6 +59,9 @@ struct Outlets {
     controller: Publisher<JointTrajectory>,
 }
 
+/// Longest silence of the axis interpolator.
+const SILENCE: std::time::Duration = std::time::Duration::from_millis(2500);
+
 /// The machine that the bridge makes of a controller.
 #[derive(Debug)]
 struct Standing {
@@ -80,7 +84,7 @@ struct Standing {
 #[derive(Debug)]
 pub struct Bridge {
     node: Node,
-    _endpoints: (Vec<Subscription>, Vec<ServiceHandle>),
+    _endpoints: (Vec<Subscription>, Vec<ServiceHandle>, Open),
     _spin: SpinThread,
 }
 
@@ -100,6 +104,7 @@ impl Bridge {
     /// DDS that cannot start.
     pub fn start(args: &RosArgs, file: Machine, controller: &str) -> Result<Self, RosError> {
         let node = Node::new(NodeOptions::new("machine_bridge", args))?;
+        let desk = Desk::new(&node, SILENCE)?;
         let many = Qos::default_topic().keep_last(2000);
         let outlets = Outlets {
             description: node.publisher("machine/description", &Qos::latched(1))?,
@@ -113,20 +118,34 @@ impl Bridge {
         let (file, outlets) = (Arc::new(file), Arc::new(outlets));
         let shared = Shared { node: node.clone(), file, outlets, standing: Arc::default() };
         let (state, chunks, orders) = (shared.clone(), shared.clone(), shared.clone());
+        let (of_chunks, of_orders) = (Arc::clone(&desk), Arc::clone(&desk));
         let subscriptions = vec![
             node.subscribe(&format!("{controller}/controller_state"), &many, move |said, _| state.hear(&said))?,
             node.subscribe("machine/setpoints", &many, move |said, info| {
-                chunks.follow(&said, participant(info.writer));
+                if of_chunks.takes_motion("machine/setpoints", &info.writer) {
+                    chunks.follow(&said, participant(info.writer));
+                }
             })?,
-            node.subscribe("machine/commands", &many, move |said, info| orders.obey(&said, participant(info.writer)))?,
+            node.subscribe("machine/commands", &many, move |said, info| {
+                if of_orders.takes_motion("machine/commands", &info.writer) {
+                    orders.obey(&said, participant(info.writer));
+                }
+            })?,
         ];
-        let (reset, stop) = (shared.clone(), shared);
+        let (reset, stop, moving, alarms) = (shared.clone(), shared.clone(), shared.clone(), shared);
         let services = vec![
             node.service::<Trigger>("machine/reset", move |_| reset.reset())?,
             node.service::<SetBool>("machine/estop", move |request| stop.press(request.data))?,
         ];
+        let in_motion = move || moving.standing().as_ref().is_some_and(|standing| standing.holder.is_some());
+        let refused = move || {
+            if let Some(standing) = alarms.standing().as_mut() {
+                standing.raise(AlarmKind::NoAuthority, 0.0, 0.0);
+            }
+        };
+        let command = desk.open(in_motion, refused)?;
         let spin = node.spin_in_thread()?;
-        Ok(Self { node, _endpoints: (subscriptions, services), _spin: spin })
+        Ok(Self { node, _endpoints: (subscriptions, services, command), _spin: spin })
     }
 
     /// Ends; the controller runs out on the stop of what it has.

@@ -42,7 +42,7 @@ const CHANNEL: u64 = 800;
 const JOB_FILES: &str = "job_planner/job_files";
 
 /// Topics of a cell that say little, and that the recorder lists ten times a second like all others.
-const QUIET: [(&str, &str); 29] = [
+const QUIET: [(&str, &str); 30] = [
     ("axis_interpolator/alarms", "camwright_msgs/msg/MachineAlarms"),
     ("axis_interpolator/execute_plan/_action/status", "action_msgs/msg/GoalStatusArray"),
     ("axis_interpolator/follow_joint_trajectory/_action/status", "action_msgs/msg/GoalStatusArray"),
@@ -62,6 +62,7 @@ const QUIET: [(&str, &str); 29] = [
     ("job_planner/markers", "visualization_msgs/msg/MarkerArray"),
     ("job_planner/run_job/_action/status", "action_msgs/msg/GoalStatusArray"),
     ("machine/alarms", "camwright_msgs/msg/MachineAlarms"),
+    ("machine/command_holder", "camwright_msgs/msg/CommandHolder"),
     ("machine/commands", "camwright_msgs/msg/MachineCommand"),
     ("machine/counters", "camwright_msgs/msg/MachineCounters"),
     ("machine/description", "camwright_msgs/msg/MachineDescription"),

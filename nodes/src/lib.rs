@@ -1,5 +1,6 @@
 //! The ROS 2 shells around the `camwright` core.
 
+pub mod authority;
 pub mod axis_interpolator;
 pub mod bag;
 pub mod bag_size;

@@ -3,14 +3,16 @@
 #![allow(missing_debug_implementations, reason = "as above")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 
-use crate::support::{Domain, PATIENCE};
+use crate::support::{Domain, PATIENCE, command::share_command};
 use camwright_msgs::Message;
 use camwright_msgs::camwright_msgs::msg::{
     Latch, MachineAlarms, MachineCommand, MachineDescription, MachineIo, MachineStream,
 };
+use camwright_msgs::camwright_msgs::srv::{TakeCommand, TakeCommandResponse};
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
+use camwright_nodes::authority::Command;
 use camwright_nodes::ros::{
     Client, Guid, Node, NodeOptions, Publisher, Qos, RosArgs, ServiceHandle, SpinThread, Subscription,
 };
@@ -143,6 +145,7 @@ pub struct GoBetween {
     _subscriptions: Vec<Subscription>,
     _services: Vec<ServiceHandle>,
     _spins: Vec<SpinThread>,
+    command: Command,
 }
 
 fn many() -> Qos {
@@ -186,10 +189,12 @@ impl GoBetween {
         for voice in voices.iter() {
             assert!(voice.setpoints.wait_matched(1, PATIENCE) && voice.commands.wait_matched(1, PATIENCE));
         }
-        Self { outside, inside, voices, _subscriptions: subscriptions, _services: services, _spins: spins }
+        let command = share_command(&inside);
+        Self { command, outside, inside, voices, _subscriptions: subscriptions, _services: services, _spins: spins }
     }
 
     pub fn stop(self) {
+        drop(self.command);
         self.outside.shutdown();
         self.inside.shutdown();
         self.voices.iter().for_each(|voice| voice.node.shutdown());
@@ -269,5 +274,10 @@ fn serves(inside: &Node, outside: &Node, fault: Fault, moving: Arc<AtomicBool>) 
         }
         estop.call_with(&request, move |answer| responder.send(&answer)).expect("it can be asked");
     });
-    vec![reset.expect("a service"), estop.expect("a service")]
+    // The machine behind it is shared already.
+    let take = outside.service::<TakeCommand>("machine/take_command", |_| TakeCommandResponse {
+        success: true,
+        ..TakeCommandResponse::default()
+    });
+    vec![reset.expect("a service"), estop.expect("a service"), take.expect("a service")]
 }

@@ -5,8 +5,10 @@
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 
 use crate::support::Domain;
+use crate::support::command::share_command_of_cell;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobFeedback, RunJobGoal};
 use camwright_msgs::camwright_msgs::msg::{InterpolatorState, JobStatus, PartLobe};
+use camwright_nodes::authority::Command;
 use camwright_nodes::axis_interpolator::AxisInterpolator;
 use camwright_nodes::job_planner::JobPlanner;
 use camwright_nodes::machine_sim::MachineSim;
@@ -21,6 +23,8 @@ pub const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Machine, interpolator, planner and a client that watches them.
 pub struct Cell {
+    /// Everybody in its domain may command it.
+    command: Option<Command>,
     /// The machine.
     pub machine: MachineSim,
     /// The interpolator.
@@ -123,7 +127,9 @@ impl Cell {
         client.action.wait_for_server(PATIENCE).expect("run_job");
         for _ in 0..600 {
             if planner.knows_machine() && interpolator.knows_machine() {
-                return Self { machine, interpolator, planner, client, domain };
+                let command = share_command_of_cell(&client.node);
+                let command = Some(command);
+                return Self { command, machine, interpolator, planner, client, domain };
             }
             std::thread::sleep(Duration::from_millis(100));
         }
@@ -135,7 +141,19 @@ impl Cell {
         &self.domain
     }
 
+    /// Gives command back: nobody has it.
+    pub fn release(&mut self) {
+        self.command.take();
+    }
+
+    /// Replaces the interpolator.
+    pub fn with_interpolator(self, other: impl FnOnce(AxisInterpolator) -> AxisInterpolator) -> Self {
+        let interpolator = other(self.interpolator);
+        Self { interpolator, ..self }
+    }
+
     pub fn stop(self) {
+        drop(self.command);
         self.planner.stop();
         self.interpolator.stop();
         self.machine.stop();

@@ -5,6 +5,7 @@
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 #![allow(clippy::print_stderr, reason = "a skipped test must say so where people look")]
 
+pub mod command;
 mod domain;
 mod env;
 mod folder;

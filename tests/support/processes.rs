@@ -1,5 +1,6 @@
 //! The four nodes as processes, and what a peer does with the cell that they are.
 
+use super::command::Shared;
 use super::{Domain, Guarded, PATIENCE, Peer, PeerEnv, repository};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -11,6 +12,8 @@ pub const SUCCEEDED: u64 = 4;
 
 /// Recorder, machine, interpolator and planner, each a process, in a namespace.
 pub struct Processes {
+    /// Everybody in its domain may command it.
+    command: Option<Shared>,
     nodes: Vec<(&'static str, Guarded)>,
     bag: PathBuf,
 }
@@ -39,13 +42,14 @@ impl Processes {
     pub fn start(domain: &Domain, namespace: &str, machine: &[&str], bag: &Path) -> Self {
         let more = |name| if name == "machine_sim" { machine } else { &[] };
         let nodes = NAMES.map(|name| start(name, domain, namespace, bag, more(name)));
-        Self { nodes: nodes.into(), bag: bag.to_owned() }
+        let command = Some(Shared::of_cell(domain, namespace));
+        Self { command, nodes: nodes.into(), bag: bag.to_owned() }
     }
 
     /// Starts only some of them, none of which records.
     pub fn start_some(domain: &Domain, namespace: &str, names: &[&'static str]) -> Self {
         let nodes = names.iter().map(|name| start(name, domain, namespace, Path::new(""), &[])).collect();
-        Self { nodes, bag: PathBuf::new() }
+        Self { command: None, nodes, bag: PathBuf::new() }
     }
 
     fn node(&mut self, name: &str) -> &mut (&'static str, Guarded) {
@@ -70,6 +74,7 @@ impl Processes {
 
     /// Ctrl-C to every node, the recorder last: each ends well.
     pub fn end(mut self) -> PathBuf {
+        self.command.take();
         let names: Vec<&str> = self.nodes.iter().rev().map(|(name, _)| *name).collect();
         for name in names {
             self.interrupt(name);

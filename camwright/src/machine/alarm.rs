@@ -55,6 +55,8 @@ pub enum AlarmKind {
     ChunkRefused,
     /// Setpoints between two chunks are missing. Value: first tick received, bound: first tick expected.
     SetpointsLost,
+    /// A request, command or setpoint was refused: its sender has no command of the cell, or a field is out of bounds.
+    NoAuthority,
     /// A search for the origin, a home switch or an index ended without its edge.
     HomingFailed,
     /// A station was searched for and its switch did not close.
@@ -131,7 +133,7 @@ pub struct AlarmEntry {
 }
 
 /// Number of kinds, those of an axis counted once per axis; no more alarms than this are ever active.
-pub const ALARM_KINDS: usize = 66;
+pub const ALARM_KINDS: usize = 67;
 
 impl AlarmKind {
     /// Every kind, in the order of the numbers.
@@ -168,6 +170,7 @@ impl AlarmKind {
         AlarmKind::SecondWriter,
         AlarmKind::ChunkRefused,
         AlarmKind::SetpointsLost,
+        AlarmKind::NoAuthority,
         AlarmKind::HomingFailed,
         AlarmKind::StationNotFound,
         AlarmKind::OriginDetector,
@@ -292,6 +295,12 @@ impl AlarmKind {
             AlarmKind::SetpointsLost => {
                 (85, "setpoints lost", Stop, "reset and start again; look for lost messages between the nodes")
             }
+            AlarmKind::NoAuthority => (
+                86,
+                "command refused: no authority",
+                Warning,
+                "take command of the cell (machine/take_command); the log names the sender",
+            ),
             AlarmKind::HomingFailed => (
                 90,
                 "homing failed",
@@ -458,6 +467,7 @@ impl fmt::Display for Alarm {
             AlarmKind::SetpointsLost => {
                 write!(f, "setpoints from tick {} on came, those from tick {} on are missing", self.value, self.bound)
             }
+            AlarmKind::NoAuthority => f.write_str("a sender without command of the cell was refused"),
             AlarmKind::HomingFailed => f.write_str("a reference was not found within the search travel"),
             AlarmKind::StationNotFound => {
                 f.write_str("the station's limit switch was not found within the search travel")

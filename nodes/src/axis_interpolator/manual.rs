@@ -163,7 +163,10 @@ pub(super) fn offer(shared: &Arc<Shared>) -> Result<ServiceHandle, RosError> {
 /// The topic `~/hold_to_run`.
 pub(super) fn subscribe(shared: &Arc<Shared>) -> Result<Subscription, RosError> {
     let this = Arc::clone(shared);
-    shared.node.subscribe::<Empty>("~/hold_to_run", &Qos::default_topic(), move |_, _| {
+    shared.node.subscribe::<Empty>("~/hold_to_run", &Qos::default_topic(), move |_, info| {
+        if !this.grant.takes("~/hold_to_run", &info.writer, &this.node) {
+            return;
+        }
         let tick = this.machine_tick();
         if let Some(held) = lock(&this.held).as_mut() {
             held.until = tick + held.ticks;

@@ -20,6 +20,7 @@ pub(crate) use applied::{check as check_of_input, input as applied_input, kind_n
 pub(crate) use engine::{CHUNK_TICKS, STOP_POINTS, add_stop};
 pub(crate) use motion_record::{MotionRecord, StartRecord};
 
+use crate::authority::{self, Grant, Membership, OneSender, Role};
 use crate::convert::core_from_si;
 use crate::convert::time::{TickClock, ns_from_time};
 use crate::cyclic::{Sender, Waker, ring};
@@ -73,6 +74,7 @@ pub struct AxisInterpolator {
     _actions: Actions,
     _diagnostics: Diagnostics,
     _look: TimerHandle,
+    _membership: Membership,
 }
 
 #[derive(Debug)]
@@ -91,6 +93,8 @@ struct Shared {
     node: Node,
     active: AtomicBool,
     stop: Arc<AtomicBool>,
+    /// Decides who may ask for motion.
+    grant: Arc<Grant>,
     served: Arc<Mutex<Served>>,
     clock: Arc<Mutex<Option<TickClock>>>,
     /// The machine and the way into its engine; nothing before the machine has said what it is.
@@ -157,6 +161,7 @@ impl AxisInterpolator {
             node: node.clone(),
             active: AtomicBool::new(false),
             stop: Arc::new(AtomicBool::new(false)),
+            grant: Grant::new(&node)?,
             served: Arc::default(),
             clock: Arc::default(),
             cell: Mutex::default(),
@@ -192,6 +197,9 @@ impl AxisInterpolator {
                 shared.look_after_partners();
             }
         });
+        let this = Arc::downgrade(&shared);
+        let busy = move || this.upgrade().is_some_and(|shared| lock(&shared.served).is_busy());
+        let membership = authority::join(&node, &shared.grant, Role::Interpolator, busy)?;
         let spin = node.spin_in_thread()?;
         autostart::begin(&node, &lifecycle);
         Ok(Self {
@@ -204,6 +212,7 @@ impl AxisInterpolator {
             _actions: actions,
             _diagnostics: diagnostics,
             _look: look,
+            _membership: membership,
         })
     }
 
@@ -383,7 +392,7 @@ impl Shared {
             return Some("the machine has not been heard of yet".into());
         }
         drop(served);
-        self.silent_machine()
+        self.silent_machine().or_else(|| self.grant.obstacle())
     }
 
     /// Why the machine would answer any motion with an alarm. For whoever does not look at the work area as the planner does.
@@ -485,7 +494,11 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
         })?;
     let this = Arc::clone(shared);
     let qos = Qos::default_topic().keep_last(1000);
+    let mut one_machine = OneSender::new("machine/stream", liveness::limit(node));
     let stream = node.subscribe::<MachineStream>("machine/stream", &qos, move |message, info| {
+        if !one_machine.takes(&info.writer, &this.node) {
+            return;
+        }
         this.hear(&message, info.writer);
         this.watch_jog(&message);
     })?;

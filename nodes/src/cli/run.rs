@@ -6,6 +6,7 @@ use super::run_cell::Cell;
 use super::run_client::Client;
 use super::run_report::Report;
 use super::turned_report::TurnedReport;
+use crate::authority::{Command, TakeOptions};
 use crate::config::access::folders_of;
 use crate::config::any_job::{self, AnyJob};
 use crate::config::job_file::{self, Job};
@@ -131,6 +132,8 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let start = || Cell::start(&machine, &args.set_machine, folders.clone(), args.pace, ros_args, &bag);
     let cell = if args.attach { None } else { Some(start()?) };
     client.meet(cell.is_some().then_some(record), &shutdown)?;
+    let command = TakeOptions::new("camwright run").of_cell();
+    let command = Command::take(&client.node, &command).map_err(|error| NodeError::Parameter(error.to_string()))?;
     if args.find_phase {
         let found = client.find_phase(&job, &args.set)?;
         args.set.extend(found);
@@ -138,6 +141,7 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     let args = &args;
     let batch = if args.parts > 1 { Some(Batch::of(&client.node, args.parts, &job, &args.set)?) } else { None };
     let (outcome, batch) = run_parts(&client, &job, args, batch, &shutdown);
+    drop(command);
     let planned_as = client.heard_job();
     let has_form = outcome.as_ref().ok().filter(|(_, result)| !result.turned.is_empty());
     let form_map = has_form.and_then(|(_, result)| client.form_map(result.last_tick));

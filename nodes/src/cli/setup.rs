@@ -1,5 +1,6 @@
 //! `camwright setup`: set-up work on a cell that runs already.
 
+use crate::authority::{Command, TakeOptions};
 use crate::convert::{m_from_mm, mm_from_m, si_from_file};
 use crate::ros::{ActionClient, GoalStatus, Node, NodeOptions, Qos, RosArgs, RosLayer, Shutdown};
 use crate::running::NodeError;
@@ -169,7 +170,13 @@ fn run(work: &WorkArgs, ros_args: &RosArgs) -> Result<(bool, String), NodeError>
     let shutdown = Shutdown::on_signals()?;
     let node = Node::new(NodeOptions::new("camwright_setup", ros_args))?;
     let spin = node.spin_in_thread()?;
-    let outcome = ask(work, &node, &shutdown);
+    let outcome = Command::take(&node, &TakeOptions::new("camwright setup"))
+        .map_err(|error| NodeError::Parameter(error.to_string()))
+        .and_then(|command| {
+            let outcome = ask(work, &node, &shutdown);
+            drop(command);
+            outcome
+        });
     drop(spin);
     node.shutdown();
     outcome

@@ -25,6 +25,7 @@ mod stiffness;
 mod turned_parts;
 mod turning_run;
 
+use crate::authority::{self, Grant, Membership, Role};
 use crate::liveness;
 use crate::machine_sim::MOST_PAGES;
 use crate::planning::MachineNow;
@@ -80,6 +81,7 @@ pub struct JobPlanner {
     _action: ActionServer<RunJob>,
     _diagnostics: Diagnostics,
     _spin: SpinThread,
+    _membership: Membership,
 }
 
 /// A piece of work for the planning thread.
@@ -158,6 +160,7 @@ impl JobPlanner {
         let node = Node::new(options.parameter(scene::parameter()))?;
         settings::validate(node.parameters(), &node.parameters().all()).map_err(NodeError::Parameter)?;
         node.parameters().on_set_together(settings::validate);
+        let grant = Grant::new(&node)?;
         let (work, orders) = mpsc::channel::<Work>();
         let (cell, inbox) = Cell::new();
         let shared = Arc::new(Shared {
@@ -202,6 +205,10 @@ impl JobPlanner {
         let lifecycle = node.lifecycle(Activation(Arc::clone(&shared)))?;
         let this = Arc::clone(&shared);
         let diagnostics = node.diagnostics("job_planner", move || vec![this.health()])?;
+        let this = Arc::downgrade(&shared);
+        let is_busy = |shared: &Shared| !matches!(*lock(&shared.course), Course::Idle) || shared.cell.has_run();
+        let busy = move || this.upgrade().is_some_and(|shared| is_busy(&shared));
+        let membership = authority::join(&node, &grant, Role::Planner, busy)?;
         let spin = node.spin_in_thread()?;
         autostart::begin(&node, &lifecycle);
         Ok(Self {
@@ -214,6 +221,7 @@ impl JobPlanner {
             _action: action,
             _diagnostics: diagnostics,
             _spin: spin,
+            _membership: membership,
         })
     }
 

@@ -11,6 +11,7 @@ mod motion;
 mod report;
 mod time;
 
+use crate::authority::{Command, TakeError, TakeOptions};
 use crate::ros::{Node, NodeOptions, RosArgs, Shutdown};
 use crate::running::NodeError;
 use camwright_msgs::camwright_msgs::msg::MachineStream;
@@ -125,6 +126,7 @@ fn listen(
     let mut interrupted = shutdown.wait_timeout(settings.listen.max(DISCOVERY));
     identity::endpoints(node, &mut report);
     if !interrupted {
+        let command = take_command(node, &mut report)?;
         // Somebody may have taken command meanwhile.
         match (target, motion::obstacle(ears)) {
             (Some(_), Some(obstacle)) => return Err(CheckError::Refused(obstacle)),
@@ -134,9 +136,26 @@ fn listen(
             }
             (None, obstacle) => reset(node, ears, obstacle, &mut report),
         }
+        drop(command);
     }
     judge(node, ears, &facts, &mut report);
     Ok(Checked { report, interrupted })
+}
+
+/// M16: command is taken, and shared with the second sender that a travel is tried with.
+fn take_command(node: &Node, report: &mut Report) -> Result<Option<Command>, CheckError> {
+    let options = TakeOptions { patience: ANSWER, ..TakeOptions::new("camwright check-machine").shared() };
+    match Command::take(node, &options) {
+        Ok(command) => {
+            report.kept(16, "machine/take_command gives command to who asks first");
+            Ok(Some(command))
+        }
+        Err(TakeError::Refused(reason)) => Err(CheckError::Refused(reason)),
+        Err(error) => {
+            report.broken(16, format!("command cannot be taken: {error}"));
+            Ok(None)
+        }
+    }
 }
 
 /// Judges everything that was heard.

@@ -26,6 +26,7 @@ const CLAUSES: &[Clause] = &[
     (12, "silence is a stop", "--move an axis of a machine at pace realtime"),
     (13, "chunks that are refused", "--move an axis"),
     (14, "who has command", "--move an axis"),
+    (16, "command has to be taken", "listen to the end"),
     (20, "order of commands", "--move an axis, on a machine with an input"),
     (
         21,

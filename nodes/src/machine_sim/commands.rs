@@ -2,9 +2,87 @@
 
 use super::pump::{input_name, input_named};
 use super::traffic::{Order, TimedCommand};
+use crate::convert::time::TickClock;
 use camwright::machine::MachineCommand;
-use camwright::machine::description::{Axis, MachineDescription};
+use camwright::machine::alarm::AlarmKind;
+use camwright::machine::description::{Axis, MachineDescription, Scale};
+use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::MachineCommand as CommandMessage;
+
+/// Ticks beyond the credit of setpoints that a command may lie ahead.
+const MAX_BEYOND_CREDIT: u64 = 1000;
+/// Largest reading of a rotary axis that becomes its zero (turns).
+const MAX_TURNS: i64 = 1_000_000;
+/// Largest radius of a wheel (nm).
+const MAX_RADIUS_NM: i64 = 1_000_000_000;
+/// Longest target: the hash of a plan, or the name of an input.
+const MAX_TARGET: usize = 64;
+
+/// The command that a message is, once every field is in its bounds; `executed` is the machine's last tick.
+///
+/// # Errors
+/// The field that is not, its value, and what is allowed.
+pub(super) fn checked(
+    message: &CommandMessage,
+    machine: &MachineDescription,
+    clock: TickClock,
+    executed: u64,
+) -> Result<TimedCommand, String> {
+    let CommandMessage { kind, target, counts, tick, .. } = message;
+    let of = |what: String| format!("command of kind {kind}: {what}; correct the sender");
+    if target.len() > MAX_TARGET {
+        return Err(of(format!("target has {} octets, allowed are {MAX_TARGET}", target.len())));
+    }
+    let command = timed(message, machine)
+        .ok_or_else(|| of(format!("no such order with target {target:?} and counts {counts} is known")))?;
+    if let Order::Machine(MachineCommand::Raise { number }) = command.order
+        && AlarmKind::from_number(number).is_none()
+    {
+        return Err(of(format!("counts is {counts}, which is the number of no alarm")));
+    }
+    let ahead = u64::from(machine.feedback_delay_ticks) + MAX_BEYOND_CREDIT;
+    let latest = executed.saturating_add(ahead);
+    // An announcement takes effect at once.
+    if *kind != CommandMessage::ATTEND && *tick > latest {
+        return Err(of(format!("tick {tick} is too far ahead, allowed is up to {latest}")));
+    }
+    if message.stamp != Time::default() && *tick <= latest && message.stamp != clock.stamp(*tick) {
+        let Time { sec, nanosec } = message.stamp;
+        return Err(of(format!("stamp {sec}.{nanosec:09} is not the time of tick {tick}")));
+    }
+    let (low, high) = count_bounds(message, machine);
+    if !(low..=high).contains(counts) {
+        return Err(of(format!("counts is {counts}, allowed is {low} to {high}")));
+    }
+    Ok(command)
+}
+
+/// Range of the counts of a command.
+fn count_bounds(message: &CommandMessage, machine: &MachineDescription) -> (i64, i64) {
+    #[allow(clippy::cast_possible_truncation, reason = "forces of machines are far below 2^63 N")]
+    let force_n = || machine.axis(Axis::X).most_force().ceil() as i64;
+    match message.kind {
+        CommandMessage::SET_HOME => {
+            let reach = Axis::from_joint(&message.target).map_or(0, |axis| reach_counts(machine, axis));
+            (-reach, reach)
+        }
+        CommandMessage::EXPECT_WHEEL | CommandMessage::DRESS => (1, MAX_RADIUS_NM),
+        CommandMessage::PUSH | CommandMessage::WATCH_FORCE => (0, force_n()),
+        CommandMessage::ALARM => (1, i64::from(u16::MAX)),
+        _ => (0, 0),
+    }
+}
+
+/// Farthest reading of an axis from its zero, wherever it was switched on (counts).
+fn reach_counts(machine: &MachineDescription, axis: Axis) -> i64 {
+    let own = machine.axis(axis);
+    let (low, high) = own.soft_limits.unwrap_or((0.0, 0.0));
+    match own.scale {
+        Scale::Rotary { counts_per_turn } => counts_per_turn.saturating_mul(MAX_TURNS),
+        // Twice the travel: hard limits lie beyond the soft ones.
+        scale @ Scale::Linear { .. } => 2 * scale.counts(high - low).abs().max(scale.counts(high).abs()),
+    }
+}
 
 /// The command that a message is; `None`: it is none that this machine knows.
 pub(super) fn timed(message: &CommandMessage, machine: &MachineDescription) -> Option<TimedCommand> {
@@ -84,5 +162,44 @@ mod tests {
             assert_eq!(timed(&message(&command, &machine), &machine), Some(command));
         }
         assert_eq!(timed(&CommandMessage { kind: 99, ..CommandMessage::default() }, &machine), None);
+    }
+
+    #[test]
+    fn a_field_out_of_bounds_is_refused_and_named() {
+        let machine = cam_grinder();
+        let clock = TickClock { epoch_ns: 0, cycle_time_ns: machine.cycle_time_ns };
+        let command = |kind, target: &str, counts| CommandMessage {
+            sequence: 1,
+            tick: 105,
+            kind,
+            target: target.to_owned(),
+            counts,
+            ..CommandMessage::default()
+        };
+        let check = |message: &CommandMessage| checked(message, &machine, clock, 100);
+        let home = command(CommandMessage::SET_HOME, "x_axis", 2000);
+        assert!(check(&home).is_ok());
+        assert!(check(&CommandMessage { stamp: clock.stamp(105), ..home.clone() }).is_ok());
+        for (wrong, named) in [
+            (CommandMessage { tick: 30_100, ..home.clone() }, "tick 30100"),
+            (CommandMessage { stamp: clock.stamp(106), ..home.clone() }, "stamp"),
+            (CommandMessage { counts: i64::MAX, ..home.clone() }, "counts"),
+            (CommandMessage { counts: i64::MIN, ..home.clone() }, "counts"),
+            (command(CommandMessage::SET_HOME, "w_axis", 0), "w_axis"),
+            (command(CommandMessage::PUSH, "", i64::MAX), "counts"),
+            (command(CommandMessage::PUSH, "", -1), "counts"),
+            (command(CommandMessage::WATCH_FORCE, "", i64::MAX), "counts"),
+            (command(CommandMessage::EXPECT_WHEEL, "", 0), "counts"),
+            (command(CommandMessage::DRESS, "", -1), "counts"),
+            (command(CommandMessage::ALARM, "", 9999), "9999"),
+            (command(CommandMessage::JOB_BEGIN, &"x".repeat(65), 0), "target"),
+            (command(CommandMessage::WHEEL_START, "", 1), "counts"),
+            (command(99, "", 0), "kind 99"),
+        ] {
+            let reason = check(&wrong).unwrap_err();
+            assert!(reason.contains(named), "{wrong:?}: {reason}");
+        }
+        assert!(check(&command(CommandMessage::PUSH, "", 30)).is_ok());
+        assert!(check(&command(CommandMessage::JOB_BEGIN, &"a".repeat(64), 0)).is_ok());
     }
 }

@@ -34,6 +34,7 @@ pub use pump::WHEEL_JOINT;
 pub(crate) use pump::{cut_of, input_name, input_named, io_message, joint_values, latch_message, motion_number};
 pub use ticker::Pace;
 
+use crate::authority::{Desk, OneSender};
 use crate::config::{locate::locate, machine_file};
 use crate::convert::setpoints::chunk_from_trajectory;
 use crate::convert::time::TickClock;
@@ -43,7 +44,7 @@ use crate::liveness;
 use crate::realtime::{self, Realtime};
 use crate::ros::{
     Diagnostics, Level, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Parameter, ParameterValue, Publisher, Qos,
-    Responder, RosArgs, ServiceHandle, SpinThread, Subscription, system_time_ns,
+    Responder, RosArgs, ServiceHandle, SpinThread, Subscription, TimerHandle, system_time_ns,
 };
 use crate::running::{NodeError, Threads, autostart};
 use camwright::machine::Machine;
@@ -101,6 +102,7 @@ struct Endpoints {
     _subscriptions: Vec<Subscription>,
     _services: Vec<ServiceHandle>,
     _around: work_area::Endpoints,
+    _command: TimerHandle,
     _diagnostics: Diagnostics,
 }
 
@@ -176,6 +178,7 @@ impl MachineSim {
 
     fn start_node(options: NodeOptions) -> Result<Self, NodeError> {
         let node = Node::new(options)?;
+        let desk = Desk::new(&node, liveness::limit(&node))?;
         let settings = node.parameters();
         let located = locate("machines", &settings.string("machine"), "yaml", None)?;
         let mut overrides = settings.string_array("machine_overrides");
@@ -265,10 +268,17 @@ impl MachineSim {
         let answer = answers(&node, &inlet, &resets, &loads, known);
         threads.spawn(&node, "machine pump", move || pump.run(reports, &pump_waker, answer))?;
 
-        let subscriptions = subscriptions(&node, &file.description, clock, &inlet, &bounds, &waker)?;
+        let subscriptions = subscriptions(&node, &file.description, clock, &inlet, &bounds, &waker, &desk)?;
         let mut services = services(&node, &file.description, &inlet, &resets, &loads)?;
         let mut around = work_area::offer(&node, &inlet, &area, loader_timeout)?;
         services.append(&mut around.services);
+        let (motion, way) = (Arc::clone(&bounds), inlet.clone());
+        let in_motion = move || motion.in_motion.load(Ordering::Relaxed);
+        let alarm = move || {
+            way.send(Inbound::NoAuthority);
+        };
+        let mut command = desk.open(in_motion, alarm)?;
+        services.append(&mut command.services);
         let lifecycle = node.lifecycle(Activation(inlet))?;
         let spin = node.spin_in_thread()?;
         autostart::begin(&node, &lifecycle);
@@ -277,6 +287,7 @@ impl MachineSim {
             _subscriptions: subscriptions,
             _services: services,
             _around: around,
+            _command: command.timer,
             _diagnostics: diagnostics,
         };
         Ok(Self { node, lifecycle, threads, bounds, waker, _spin: spin, _endpoints: endpoints })
@@ -350,37 +361,45 @@ fn subscriptions(
     inlet: &Inlet,
     bounds: &Arc<Bounds>,
     waker: &Waker,
+    desk: &Arc<Desk>,
 ) -> Result<Vec<Subscription>, NodeError> {
     let qos = Qos::default_topic().keep_last(1000);
-    let (machine, logger, chunks) = (description.clone(), node.logger().clone(), inlet.clone());
-    let setpoints =
-        node.subscribe::<JointTrajectory>(
-            "machine/setpoints",
-            &qos,
-            move |message, info| match chunk_from_trajectory(&message, &machine, clock) {
-                Ok(chunk) => {
-                    chunks.send(Inbound::Chunk(participant(info.writer), Box::new(chunk)));
-                }
-                Err(error) => {
-                    logger.warn(&format!("setpoints refused: {error}"));
-                    chunks.send(Inbound::NoChunk(participant(info.writer)));
-                }
-            },
-        )?;
-    let (logger, orders, machine) = (node.logger().clone(), inlet.clone(), description.clone());
-    let commands = node.subscribe::<CommandMessage>("machine/commands", &qos, move |message, info| {
-        match commands::timed(&message, &machine) {
-            Some(command) => {
-                orders.send(Inbound::Command(participant(info.writer), command));
+    let (machine, logger, chunks, gate) = (description.clone(), node.logger().clone(), inlet.clone(), Arc::clone(desk));
+    let setpoints = node.subscribe::<JointTrajectory>("machine/setpoints", &qos, move |message, info| {
+        if !gate.takes_motion("machine/setpoints", &info.writer) {
+            return;
+        }
+        match chunk_from_trajectory(&message, &machine, clock) {
+            Ok(chunk) => {
+                chunks.send(Inbound::Chunk(participant(info.writer), Box::new(chunk)));
             }
-            None => logger.warn(&format!("command {} for {:?} is unknown", message.kind, message.target)),
+            Err(error) => {
+                logger.warn(&format!("setpoints refused: {error}"));
+                chunks.send(Inbound::NoChunk(participant(info.writer)));
+            }
         }
     })?;
-    let (bounds, waker) = (Arc::clone(bounds), waker.clone());
+    let (orders, machine, gate, ticks) = (inlet.clone(), description.clone(), Arc::clone(desk), Arc::clone(bounds));
+    let commands = node.subscribe::<CommandMessage>("machine/commands", &qos, move |message, info| {
+        if !gate.takes_motion("machine/commands", &info.writer) {
+            return;
+        }
+        match commands::checked(&message, &machine, clock, ticks.tick.load(Ordering::Relaxed)) {
+            Ok(command) => {
+                orders.send(Inbound::Command(participant(info.writer), command));
+            }
+            Err(reason) => gate.refuse("machine/commands", &info.writer, &reason),
+        }
+    })?;
+    let (bounds, waker, listener) = (Arc::clone(bounds), waker.clone(), node.clone());
+    let mut one_recorder = OneSender::new("run_logger/status", liveness::limit(node));
     let recorder = node.subscribe::<RecorderStatus>(
         "run_logger/status",
         &Qos::default_topic().keep_last(100),
-        move |message, _| {
+        move |message, info| {
+            if !one_recorder.takes(&info.writer, &listener) {
+                return;
+            }
             bounds.recorded_tick.store(message.last_tick, Ordering::Release);
             bounds.recording.store(message.recording && !message.paused, Ordering::Release);
             bounds.recorder_messages.fetch_add(1, Ordering::AcqRel);

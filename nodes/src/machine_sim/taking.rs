@@ -73,6 +73,7 @@ impl Ticker {
                 }
                 Inbound::Active(active) => self.set_active(active),
                 Inbound::Blocked(limit_s) => self.raise_outside(AlarmKind::FeedbackBlocked, limit_s),
+                Inbound::NoAuthority => self.raise_outside(AlarmKind::NoAuthority, 0.0),
                 Inbound::Room(room) => self.keyframes.room = Some(room),
             }
         }

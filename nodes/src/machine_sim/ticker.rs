@@ -68,6 +68,8 @@ pub(super) struct Bounds {
     /// Ticks between the arrival of a chunk and its first setpoint's, the least since that was asked last.
     pub(super) least_lead_ticks: AtomicU64,
     pub(super) alarms: AtomicU64,
+    /// Somebody sends setpoints, which are executed.
+    pub(super) in_motion: AtomicBool,
     /// Slips of the machine's time against the system clock since the start, and by how much it is behind now (µs).
     pub(super) slips: AtomicU64,
     pub(super) behind_us: AtomicI64,
@@ -412,6 +414,7 @@ impl Ticker {
             self.tell_lasting();
         }
         self.bounds.tick.store(next, Ordering::Relaxed);
+        self.bounds.in_motion.store(self.state.has_holder, Ordering::Relaxed);
         let alarms =
             self.machine.alarms().iter().filter(|alarm| alarm.kind.entry().severity > Severity::Warning).count();
         self.bounds.alarms.store(alarms as u64, Ordering::Relaxed);

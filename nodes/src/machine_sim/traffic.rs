@@ -63,6 +63,8 @@ pub(super) enum Inbound {
     Judge(bool),
     ResetShift,
     Active(bool),
+    /// Something was refused for want of authority.
+    NoAuthority,
     /// Feedback could not be sent for so long (s).
     Blocked(f64),
     /// The room of a keyframe comes back.

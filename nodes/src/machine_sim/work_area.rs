@@ -2,6 +2,7 @@
 
 use super::traffic::Inbound;
 use super::{Inlet, Waiting, pop, push};
+use crate::authority::OneSender;
 use crate::convert::time::TickClock;
 use crate::ros::{Level, Node, Publisher, Qos, RosError, ServiceHandle, Subscription, TimerHandle};
 use camwright::machine::state::{LastingState, Tally};
@@ -130,7 +131,11 @@ struct Heard {
 fn watch_loader(node: &Node, inlet: &Inlet, timeout: Duration) -> Result<(Subscription, TimerHandle), RosError> {
     let heard: Arc<Mutex<Heard>> = Arc::default();
     let (of_messages, way) = (Arc::clone(&heard), inlet.clone());
-    let subscription = node.subscribe::<LoaderState>("loader/state", &Qos::default_topic(), move |message, _| {
+    let (mut one_loader, listener) = (OneSender::new("loader/state", timeout), node.clone());
+    let subscription = node.subscribe::<LoaderState>("loader/state", &Qos::default_topic(), move |message, info| {
+        if !one_loader.takes(&info.writer, &listener) {
+            return;
+        }
         let mut heard = of_messages.lock().unwrap_or_else(PoisonError::into_inner);
         let is_news = heard.at.is_none() || heard.inside != message.in_work_area || heard.lost;
         *heard = Heard { at: Some(Instant::now()), inside: message.in_work_area, lost: false };

@@ -2,8 +2,8 @@
 
 use super::status::{Shape, Status};
 use camwright_msgs::camwright_msgs::msg::{
-    Alarm, InterpolatorState, JobStatus, LobeForm, MachineDescription, MachineIo, MachineStream, PartLobe,
-    RecorderStatus,
+    Alarm, CommandHolder, InterpolatorState, JobStatus, LobeForm, MachineDescription, MachineIo, MachineStream,
+    PartLobe, RecorderStatus,
 };
 use camwright_msgs::control_msgs::msg::DynamicJointState;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -30,6 +30,8 @@ pub(super) struct Known {
     pub(super) machine_alarms: Vec<Alarm>,
     pub(super) interpolator: Option<Heard<InterpolatorState>>,
     pub(super) interpolator_alarms: Vec<Alarm>,
+    /// Holder of command over the cell.
+    pub(super) lease: Option<CommandHolder>,
     pub(super) job: Option<JobStatus>,
     pub(super) recorder: Option<Heard<RecorderStatus>>,
     /// Of the job that was planned last, in its order.

@@ -27,6 +27,7 @@ pub(super) fn subscribe(node: &Node, feed: &Arc<Feed>) -> Result<Vec<Subscriptio
         hear::<MachineAlarms>(node, feed, "axis_interpolator/alarms", &latched, |known, said| {
             known.interpolator_alarms = said.alarms;
         })?,
+        hear(node, feed, "machine/command_holder", &latched, |known, said| known.lease = Some(said))?,
         hear::<InterpolatorState>(node, feed, "axis_interpolator/state", &newest, Known::take_interpolator)?,
         hear(node, feed, "job_planner/job_status", &latched, |known, said| known.job = Some(said))?,
         hear::<LobeForm>(node, feed, "job_planner/lobe_forms", &Qos::latched(FORMS), Known::take_form)?,

@@ -29,6 +29,8 @@ pub(crate) struct Status {
     pub(super) is_homed: bool,
     /// Who has command of the axes.
     pub(super) holder: String,
+    /// Holder of the lease of command over the cell; empty: none.
+    pub(super) lease: String,
     pub(super) recorder: Option<RecorderLine>,
     /// Time since the machine's first tick.
     pub(super) machine_time_s: f64,
@@ -128,9 +130,19 @@ impl Status {
             is_held: interpolator.is_some_and(|state| (2..=4).contains(&state.state)),
             is_homed: interpolator.is_some_and(|state| state.is_homed),
             holder: interpolator.map_or_else(String::new, |state| state.holder.clone()),
+            lease: lease(known),
             recorder: recorder(known, now),
             machine_time_s: machine_time_s(known),
         }
+    }
+}
+
+/// Name of the holder of the lease, and whether others may command too.
+fn lease(known: &Known) -> String {
+    match &known.lease {
+        Some(lease) if lease.shared => format!("{} (shared with everybody)", lease.holder),
+        Some(lease) => lease.holder.clone(),
+        None => String::new(),
     }
 }
 

@@ -41,6 +41,8 @@ impl fmt::Display for Status {
             let text = format!("{name:<13} {position:>10.4} {position_unit:<3} {velocity:>10.3} {velocity_unit:<6}");
             line("axis", format!("{text} {behind:>+9.4} {behind_unit} behind its setpoint"))?;
         }
+        let lease = if self.lease.is_empty() { "nobody; call machine/take_command to move it" } else { &self.lease };
+        line("lease", lease.to_owned())?;
         let holder = if self.holder.is_empty() { "nobody has command" } else { &self.holder };
         let held = if self.is_held { ", held" } else { "" };
         let homed = if self.is_homed { "homed" } else { "not homed" };

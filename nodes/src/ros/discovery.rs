@@ -287,6 +287,11 @@ impl Graph {
         names.join(" or ")
     }
 
+    /// Returns true where a participant, or that of an endpoint, has said which nodes it has, and has not left.
+    pub(super) fn knows_participant(&self, guid: &Guid) -> bool {
+        self.state().nodes.keys().any(|participant| participant[..12] == guid[..12])
+    }
+
     /// All topics, sorted by name and type.
     pub(super) fn topics(&self) -> Vec<TopicInfo> {
         let state = self.state();
@@ -306,6 +311,21 @@ impl Graph {
             }
         }
         topics.into_values().collect()
+    }
+
+    /// All services that have a server, sorted by name, with the types of their requests.
+    pub(super) fn services(&self) -> Vec<TopicInfo> {
+        let state = self.state();
+        let mut services: BTreeMap<String, TopicInfo> = BTreeMap::new();
+        for (guid, endpoint) in &state.readers {
+            let Some(name) = names::ros_service(&endpoint.topic) else { continue };
+            let type_name = names::ros_type(&endpoint.type_name);
+            let (publishers, subscriptions) = (Vec::new(), Vec::new());
+            let empty = TopicInfo { name: name.to_string(), type_name, publishers, subscriptions };
+            let service = services.entry(name.to_string()).or_insert(empty);
+            service.subscriptions.push(state.info(guid, endpoint));
+        }
+        services.into_values().collect()
     }
 
     /// Fully qualified names of the nodes that are known.

@@ -228,6 +228,11 @@ pub(super) fn ros_topic(dds: &str) -> Option<&str> {
     dds.strip_prefix("rt").filter(|rest| rest.starts_with('/'))
 }
 
+/// ROS name of the service whose requests travel on a DDS topic.
+pub(super) fn ros_service(dds: &str) -> Option<&str> {
+    dds.strip_prefix("rq")?.strip_suffix("Request").filter(|name| name.starts_with('/'))
+}
+
 /// `pkg/msg/Type` to `pkg::msg::dds_::Type_`.
 pub(super) fn dds_type(ros: &str) -> Option<String> {
     let mut parts = ros.split('/');

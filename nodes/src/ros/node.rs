@@ -12,6 +12,7 @@ use rustdds::{DomainParticipant, QosPolicies, RTPSEntity, Topic, TopicKind};
 
 use super::{
     args::RosArgs,
+    authority::Authority,
     clock::TimeSource,
     delay::{DelayInjection, DelaySource},
     discovery::{Graph, Guid, ParticipantEntities},
@@ -126,6 +127,7 @@ pub(super) struct NodeInner {
     writer_window: WriterWindow,
     load: Arc<Load>,
     warnings: RepeatedWarnings,
+    authority: OnceLock<Arc<dyn Authority>>,
     next_delay: Mutex<u64>,
     watch: Mutex<Option<watchdog::Watch>>,
     crate_side: Mutex<Option<CrateSide>>,
@@ -221,6 +223,7 @@ impl Node {
                 writer_window,
                 load: Arc::default(),
                 warnings: RepeatedWarnings::default(),
+                authority: OnceLock::new(),
                 next_delay: Mutex::new(0),
                 watch: Mutex::new(Some(watch)),
                 crate_side: Mutex::new(Some(CrateSide { node, context, participant: participant.clone() })),
@@ -316,6 +319,11 @@ impl Node {
 
     pub(super) fn warnings(&self) -> &RepeatedWarnings {
         &self.inner.warnings
+    }
+
+    /// Decides on the requests of others; empty: all are executed.
+    pub(super) fn authority(&self) -> &OnceLock<Arc<dyn Authority>> {
+        &self.inner.authority
     }
 
     pub(super) fn loopback(&self) -> &Arc<Loopback> {

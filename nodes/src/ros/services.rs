@@ -20,6 +20,7 @@ use camwright_msgs::Service;
 use rustdds::{GUID, RTPSEntity, SampleIdentity, SequenceNumber, Timestamp, WriteOptionsBuilder, bytes::Bytes, no_key};
 
 use super::{
+    authority,
     cyclone::{self, Header},
     discovery::Guid,
     discovery::{Graph, GraphListener},
@@ -58,7 +59,7 @@ fn keeps_few_replies(client: &GUID) -> bool {
 }
 
 /// Writes requests or replies.
-struct Writer {
+pub(super) struct Writer {
     dds: no_key::DataWriter<Bytes, AsIs>,
     local: LocalEndpoint,
     beside: Arc<Beside>,
@@ -67,7 +68,7 @@ struct Writer {
 }
 
 impl Writer {
-    fn new(node: &Node, dds_name: &str, dds_type: &str, qos: &Qos) -> Result<Self, RosError> {
+    pub(super) fn new(node: &Node, dds_name: &str, dds_type: &str, qos: &Qos) -> Result<Self, RosError> {
         let policies = node.writer_policies(qos);
         let topic = node.dds_topic(dds_name.to_string(), dds_type, &policies)?;
         let dds = node
@@ -79,12 +80,12 @@ impl Writer {
         Ok(Writer { dds, local, beside: Arc::clone(node.beside()), written: Mutex::new(0) })
     }
 
-    fn guid(&self) -> GUID {
+    pub(super) fn guid(&self) -> GUID {
         self.dds.guid()
     }
 
     /// Writes a request that is answered to a reader, in the manner of the server; returns its number.
-    fn request(&self, body: Bytes, answer_to: GUID, to_cyclone: bool) -> Result<i64, String> {
+    pub(super) fn request(&self, body: Bytes, answer_to: GUID, to_cyclone: bool) -> Result<i64, String> {
         let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
         if to_cyclone {
             let header = Header { client: cyclone::client_of(&answer_to), number: *written + 1 };
@@ -302,6 +303,7 @@ impl ServiceHandle {
 pub struct Responder<S: Service> {
     side: Arc<ReplySide>,
     id: RequestId,
+    sender: GUID,
     is_answered: bool,
     unanswered: Option<Unanswered<S>>,
 }
@@ -334,6 +336,11 @@ impl<S: Service> Responder<S> {
     /// GUID of an endpoint of the client.
     pub fn client(&self) -> Guid {
         self.id.client.to_bytes()
+    }
+
+    /// GUID of the writer that sent the request, whatever the request says of its client.
+    pub fn sender(&self) -> Guid {
+        self.sender.to_bytes()
     }
 
     /// Answers.
@@ -426,11 +433,19 @@ impl Node {
                 side.retry();
             }
         });
-        let take = move |body: Octets, info: &SampleInfo| match cyclone::read(&body, &info.writer) {
+        let weak = self.downgrade();
+        let take = move |body: Octets, info: &SampleInfo| match cyclone::read::<S::Request>(&body, &info.writer) {
             Ok((header, request)) => {
                 let id = RequestId::of(info, header);
                 side.note_request(id);
-                callback(request, Responder { side: Arc::clone(&side), id, is_answered: false, unanswered: None });
+                let (sender, side) = (info.writer, Arc::clone(&side));
+                let node = weak.upgrade();
+                let reason = node.and_then(|node| node.refusal(&side.service, &request, &sender.to_bytes()));
+                let responder = Responder { side, id, sender, is_answered: false, unanswered: None };
+                match reason {
+                    None => callback(request, responder),
+                    Some(reason) => responder.refuse(&authority::refused::<S>(&request, &reason)),
+                }
             }
             Err(reason) => {
                 side.load.requests_unreadable.add_one();

@@ -2,7 +2,7 @@
 
 use super::asker::{Asker, DISCOVERY, between_ns, now_ns, qos};
 use super::figures::Row;
-use super::support::{Domain, Guarded, processes::in_domain};
+use super::support::{Domain, Guarded, command::Shared, processes::in_domain};
 use camwright_msgs::Message;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal};
 use camwright_msgs::camwright_msgs::msg::{MachineIo, MachineStream};
@@ -32,6 +32,7 @@ pub enum Heard {
 
 /// The three processes; ended when this is dropped.
 pub struct Cell {
+    _command: Shared,
     _processes: [Guarded; 3],
 }
 
@@ -51,7 +52,7 @@ impl Cell {
             }
             Guarded::start(name, &mut command)
         });
-        Self { _processes: processes }
+        Self { _command: Shared::of_cell(domain, ""), _processes: processes }
     }
 }
 

@@ -1,7 +1,7 @@
 //! The cell's own traffic at the wall clock's pace, and a proof from the bag that no message of it is missing.
 
 use super::recorders::Ours;
-use super::support::{Domain, Guarded, PATIENCE, processes::in_domain};
+use super::support::{Domain, Guarded, PATIENCE, command::Shared, processes::in_domain};
 use camwright_msgs::camwright_msgs::msg::{MachineInput, MachineStream, RecorderStatus};
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_nodes::bag::check::check;
@@ -58,8 +58,10 @@ pub fn record(bag: &Path, work: impl FnOnce(&Node) -> Vec<String>) -> Vec<String
     let recorder = Ours::start(&domain, bag, &[]);
     assert!(recorder.wait_status(PATIENCE, |status| status.recording), "the recorder does not record");
     let nodes = start_nodes(&domain);
+    let command = Shared::of_cell(&domain, "");
     recorder.wait_for_topics(&RECORDED);
     let mut wrong = work(&recorder.node);
+    drop(command);
     end(nodes);
     // The last words of the nodes are on their way; the status is told ten times a second.
     std::thread::sleep(Duration::from_secs(1));

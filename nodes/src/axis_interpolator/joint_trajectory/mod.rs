@@ -75,14 +75,22 @@ pub(super) fn subscribe(shared: &Arc<Shared>) -> Result<Vec<Subscription>, RosEr
         "~/joint_trajectory",
         &Qos::default_topic(),
         move |message, info| {
+            if !this.grant.takes("~/joint_trajectory", &info.writer, &this.node) {
+                return;
+            }
             if let Err(reason) = this.take_from_topic(&message, &info.writer) {
                 this.warn_of_refusal(&reason);
             }
         },
     )?;
     let this = Arc::clone(shared);
-    let scaling =
-        shared.node.subscribe::<SpeedScalingFactor>("~/speed_scaling_input", &Qos::latched(1), move |message, _| {
+    let scaling = shared.node.subscribe::<SpeedScalingFactor>(
+        "~/speed_scaling_input",
+        &Qos::latched(1),
+        move |message, info| {
+            if !this.grant.takes("~/speed_scaling_input", &info.writer, &this.node) {
+                return;
+            }
             let factor = message.factor;
             if !(0.0..=1.0).contains(&factor) {
                 let text = format!(
@@ -93,7 +101,8 @@ pub(super) fn subscribe(shared: &Arc<Shared>) -> Result<Vec<Subscription>, RosEr
                 let text = "speed scaling ignored: the machine has not been heard of yet";
                 this.node.warn_once(text, text);
             }
-        })?;
+        },
+    )?;
     Ok(vec![trajectories, scaling])
 }
 

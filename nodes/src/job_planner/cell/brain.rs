@@ -420,5 +420,6 @@ impl Brain {
         });
         let mut gate = lock(&shared.cell.gate);
         (gate.jobs, gate.set_up) = (jobs, both);
+        gate.has_run = self.run.is_some();
     }
 }

@@ -15,6 +15,8 @@ mod production;
 mod telling;
 
 use super::{Shared, lock, wait_for};
+use crate::authority::OneSender;
+use crate::liveness;
 use crate::ros::{Node, Qos, Responder, RosError, ServiceHandle, Subscription};
 use crate::running::join_within;
 use brain::Brain;
@@ -55,6 +57,7 @@ pub(super) enum Told {
 struct Gate {
     jobs: Option<String>,
     set_up: Option<String>,
+    has_run: bool,
 }
 
 /// What the rest of the planner has of the cell.
@@ -93,6 +96,11 @@ impl Cell {
     /// Why a job of somebody else may not begin.
     pub(super) fn keeps_jobs_out(&self) -> Option<String> {
         lock(&self.gate).jobs.clone()
+    }
+
+    /// Returns true while a run of parts is under way, between its parts too.
+    pub(super) fn has_run(&self) -> bool {
+        lock(&self.gate).has_run
     }
 
     /// Why set-up work may not begin.
@@ -170,7 +178,11 @@ pub(super) fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, R
         this.cell.tell(Told::WorkArea(area));
     })?;
     let this = Arc::clone(shared);
-    let loader = node.subscribe::<LoaderState>("loader/state", &Qos::default_topic(), move |loader, _| {
+    let mut one_loader = OneSender::new("loader/state", liveness::limit(node));
+    let loader = node.subscribe::<LoaderState>("loader/state", &Qos::default_topic(), move |loader, info| {
+        if !one_loader.takes(&info.writer, &this.node) {
+            return;
+        }
         this.cell.tell(Told::Loader(loader));
     })?;
     let this = Arc::clone(shared);

@@ -1,0 +1,86 @@
+//! Authority over a node: decides which requests of others are executed.
+
+use super::discovery::Guid;
+use super::node::Node;
+use camwright_msgs::Service;
+use serde_json::Value;
+use std::any::Any;
+use std::sync::Arc;
+
+/// Decides on requests to a node.
+pub trait Authority: Send + Sync {
+    /// Returns why a request is refused; none where it is executed. `sender` is the writer that sent it, whatever the request says.
+    fn refusal(&self, service: &str, request: &dyn Any, sender: &Guid) -> Option<String>;
+}
+
+impl Node {
+    /// Lets an authority decide on every request from now on, parameters and life cycle included. The first one stays.
+    pub fn set_authority(&self, authority: Arc<dyn Authority>) {
+        let _the_first_stays = self.authority().set(authority);
+    }
+
+    /// Returns why a request is refused, and logs it.
+    pub(super) fn refusal(&self, service: &str, request: &dyn Any, sender: &Guid) -> Option<String> {
+        let reason = self.authority().get()?.refusal(service, request, sender)?;
+        let who = self.who(sender);
+        self.warn_once(&format!("{service} refused to {who}"), &format!("{service} refused to {who}: {reason}"));
+        Some(reason)
+    }
+
+    /// Returns true where a participant, or that of an endpoint, has said which nodes it has, and has not left.
+    pub fn knows_participant(&self, guid: &Guid) -> bool {
+        self.graph().knows_participant(guid)
+    }
+}
+
+/// The response to a refused request: no success, and the reason where the type has a field for it.
+///
+/// Fields are found by name in the response as JSON, so that the hook needs no knowledge of single services.
+pub(super) fn refused<S: Service>(request: &S::Request, reason: &str) -> S::Response {
+    let fill = || -> Option<S::Response> {
+        let mut response = serde_json::to_value(S::Response::default()).ok()?;
+        let single = serde_json::json!({ "successful": false, "reason": reason });
+        for (name, value) in response.as_object_mut()? {
+            match (name.as_str(), &value) {
+                ("message" | "reason", Value::String(_)) => *value = reason.into(),
+                ("result", Value::Object(_)) if S::NAME == "SetParametersAtomically" => *value = single.clone(),
+                // One for each parameter or level that was asked for.
+                ("results", Value::Array(_)) => {
+                    let request = serde_json::to_value(request).ok()?;
+                    let asked = request.get("parameters").or(request.get("levels"))?.as_array()?.len();
+                    *value = vec![single.clone(); asked].into();
+                }
+                _ => {}
+            }
+        }
+        serde_json::from_value(response).ok()
+    };
+    fill().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use camwright_msgs::camwright_msgs::srv::{FindPhase, FindPhaseRequest};
+    use camwright_msgs::lifecycle_msgs::srv::{ChangeState, ChangeStateRequest};
+    use camwright_msgs::rcl_interfaces::msg::Parameter;
+    use camwright_msgs::rcl_interfaces::srv::{
+        SetParameters, SetParametersAtomically, SetParametersAtomicallyRequest, SetParametersRequest,
+    };
+    use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
+
+    #[test]
+    fn a_refusal_carries_its_reason() {
+        let reason = "nobody has command";
+        assert_eq!(refused::<Trigger>(&TriggerRequest::default(), reason).message, reason);
+        let response = refused::<FindPhase>(&FindPhaseRequest::default(), reason);
+        assert!(!response.success && response.message == reason);
+        let request = SetParametersRequest { parameters: vec![Parameter::default(); 3] };
+        let response = refused::<SetParameters>(&request, reason);
+        assert_eq!(response.results.len(), 3);
+        assert!(response.results.iter().all(|result| !result.successful && result.reason == reason));
+        let response = refused::<SetParametersAtomically>(&SetParametersAtomicallyRequest::default(), reason);
+        assert_eq!(response.result.reason, reason);
+        assert!(!refused::<ChangeState>(&ChangeStateRequest::default(), reason).success);
+    }
+}
