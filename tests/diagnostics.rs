@@ -7,7 +7,8 @@ mod support;
 #[path = "support/watched.rs"]
 mod watched;
 
-use camwright_msgs::camwright_msgs::srv::{ValidateJob, ValidateJobRequest};
+use camwright_msgs::camwright_msgs::action::RunJobFeedback;
+use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldRequest, ValidateJob, ValidateJobRequest};
 use camwright_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use camwright_msgs::lifecycle_msgs::msg::{Transition, TransitionEvent};
 use camwright_msgs::lifecycle_msgs::srv::{ChangeState, ChangeStateRequest};
@@ -17,7 +18,7 @@ use camwright_nodes::ros::{Node, NodeOptions, ParameterValue, Qos, RosArgs, Subs
 use cell::{Cell, PATIENCE};
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::sync::mpsc;
 use std::time::Instant;
 use support::{Domain, Guarded};
@@ -56,6 +57,31 @@ fn status(cell: &Cell, arguments: &[&str]) -> (Option<i32>, String) {
     command.env("ROS_DOMAIN_ID", cell.domain().id().to_string()).arg("status").args(arguments);
     let output = command.output().expect("it runs");
     (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+/// In a cut the status names the lobe, all lobes of its job, and the running wheel; a reader may close the pipe before the status is printed.
+#[test]
+fn status_in_a_cut_names_lobe_and_wheel() {
+    let cell = Cell::start(&[]);
+    let (goal, feedback) = cell.client.send("four_lobe_camshaft", &[]);
+    assert!(goal.accepted());
+    let in_cut = |told: &RunJobFeedback| told.lobe_count == 4 && told.lobe_index == 0 && told.turn > 0.0;
+    while !in_cut(&feedback.recv_timeout(PATIENCE).expect("the job goes on")) {}
+    let request = FeedHoldRequest { hold: true };
+    assert!(cell.client.call::<FeedHold>("axis_interpolator/feed_hold", &request).success, "the job is held");
+    let (code, text) = status(&cell, &[]);
+    assert_eq!(code, Some(0), "{text}");
+    for words in ["of 4)", ", runs\n", "command   the test", "motion    plan ", ", held"] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    let mut command = Command::new(env!("CARGO_BIN_EXE_camwright"));
+    command.env("ROS_DOMAIN_ID", cell.domain().id().to_string()).arg("status");
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it runs");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    goal.cancel(PATIENCE).expect("an answer");
+    goal.result(PATIENCE).expect("a result");
 }
 
 /// One node as a process in which a thread panics at its next piece of work.
@@ -152,8 +178,8 @@ fn every_node_tells_of_itself_and_levels_follow_what_happens() {
         "cell      /  cam_grinder",
         "state     ",
         "x_axis",
-        "nobody has command",
-        "override 100 %",
+        "command   the test (shared",
+        "motion    none, not homed, override 100 %",
         "recorder  not there",
     ] {
         assert!(text.contains(words), "{words}: {text}");

@@ -1,5 +1,6 @@
 //! `camwright run --parts N`: parts one after the other, their size and form, and what they say about the machine.
 
+use super::output::say;
 use crate::config::job_file;
 use crate::job_planner::parts::Parts;
 use crate::planning::{self, FORM_TOLERANCE_MM, LobeCapability, MeasuredLobe};
@@ -60,27 +61,26 @@ impl Batch {
     }
 
     /// Size and form of every part, and what the batch is capable of.
-    #[allow(clippy::print_stdout, reason = "the result of the command")]
     pub(super) fn print(&self) {
-        println!(
+        say!(
             "size (mean deviation of the base circle, of a journal all round) and form (largest deviation) of each part:"
         );
         for (index, part) in self.parts.iter().enumerate() {
             let lobe = |lobe: &MeasuredLobe| {
                 format!("{} {:+.3} um, {:+.3} um", lobe.name, um_from_mm(lobe.size_mm), um_from_mm(lobe.form_mm))
             };
-            println!("  part {:<4} {}", index + 1, part.iter().map(lobe).collect::<Vec<_>>().join("; "));
+            say!("  part {:<4} {}", index + 1, part.iter().map(lobe).collect::<Vec<_>>().join("; "));
         }
         let capability = self.capability();
         if !capability.is_empty() {
-            println!(
+            say!(
                 "capability of {} parts (tolerance {} um; Cp = (U - L)/(6 s), Cpk = min(U - m, m - L)/(3 s), of form against U alone):",
                 self.parts.len(),
                 um_from_mm(FORM_TOLERANCE_MM),
             );
         }
         for lobe in capability {
-            println!("  {:<5} size {}; form {}", lobe.name, told(&lobe.size), told(&lobe.form));
+            say!("  {:<5} size {}; form {}", lobe.name, told(&lobe.size), told(&lobe.form));
         }
     }
 

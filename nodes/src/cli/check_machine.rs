@@ -1,5 +1,6 @@
 //! `camwright check-machine`: whether a machine keeps its contract.
 
+use super::output::say;
 use crate::convert::si_from_file;
 use crate::machine_check::{CheckError, Moving, Settings, Verdict, check};
 use crate::ros::{RosArgs, RosLayer, Shutdown};
@@ -90,7 +91,6 @@ pub(super) fn main(args: &CheckMachineArgs, ros_args: &RosArgs) -> ExitCode {
     }
 }
 
-#[allow(clippy::print_stdout, reason = "the result of the command")]
 fn tell(text: &str) {
-    println!("{text}");
+    say!("{text}");
 }

@@ -5,6 +5,7 @@ mod batch;
 mod check;
 mod check_machine;
 mod drives;
+mod output;
 mod page;
 mod plan;
 mod plan_turned;

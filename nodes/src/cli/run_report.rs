@@ -1,6 +1,7 @@
 //! What `camwright run` says at its end.
 
 use super::batch::Batch;
+use super::output::say;
 use crate::convert::{j_mm3_from_j_m3, m_from_mm, mm_from_m, um_from_m as um};
 use crate::planning::{Causes, FORM_TOLERANCE_MM, TimeCompared};
 use crate::report::{BURNT, burnt};
@@ -100,16 +101,15 @@ impl Report<'_> {
         exit_code(self.status, self.is_good())
     }
 
-    #[allow(clippy::print_stdout, reason = "the result of the command")]
     pub(super) fn print(&self) {
         let result = self.result;
         if !result.lobes.is_empty() {
-            println!(
+            say!(
                 "lobe  station  start      turns   time     predicted         form error max          rms       lift p-v"
             );
         }
         for lobe in &result.lobes {
-            println!(
+            say!(
                 "{:<5} {:<8} {:>5.1} deg  {:>5.1}  {:>6.2} s {:>18}  {:>+7.3} um at {:>5.1} deg  {:>6.3} um  {:>6.3} um",
                 lobe.name,
                 lobe.station,
@@ -124,7 +124,7 @@ impl Report<'_> {
             );
         }
         for lobe in result.lobes.iter().filter(|lobe| lobe.power_max > 0.0) {
-            println!(
+            say!(
                 "{:<5} took {:.0} W at most, {:.0} J/mm3, at {:.0} deg; hottest at {:.0} deg, {:.2} of what burns",
                 lobe.name,
                 lobe.power_max,
@@ -135,7 +135,7 @@ impl Report<'_> {
             );
         }
         for lobe in result.lobes.iter().filter(|lobe| lobe.machine_stiffness > 0.0) {
-            println!(
+            say!(
                 "{:<5} machine {:.3} +- {:.3} N/um, grinding {:.1} +- {:.1} N/um and {:.0} +- {:.0} N to begin, their ratio {:.4} +- {:.4} by the \
                  decay of the dwell",
                 lobe.name,
@@ -150,7 +150,7 @@ impl Report<'_> {
             );
         }
         for lobe in result.lobes.iter().filter(|lobe| lobe.runout_before > 0.0) {
-            println!(
+            say!(
                 "{:<5} ran out by {:.2} um when it was measured; one turn left {:.3} um, sparking out would have taken {:.0} turns",
                 lobe.name,
                 um(lobe.runout_before),
@@ -159,14 +159,14 @@ impl Report<'_> {
             );
         }
         for time in self.times.iter().skip(result.lobes.len()) {
-            println!("{:<32} {:>6.2} s {:>18}", time.what, time.actual_s, predicted(time));
+            say!("{:<32} {:>6.2} s {:>18}", time.what, time.actual_s, predicted(time));
         }
         self.print_causes();
         if let Some(batch) = &self.batch {
             batch.print();
         }
         if result.duration > 0.0 {
-            println!(
+            say!(
                 "machine time {:.2} s; with rotary indexing before each lobe {:.2} s, saved {:.2} s; took {:.1} s",
                 result.duration,
                 result.duration_with_indexing,
@@ -175,35 +175,34 @@ impl Report<'_> {
             );
         }
         if !result.message.is_empty() {
-            println!("{}", result.message);
+            say!("{}", result.message);
         }
         if let Some(bag) = self.bag {
-            println!("bag: {}", bag.display());
+            say!("bag: {}", bag.display());
         }
         if let Some(page) = &self.page {
-            println!("report: {}", page.display());
+            say!("report: {}", page.display());
         }
-        println!("{}", self.verdict());
+        say!("{}", self.verdict());
     }
 
     /// Where each micrometre comes from: what the same job leaves where something is left out, or better.
-    #[allow(clippy::print_stdout, reason = "the result of the command")]
     fn print_causes(&self) {
         let line = |name: &str, lobes: &[LobeResult]| {
             let error = |lobe: &LobeResult| {
                 let [max, rms, lift] = [lobe.form_error_max, lobe.form_error_rms, lobe.lift_error].map(um);
                 format!("{} {max:+.3} um ({rms:.3}, {lift:.3})", lobe.name)
             };
-            println!("  {name:<34} {}", lobes.iter().map(error).collect::<Vec<_>>().join(", "));
+            say!("  {name:<34} {}", lobes.iter().map(error).collect::<Vec<_>>().join(", "));
         };
         if !self.causes.without.is_empty() {
-            println!("form error max of the same job on a simulated machine without (in brackets rms, and lift p-v):");
+            say!("form error max of the same job on a simulated machine without (in brackets rms, and lift p-v):");
         }
         for without in &self.causes.without {
             line(&without.name(), &without.lobes);
         }
         if !self.causes.with.is_empty() {
-            println!("form error max of the same job (in brackets rms, and lift p-v) with:");
+            say!("form error max of the same job (in brackets rms, and lift p-v) with:");
             line("ordinary drives", &self.result.lobes);
         }
         for with in &self.causes.with {
@@ -239,7 +238,6 @@ impl Report<'_> {
         }
     }
 
-    #[allow(clippy::print_stdout, reason = "the result of the command")]
     pub(super) fn print_json(&self) {
         let lobes: Vec<serde_json::Value> = self
             .result
@@ -299,6 +297,6 @@ impl Report<'_> {
                 (with.name.to_owned(), errors_um(&with.lobes))
             }).collect::<serde_json::Map<String, serde_json::Value>>(),
         });
-        println!("{report}");
+        say!("{report}");
     }
 }

@@ -1,5 +1,6 @@
 //! `camwright setup`: set-up work on a cell that runs already.
 
+use super::output::say;
 use crate::authority::{Command, TakeOptions};
 use crate::convert::{m_from_mm, mm_from_m, si_from_file};
 use crate::ros::{ActionClient, GoalStatus, Node, NodeOptions, Qos, RosArgs, RosLayer, Shutdown};
@@ -161,9 +162,8 @@ pub(super) fn main(args: &SetupArgs, ros_args: &RosArgs) -> ExitCode {
     }
 }
 
-#[allow(clippy::print_stdout, reason = "the result of the command")]
 fn tell(message: &str) {
-    println!("{message}");
+    say!("{message}");
 }
 
 fn run(work: &WorkArgs, ros_args: &RosArgs) -> Result<(bool, String), NodeError> {

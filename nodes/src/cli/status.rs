@@ -1,5 +1,6 @@
 //! `camwright status`: what a running cell does, from a second shell.
 
+use super::output::say;
 use crate::operator_page::look;
 use crate::ros::{RosArgs, RosLayer};
 use clap::Args;
@@ -53,7 +54,6 @@ pub(super) fn main(args: &StatusArgs, ros_args: &RosArgs) -> ExitCode {
     if status.has_alarms() { ExitCode::from(3) } else { ExitCode::SUCCESS }
 }
 
-#[allow(clippy::print_stdout, reason = "the result of the command")]
 fn tell(text: &str) {
-    println!("{text}");
+    say!("{text}");
 }

@@ -1,5 +1,6 @@
 //! What `camwright run` says at the end of a job that turns.
 
+use super::output::say;
 use super::run_report::{exit_code, status_word};
 use crate::convert::{mm_from_m, um_from_m as um};
 use crate::planning::TurnedInstead;
@@ -47,12 +48,11 @@ impl TurnedReport<'_> {
         exit_code(self.status, self.is_good())
     }
 
-    #[allow(clippy::print_stdout, reason = "the result of the command")]
     pub(super) fn print(&self) {
         let result = self.result;
         if let Some(part) = self.part() {
-            println!("part          passes   turns      time    highest     lowest        rms  cusps (theory)");
-            println!(
+            say!("part          passes   turns      time    highest     lowest        rms  cusps (theory)");
+            say!(
                 "{:<12} {:>7} {:>7.1} {:>7.2} s {:>+7.3} um {:>+7.3} um {:>7.3} um  {:.3} um ({:.3} um)",
                 part.name,
                 part.passes,
@@ -66,31 +66,34 @@ impl TurnedReport<'_> {
             );
         }
         if let Some(map) = &self.form_map {
-            print!("{}", map_text(map));
+            let text = map_text(map);
+            if !text.is_empty() {
+                say!("{}", text.trim_end());
+            }
         }
         if !self.causes.is_empty() {
-            println!("form error of the same part on a simulated machine (highest, lowest, rms):");
+            say!("form error of the same part on a simulated machine (highest, lowest, rms):");
         }
         for cause in &self.causes {
             let [highest, lowest, rms] = [cause.highest_mm, cause.lowest_mm, cause.rms_mm].map(um_from_mm);
-            println!("  {:<34} {highest:+.3} um, {lowest:+.3} um, {rms:.3} um", cause.name);
+            say!("  {:<34} {highest:+.3} um, {lowest:+.3} um, {rms:.3} um", cause.name);
         }
         if result.duration > 0.0 {
             let predicted = self.predicted_s.map_or_else(String::new, |predicted_s| {
                 format!(", predicted {predicted_s:.2} s ({:+.2} s)", result.duration - predicted_s)
             });
-            println!("machine time {:.2} s{predicted}; took {:.1} s", result.duration, self.took.as_secs_f64());
+            say!("machine time {:.2} s{predicted}; took {:.1} s", result.duration, self.took.as_secs_f64());
         }
         if !result.message.is_empty() {
-            println!("{}", result.message);
+            say!("{}", result.message);
         }
         if let Some(bag) = self.bag {
-            println!("bag: {}", bag.display());
+            say!("bag: {}", bag.display());
         }
         if let Some(page) = &self.page {
-            println!("report: {}", page.display());
+            say!("report: {}", page.display());
         }
-        println!("{}", self.verdict());
+        say!("{}", self.verdict());
     }
 
     fn verdict(&self) -> String {
@@ -110,7 +113,6 @@ impl TurnedReport<'_> {
         }
     }
 
-    #[allow(clippy::print_stdout, reason = "the result of the command")]
     pub(super) fn print_json(&self) {
         let turned = self.part().map(|part| {
             json!({
@@ -153,7 +155,7 @@ impl TurnedReport<'_> {
             "form_map": self.form_map.as_ref().map(map_json),
             "form_error_instead": causes,
         });
-        println!("{report}");
+        say!("{report}");
     }
 }
 

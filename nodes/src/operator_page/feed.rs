@@ -3,7 +3,7 @@
 use super::status::{Shape, Status};
 use camwright_msgs::camwright_msgs::msg::{
     Alarm, CommandHolder, InterpolatorState, JobStatus, LobeForm, MachineDescription, MachineIo, MachineStream,
-    PartLobe, RecorderStatus,
+    PartLobe, PlanHeader, PlanPage, RecorderStatus,
 };
 use camwright_msgs::control_msgs::msg::DynamicJointState;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -34,6 +34,8 @@ pub(super) struct Known {
     pub(super) lease: Option<CommandHolder>,
     pub(super) job: Option<JobStatus>,
     pub(super) recorder: Option<Heard<RecorderStatus>>,
+    /// Hash and header of the plan published last.
+    pub(super) plan: Option<(String, PlanHeader)>,
     /// Of the job that was planned last, in its order.
     pub(super) forms: Vec<LobeForm>,
     /// The lobes of the part, the one that was heard of last at the end.
@@ -73,10 +75,31 @@ impl Known {
         self.interpolator = Some(Heard { said: state, at: Instant::now() });
     }
 
-    /// Name of the lobe that is worked on, which is that of its design: the plan's order is that in which designs were published.
+    /// Every node of the cell was heard, and the plan in execution.
+    pub(super) fn is_complete(&self) -> bool {
+        let in_execution = self.interpolator.as_ref().map(|heard| &heard.said.plan_hash);
+        let has_plan = in_execution.is_some_and(|hash| hash.is_empty() || self.plan_in_work().is_some());
+        let is_machine_known = self.machine.is_some() && self.io.is_some() && self.axes.is_some();
+        has_plan && is_machine_known && self.lease.is_some() && self.job.is_some() && self.recorder.is_some()
+    }
+
+    /// A page of a plan; the first one has the header.
+    pub(super) fn take_page(&mut self, mut page: PlanPage) {
+        if let Some(header) = page.header.pop() {
+            self.plan = Some((page.plan_hash, header));
+        }
+    }
+
+    /// Header of the plan in execution.
+    pub(super) fn plan_in_work(&self) -> Option<&PlanHeader> {
+        let hash = &self.interpolator.as_ref()?.said.plan_hash;
+        self.plan.as_ref().filter(|(of, _)| of == hash).map(|(_, header)| header)
+    }
+
+    /// Name of the lobe that is worked on.
     pub(super) fn lobe_in_work(&self) -> Option<&str> {
         let index = usize::try_from(self.interpolator.as_ref()?.said.lobe).ok()?;
-        self.forms.get(index).map(|form| form.name.as_str())
+        self.plan_in_work()?.lobes.get(index).map(String::as_str)
     }
 
     /// The lobe that is worked on or, without one, the one that was heard of last.

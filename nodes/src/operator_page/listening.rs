@@ -3,12 +3,16 @@
 use super::feed::{Feed, Heard, Known};
 use crate::ros::{Node, Qos, RosError, Subscription};
 use camwright_msgs::Message;
-use camwright_msgs::camwright_msgs::msg::{InterpolatorState, LobeForm, MachineAlarms, MachineDescription, PartLobe};
+use camwright_msgs::camwright_msgs::msg::{
+    InterpolatorState, LobeForm, MachineAlarms, MachineDescription, PartLobe, PlanPage,
+};
 use std::sync::Arc;
 use std::time::Instant;
 
 /// Designs and forms that may come at once.
 const FORMS: u32 = 128;
+/// Pages of a plan that may come at once.
+const PAGES: u32 = 256;
 
 pub(super) fn subscribe(node: &Node, feed: &Arc<Feed>) -> Result<Vec<Subscription>, RosError> {
     // The newest is enough of what is published again and again.
@@ -30,6 +34,7 @@ pub(super) fn subscribe(node: &Node, feed: &Arc<Feed>) -> Result<Vec<Subscriptio
         hear(node, feed, "machine/command_holder", &latched, |known, said| known.lease = Some(said))?,
         hear::<InterpolatorState>(node, feed, "axis_interpolator/state", &newest, Known::take_interpolator)?,
         hear(node, feed, "job_planner/job_status", &latched, |known, said| known.job = Some(said))?,
+        hear::<PlanPage>(node, feed, "job_planner/plan", &Qos::latched(PAGES), Known::take_page)?,
         hear::<LobeForm>(node, feed, "job_planner/lobe_forms", &Qos::latched(FORMS), Known::take_form)?,
         hear::<PartLobe>(node, feed, "machine/outline", &latched, Known::take_outline)?,
         hear(node, feed, "run_logger/status", &newest, |known, said| known.recorder = heard(said))?,

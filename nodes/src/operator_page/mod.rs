@@ -17,7 +17,7 @@ mod words;
 use crate::ros::{Node, NodeOptions, RosArgs, SpinThread, Subscription};
 use crate::running::NodeError;
 use crate::supervised::Supervisor;
-use feed::Feed;
+use feed::{Feed, Known};
 use http::Server;
 pub(crate) use status::Status;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
@@ -42,9 +42,7 @@ pub(crate) fn look(args: &RosArgs, patience: Duration) -> Result<Status, NodeErr
     let spin = node.spin_in_thread()?;
     feed.look(patience, |known| known.stream.is_some());
     // Planner and recorder may not be there; who is there is heard by then.
-    let status = feed.look(LATECOMERS.min(patience), |known| {
-        known.machine.is_some() && known.interpolator.is_some() && known.job.is_some() && known.recorder.is_some()
-    });
+    let status = feed.look(LATECOMERS.min(patience), Known::is_complete);
     drop((subscriptions, spin));
     node.shutdown();
     Ok(status)

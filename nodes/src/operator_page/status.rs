@@ -60,7 +60,8 @@ pub(super) struct JobLine {
 pub(super) struct LobeLine {
     pub(super) name: String,
     pub(super) number: usize,
-    pub(super) count: usize,
+    /// Lobes of the job; none before its plan was heard.
+    pub(super) count: Option<usize>,
     pub(super) phase: &'static str,
     pub(super) turn: f64,
     pub(super) turns: f64,
@@ -95,7 +96,8 @@ pub(super) struct AxisLine {
 pub(super) struct WheelLine {
     pub(super) radius_mm: f64,
     pub(super) wear_um: f64,
-    pub(super) is_running: bool,
+    /// None before the machine has reported it.
+    pub(super) is_running: Option<bool>,
     /// Where its cutting point is: distance from the axis, and azimuth on the part; of a lathe's insert nobody is told.
     pub(super) at_mm: f64,
     pub(super) line_deg: Option<f64>,
@@ -187,7 +189,7 @@ fn lobe(known: &Known) -> Option<LobeLine> {
     Some(LobeLine {
         name,
         number: index + 1,
-        count: known.forms.len().max(index + 1),
+        count: known.plan_in_work().map(|plan| plan.lobes.len()),
         phase: phase_from(state.phase).map_or("", phase_name),
         turn: state.turn,
         turns: state.turns,
@@ -271,7 +273,7 @@ fn wheel(machine: &MachineDescription, known: &Known) -> WheelLine {
     WheelLine {
         radius_mm: mm_from_m(machine.wheel_radius),
         wear_um: um(machine.wheel_wear),
-        is_running: known.io.as_ref().is_some_and(|io| io.wheel_running),
+        is_running: known.io.as_ref().map(|io| io.wheel_running),
         at_mm: mm_from_m(position(known, "x_axis").unwrap_or_default()),
         line_deg: position(known, "c_axis")
             .filter(|_| !machine.stations.is_empty())

@@ -28,8 +28,9 @@ impl fmt::Display for Status {
             line("job", format!("{}  {:.1} %, {:.1} s left  {}", job.name, job.percent, job.time_left_s, job.message))?;
         }
         if let Some(lobe) = &self.lobe {
-            let (number, count, turn, turns) = (lobe.number, lobe.count, lobe.turn, lobe.turns);
-            let text = format!("{} ({number} of {count})  {}, turn {turn:.2} of {turns:.2}", lobe.name, lobe.phase);
+            let (number, turn, turns) = (lobe.number, lobe.turn, lobe.turns);
+            let count = lobe.count.map_or_else(String::new, |count| format!(" of {count}"));
+            let text = format!("{} ({number}{count})  {}, turn {turn:.2} of {turns:.2}", lobe.name, lobe.phase);
             line("lobe", format!("{text}, {:.1} um above the contour", lobe.stock_um))?;
         }
         for result in &self.results {
@@ -41,15 +42,19 @@ impl fmt::Display for Status {
             let text = format!("{name:<13} {position:>10.4} {position_unit:<3} {velocity:>10.3} {velocity_unit:<6}");
             line("axis", format!("{text} {behind:>+9.4} {behind_unit} behind its setpoint"))?;
         }
-        let lease = if self.lease.is_empty() { "nobody; call machine/take_command to move it" } else { &self.lease };
-        line("lease", lease.to_owned())?;
-        let holder = if self.holder.is_empty() { "nobody has command" } else { &self.holder };
+        let holder = if self.lease.is_empty() { "nobody" } else { &self.lease };
+        line("command", holder.to_owned())?;
+        let motion = if self.holder.is_empty() { "none" } else { &self.holder };
         let held = if self.is_held { ", held" } else { "" };
         let homed = if self.is_homed { "homed" } else { "not homed" };
         let over = self.override_percent.map_or_else(String::new, |percent| format!(", override {percent:.0} %"));
-        line("command", format!("{holder}{held}, {homed}{over}"))?;
+        line("motion", format!("{motion}{held}, {homed}{over}"))?;
         if let Some(wheel) = &self.wheel {
-            let runs = if wheel.is_running { "runs" } else { "stands" };
+            let runs = match wheel.is_running {
+                Some(true) => "runs",
+                Some(false) => "stands",
+                None => "speed unknown",
+            };
             line("wheel", format!("{:.4} mm in radius, worn by {:.2} um, {runs}", wheel.radius_mm, wheel.wear_um))?;
         }
         for alarm in &self.alarms {
