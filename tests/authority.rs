@@ -21,7 +21,9 @@ use camwright_msgs::rcl_interfaces::srv::{SetParameters, SetParametersRequest};
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
 use camwright_nodes::authority::{Command, TakeError, TakeOptions};
 use camwright_nodes::axis_interpolator::AxisInterpolator;
-use camwright_nodes::ros::{GoalStatus, Node, NodeOptions, Publisher, Qos, RosArgs, SpinThread, Subscription};
+use camwright_nodes::ros::{
+    GoalStatus, MessageInfo, Node, NodeOptions, Publisher, Qos, RosArgs, SpinThread, Subscription,
+};
 use cell::{Cell, PATIENCE};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
@@ -47,18 +49,29 @@ impl Client {
         let (to_stream, to_alarms) = (Arc::clone(&stream), Arc::clone(&alarms));
         let (to_holder, to_homed) = (Arc::clone(&holder), Arc::clone(&homed));
         let latched = Qos::latched(1);
+        // What a client publishes on these topics itself is not the cell's.
+        let own = node.participant_guid().expect("a running node");
+        let is_own = move |info: &MessageInfo| info.writer[..12] == own[..12];
         let subscriptions = [
-            node.subscribe::<MachineStream>("machine/stream", &Qos::default_topic(), move |said, _| {
-                *to_stream.lock().expect("not poisoned") = said;
+            node.subscribe::<MachineStream>("machine/stream", &Qos::default_topic(), move |said, info| {
+                if !is_own(info) {
+                    *to_stream.lock().expect("not poisoned") = said;
+                }
             }),
-            node.subscribe::<MachineAlarms>("machine/alarms", &latched, move |said, _| {
-                *to_alarms.lock().expect("not poisoned") = said.alarms.iter().map(|alarm| alarm.number).collect();
+            node.subscribe::<MachineAlarms>("machine/alarms", &latched, move |said, info| {
+                if !is_own(info) {
+                    *to_alarms.lock().expect("not poisoned") = said.alarms.iter().map(|alarm| alarm.number).collect();
+                }
             }),
-            node.subscribe::<CommandHolder>("machine/command_holder", &latched, move |said, _| {
-                *to_holder.lock().expect("not poisoned") = said;
+            node.subscribe::<CommandHolder>("machine/command_holder", &latched, move |said, info| {
+                if !is_own(info) {
+                    *to_holder.lock().expect("not poisoned") = said;
+                }
             }),
-            node.subscribe::<InterpolatorState>("axis_interpolator/state", &latched, move |said, _| {
-                *to_homed.lock().expect("not poisoned") = said.is_homed;
+            node.subscribe::<InterpolatorState>("axis_interpolator/state", &latched, move |said, info| {
+                if !is_own(info) {
+                    *to_homed.lock().expect("not poisoned") = said.is_homed;
+                }
             }),
         ];
         let spin = node.spin_in_thread().expect("a thread");
@@ -291,11 +304,9 @@ fn nothing_that_a_stranger_sends_moves_or_changes_the_cell() {
     let services: BTreeSet<String> = services.iter().map(|service| service.name.clone()).collect();
     let mut topics = BTreeSet::new();
     for topic in stranger.node.discovered_topics() {
-        // Topics that the nodes publish themselves are feedback, and command nothing.
-        let is_told = topic.publishers.iter().any(|end| is_ours(&end.guid));
-        let is_command = ["/machine/setpoints", "/machine/commands", "/machine/command_holder"].contains(&&*topic.name)
-            || (topic.name.starts_with("/axis_interpolator/") && !is_told);
-        if !is_command || !topic.subscriptions.iter().any(|reader| is_ours(&reader.guid)) {
+        // A loader that nobody else speaks for may hold the machine, as any stop.
+        let is_loader = topic.name == "/loader/state";
+        if is_loader || !topic.subscriptions.iter().any(|reader| is_ours(&reader.guid)) {
             continue;
         }
         topics.insert(topic.name.clone());
@@ -312,7 +323,14 @@ fn nothing_that_a_stranger_sends_moves_or_changes_the_cell() {
     for wanted in ["/machine/reset", "/job_planner/load_job", "/axis_interpolator/jog/_action/send_goal"] {
         assert!(services.contains(wanted), "{wanted} is not in {services:?}");
     }
-    for wanted in ["/machine/setpoints", "/machine/commands", "/axis_interpolator/joint_trajectory"] {
+    for wanted in [
+        "/machine/setpoints",
+        "/machine/commands",
+        "/machine/description",
+        "/machine/stream",
+        "/job_planner/plan",
+        "/axis_interpolator/joint_trajectory",
+    ] {
         assert!(topics.contains(wanted), "{wanted} is not in {topics:?}");
     }
 

@@ -27,13 +27,22 @@ struct View {
     holder: CommandHolder,
 }
 
+/// Called with the participant of a machine that counts from now on.
+type MachineHook = Box<dyn Fn(Participant) + Send>;
+
 /// Decides for interpolator or planner.
-#[derive(Debug)]
 pub(crate) struct Grant {
     own: Participant,
     view: Mutex<View>,
+    hooks: Mutex<Vec<MachineHook>>,
     refused: AtomicU32,
     has_joined: AtomicBool,
+}
+
+impl std::fmt::Debug for Grant {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Grant").field("view", &self.view).finish_non_exhaustive()
+    }
 }
 
 impl Grant {
@@ -44,6 +53,7 @@ impl Grant {
         let grant = Arc::new(Self {
             own,
             view: Mutex::new(view),
+            hooks: Mutex::default(),
             refused: AtomicU32::new(0),
             has_joined: AtomicBool::new(false),
         });
@@ -81,10 +91,24 @@ impl Grant {
 
     /// Takes the machine's word.
     fn hear(&self, message: CommandHolder, writer: &Guid) {
-        let mut view = lock(&self.view);
-        if view.machine.as_ref().is_some_and(|(machine, _)| *machine == participant_of(*writer)) {
-            view.holder = message;
+        if self.is_machine(participant_of(*writer)) {
+            lock(&self.view).holder = message;
         }
+    }
+
+    /// Calls `hook` whenever another machine counts.
+    pub(super) fn on_machine(&self, hook: impl Fn(Participant) + Send + 'static) {
+        lock(&self.hooks).push(Box::new(hook));
+    }
+
+    /// Whether a participant is the machine that counts.
+    pub(super) fn is_machine(&self, participant: Participant) -> bool {
+        lock(&self.view).machine.as_ref().is_some_and(|(machine, _)| *machine == participant)
+    }
+
+    /// Whether a machine has answered.
+    pub(super) fn has_machine(&self) -> bool {
+        lock(&self.view).machine.is_some()
     }
 
     fn known(&self) -> u64 {
@@ -105,6 +129,8 @@ impl Grant {
             _ => {
                 view.machine = Some((answer.machine, Silence::new(limit)));
                 view.holder = CommandHolder::default();
+                drop(view);
+                lock(&self.hooks).iter().for_each(|hook| hook(answer.machine));
             }
         }
         if answer.success { Ok(()) } else { Err(answer.message.clone()) }

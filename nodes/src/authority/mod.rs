@@ -10,6 +10,7 @@
 mod desk;
 mod grant;
 mod lease;
+mod machine_topic;
 mod one_sender;
 mod rules;
 mod taken;
@@ -17,5 +18,6 @@ mod taken;
 pub use desk::{Desk, Open};
 pub(crate) use grant::{Grant, Membership, join};
 pub(crate) use lease::Role;
+pub(crate) use machine_topic::subscribe_to_machine;
 pub(crate) use one_sender::OneSender;
 pub use taken::{Command, TakeError, TakeOptions};

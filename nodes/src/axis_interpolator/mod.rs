@@ -20,7 +20,7 @@ pub(crate) use applied::{check as check_of_input, input as applied_input, kind_n
 pub(crate) use engine::{CHUNK_TICKS, STOP_POINTS, add_stop};
 pub(crate) use motion_record::{MotionRecord, StartRecord};
 
-use crate::authority::{self, Grant, Membership, OneSender, Role};
+use crate::authority::{self, Grant, Membership, Role, subscribe_to_machine};
 use crate::convert::core_from_si;
 use crate::convert::time::{TickClock, ns_from_time};
 use crate::cyclic::{Sender, Waker, ring};
@@ -486,22 +486,24 @@ fn core_latch(message: &LatchMessage, machine: &MachineDescription) -> Option<La
 }
 
 fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
-    let node = &shared.node;
+    let (node, grant, latched) = (&shared.node, &shared.grant, &Qos::latched(1));
     let this = Arc::clone(shared);
-    let description =
-        node.subscribe::<DescriptionMessage>("machine/description", &Qos::latched(1), move |message, _| {
+    let description = subscribe_to_machine::<DescriptionMessage>(
+        node,
+        grant,
+        "machine/description",
+        (latched, 1),
+        move |message, _| {
             this.meet(&message);
-        })?;
+        },
+    )?;
     let this = Arc::clone(shared);
     let qos = Qos::default_topic().keep_last(1000);
-    let mut one_machine = OneSender::new("machine/stream", liveness::limit(node));
-    let stream = node.subscribe::<MachineStream>("machine/stream", &qos, move |message, info| {
-        if !one_machine.takes(&info.writer, &this.node) {
-            return;
-        }
-        this.hear(&message, info.writer);
-        this.watch_jog(&message);
-    })?;
+    let stream =
+        subscribe_to_machine::<MachineStream>(node, grant, "machine/stream", (&qos, 0), move |message, writer| {
+            this.hear(&message, *writer);
+            this.watch_jog(&message);
+        })?;
     let this = Arc::clone(shared);
     let pages = node.subscribe::<PlanPage>("job_planner/plan", &Qos::latched(256), move |page, info| {
         this.hear_pages(info.writer);
@@ -509,7 +511,7 @@ fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
         this.begin_plan();
     })?;
     let this = Arc::clone(shared);
-    let area = node.subscribe::<WorkArea>("machine/work_area", &Qos::latched(1), move |area, _| {
+    let area = subscribe_to_machine::<WorkArea>(node, grant, "machine/work_area", (latched, 1), move |area, _| {
         *lock(&this.hindrance) = if area.may_move { String::new() } else { area.message };
     })?;
     let this = Arc::clone(shared);

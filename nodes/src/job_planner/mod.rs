@@ -25,7 +25,7 @@ mod stiffness;
 mod turned_parts;
 mod turning_run;
 
-use crate::authority::{self, Grant, Membership, Role};
+use crate::authority::{self, Grant, Membership, Role, subscribe_to_machine};
 use crate::liveness;
 use crate::machine_sim::MOST_PAGES;
 use crate::planning::MachineNow;
@@ -61,6 +61,8 @@ use turned_parts::TurnedParts;
 /// Pages of plans that a late joiner still gets: some ten plans.
 const PLAN_DEPTH: u32 = 256;
 
+/// Lobes of a part that may come at once.
+const MAX_LOBES: u32 = 32;
 /// Readings of the gauge that may wait for this node: two seconds of them.
 const GAUGE_DEPTH: u32 = 2000;
 
@@ -195,8 +197,8 @@ impl JobPlanner {
                 order();
             }
         })?;
-        let mut subscriptions = subscriptions(&shared)?;
-        subscriptions.extend(cell::subscriptions(&shared)?);
+        let mut subscriptions = subscriptions(&shared, &grant)?;
+        subscriptions.extend(cell::subscriptions(&shared, &grant)?);
         cell::start(&shared, inbox)?;
         let mut services = services::offer(&shared)?;
         services.extend(setup::offer(&shared)?);
@@ -324,31 +326,39 @@ impl Shared {
     }
 }
 
-fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, NodeError> {
-    let node = &shared.node;
+fn subscriptions(shared: &Arc<Shared>, grant: &Arc<Grant>) -> Result<Vec<Subscription>, NodeError> {
+    let (node, latched) = (&shared.node, &Qos::latched(1));
     let this = Arc::clone(shared);
-    let description =
-        node.subscribe::<DescriptionMessage>("machine/description", &Qos::latched(1), move |message, _| {
+    let description = subscribe_to_machine::<DescriptionMessage>(
+        node,
+        grant,
+        "machine/description",
+        (latched, 1),
+        move |message, _| {
             this.meet(&message);
+        },
+    )?;
+    let this = Arc::clone(shared);
+    let lobes = &Qos::latched(MAX_LOBES);
+    let part =
+        subscribe_to_machine::<PartLobe>(node, grant, "machine/part", (lobes, MAX_LOBES as usize), move |lobe, _| {
+            this.parts.take(lobe);
         })?;
     let this = Arc::clone(shared);
-    let part = node.subscribe::<PartLobe>("machine/part", &Qos::latched(32), move |lobe, _| this.parts.take(lobe))?;
-    let this = Arc::clone(shared);
-    let turned = node.subscribe::<TurnedPage>("machine/turned_part", &Qos::latched(MOST_PAGES), move |page, _| {
+    let pages = (&Qos::latched(MOST_PAGES), MOST_PAGES as usize);
+    let turned = subscribe_to_machine::<TurnedPage>(node, grant, "machine/turned_part", pages, move |page, _| {
         this.turned_parts.take(&page);
     })?;
     let this = Arc::clone(shared);
-    let alarms = node.subscribe::<MachineAlarms>("machine/alarms", &Qos::latched(1), move |message, _| {
-        *lock(&this.alarms) = message.alarms;
-        this.cell.tell(Told::Alarms);
-    })?;
+    let alarms =
+        subscribe_to_machine::<MachineAlarms>(node, grant, "machine/alarms", (latched, 1), move |message, _| {
+            *lock(&this.alarms) = message.alarms;
+            this.cell.tell(Told::Alarms);
+        })?;
     let this = Arc::clone(shared);
-    let gauge = node.subscribe::<GaugeReading>(
-        "machine/gauge",
-        &Qos::default_topic().keep_last(GAUGE_DEPTH),
-        move |reading, _| {
-            this.gaugings.take(&reading);
-        },
-    )?;
+    let every = &Qos::default_topic().keep_last(GAUGE_DEPTH);
+    let gauge = subscribe_to_machine::<GaugeReading>(node, grant, "machine/gauge", (every, 0), move |reading, _| {
+        this.gaugings.take(&reading);
+    })?;
     Ok(vec![description, part, turned, alarms, gauge])
 }

@@ -15,7 +15,7 @@ mod production;
 mod telling;
 
 use super::{Shared, lock, wait_for};
-use crate::authority::OneSender;
+use crate::authority::{Grant, OneSender, subscribe_to_machine};
 use crate::liveness;
 use crate::ros::{Node, Qos, Responder, RosError, ServiceHandle, Subscription};
 use crate::running::join_within;
@@ -168,12 +168,12 @@ pub(super) fn offer(shared: &Arc<Shared>) -> Result<Vec<ServiceHandle>, RosError
 }
 
 /// What the cell listens to besides the planner itself.
-pub(super) fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, RosError> {
+pub(super) fn subscriptions(shared: &Arc<Shared>, grant: &Arc<Grant>) -> Result<Vec<Subscription>, RosError> {
     let node: &Node = &shared.node;
     let this = Arc::clone(shared);
     // Every change counts: an exchange is known by the empty chuck in between.
     let every = Qos::latched(1).keep_last(64);
-    let area = node.subscribe::<WorkArea>("machine/work_area", &every, move |area, _| {
+    let area = subscribe_to_machine::<WorkArea>(node, grant, "machine/work_area", (&every, 64), move |area, _| {
         *lock(&this.cell.area) = Some(area.clone());
         this.cell.tell(Told::WorkArea(area));
     })?;
@@ -194,8 +194,10 @@ pub(super) fn subscriptions(shared: &Arc<Shared>) -> Result<Vec<Subscription>, R
             this.cell.tell(Told::Motion(Box::new(state)));
         })?;
     let this = Arc::clone(shared);
-    let counters = node.subscribe::<MachineCounters>("machine/counters", &Qos::latched(1), move |counters, _| {
-        this.cell.tell(Told::Counters(counters));
-    })?;
+    let latched = (&Qos::latched(1), 1);
+    let counters =
+        subscribe_to_machine::<MachineCounters>(node, grant, "machine/counters", latched, move |counters, _| {
+            this.cell.tell(Told::Counters(counters));
+        })?;
     Ok(vec![area, loader, motion, counters])
 }
