@@ -61,7 +61,7 @@ fn single(field: &FieldInfo, kind: u64, cdr: &mut Vec<u8>) -> Option<()> {
         #[allow(clippy::cast_possible_truncation, reason = "a value for a message")]
         10 => put(cdr, &(real as f32).to_le_bytes()),
         11 => put(cdr, &real.to_le_bytes()),
-        15 => cdr.push(u8::from(kind % 2 == 0)),
+        15 => cdr.push(u8::from(kind.is_multiple_of(2))),
         17 | 21 => {
             let text = TEXTS[usize::try_from(kind).ok()?];
             put_length(cdr, text.len() + 1);
