@@ -100,6 +100,19 @@ impl Cell {
         assert!(status.wait(PATIENCE).success(), "{lines:?}{}", status.complaint());
     }
 
+    /// A newcomer sees the whole cell once the nodes listen to newcomers again: a flood of announcements closes them for a minute at most.
+    fn wait_until_visible(&self) {
+        let deadline = Instant::now() + Duration::from_secs(120);
+        loop {
+            let mut status = self.camwright(&["status", "--json"]);
+            let lines = status.remaining_lines(PATIENCE);
+            if status.wait(PATIENCE).success() {
+                return;
+            }
+            assert!(Instant::now() < deadline, "{lines:?}{}", status.complaint());
+        }
+    }
+
     /// All nodes run, within their memory; gives the peak of each in MB.
     fn expect_health(&mut self) -> Vec<(&'static str, u64)> {
         let mut peaks = Vec::new();
@@ -206,6 +219,8 @@ fn from_this_host(seed: u64, packets: u64) {
     }
     eprintln!("seed {seed}, {packets} packets from this host in {:?}: ended {ended:?}", started.elapsed());
     if ended.is_empty() {
+        cell.wait_until_visible();
+        eprintln!("a newcomer is heard {:?} after the first packet", started.elapsed());
         Cell::expect_success(cell.start_job());
         cell.expect_visible();
         eprintln!("peak memory in MB {:?}", cell.expect_health());
