@@ -10,10 +10,10 @@
 //! ```
 //! C is homed and the wheel runs from the first half, which ends with X at its home position.
 
-use super::clearance::check_clearance;
+use super::check_forwards;
 use super::dry_run;
 use super::error::PlanError;
-use super::gouge::{GougeRequest, check_gouges};
+use super::gouge::GougeRequest;
 use super::lobe::{begin_at, soft_limit};
 use super::logged::{Contact, Logged, NotCorrected, unknown};
 use super::sequence::Sequence;
@@ -25,7 +25,7 @@ use crate::numeric::hull::lowest;
 use crate::numeric::periodic_spline::PeriodicSpline;
 use crate::numeric::range::least_and_most;
 use crate::plan::{CutSegment, Half, Plan};
-use crate::plan_check::{PlanReport, check_plan};
+use crate::plan_check::PlanReport;
 use crate::runout::identify::Identified;
 use crate::runout::journal::{JournalCorrection, JournalRequest, needed_log};
 use crate::speed_plan::{WayRequest, WaySpeed};
@@ -141,11 +141,10 @@ pub fn plan_corrections(
     if let Some(stand_off_mm) = job.dry_run_mm {
         dry_run::stand_off(&mut plan, machine, stand_off_mm);
     }
-    check_clearance(job, machine, &first.lobes, &plan, start.counts)?;
     let stock_mm = first.lobes.iter().zip(corrections);
     let stock_mm =
         stock_mm.map(|(lobe, correction)| correction.highest_before_mm() - lobe.design.contour.radius_at(0.0));
-    check_gouges(&GougeRequest {
+    let report = check_forwards(&GougeRequest {
         job,
         machine,
         lobes: &first.lobes,
@@ -155,7 +154,6 @@ pub fn plan_corrections(
         stock_mm: &stock_mm.collect::<Vec<_>>(),
         corrections,
     })?;
-    let report = check_plan(&plan, machine, start.counts)?;
     Ok(PlannedCorrection { plan, report })
 }
 

@@ -13,8 +13,9 @@
 //! the largest is the largest radius but for what leaves diameters as they are, eccentricity, bend and waves of an odd count. The margin
 //! is for those, and for what the gauge's zero differs from that of `x_axis`.
 
+use super::check_forwards;
 use super::error::PlanError;
-use super::gouge::{GougeRequest, check_gouges};
+use super::gouge::GougeRequest;
 use super::lobe::{self, LobePlanner, PlannedLobe};
 use super::logged::{Contact, NotCorrected, seen};
 use super::sequence::Sequence;
@@ -214,8 +215,7 @@ pub fn plan_measured_job(
     let mut plan = build.steps(Sequence::new(job, machine, &shapes, start), &begins, false)?;
     plan.half = if job.is_corrected().is_some() { Half::Middle } else { Half::Second };
     plan.duration_with_indexing_s = plan.duration_s + whole.saved_by_not_indexing_s();
-    super::clearance::check_clearance(job, machine, &lobes, &plan, start.counts)?;
-    check_gouges(&GougeRequest {
+    let report = check_forwards(&GougeRequest {
         job,
         machine,
         lobes: &lobes,
@@ -225,7 +225,6 @@ pub fn plan_measured_job(
         stock_mm: stocks_mm,
         corrections: &[],
     })?;
-    let report = check_plan(&plan, machine, start.counts)?;
     #[allow(clippy::cast_precision_loss, reason = "a part takes far less than 2^53 ticks")]
     let saved_s = (cut_ticks(&whole.plan) as f64 - cut_ticks(&plan) as f64) * machine.cycle_time_s();
     let dresses = whole.dresses.clone();

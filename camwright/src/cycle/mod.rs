@@ -163,8 +163,7 @@ pub fn plan_job(
         // Same cuts from other phases: a ramp may differ by hundredths of a second there, which is left out.
         build.stopping(true)?.duration_s
     };
-    clearance::check_clearance(job, machine, &lobes, &plan, start.counts)?;
-    check_gouges(&GougeRequest {
+    let report = check_forwards(&GougeRequest {
         job,
         machine,
         lobes: &lobes,
@@ -174,10 +173,17 @@ pub fn plan_job(
         stock_mm: &alloc::vec![job.most_stock_mm(); lobes.len()],
         corrections: &[],
     })?;
-    let report = check_plan(&plan, machine, start.counts)?;
     let dresses = dress::with_kept_paths(job, &contours, &shapes, wheel_now.radius_mm, &wheel);
     let start_c_counts = start.counts[Axis::C.index()];
     Ok(PlannedJob { plan, lobes, dresses, duration_with_stops_s, report, start_c_counts })
+}
+
+/// Checks a grinding plan forwards: clearance, depth of the wheel in the part, limits of the axes.
+fn check_forwards(request: &GougeRequest<'_>) -> Result<PlanReport, PlanError> {
+    let GougeRequest { job, machine, lobes, plan, start_counts, .. } = *request;
+    clearance::check_clearance(job, machine, lobes, plan, start_counts)?;
+    check_gouges(request)?;
+    Ok(check_plan(plan, machine, start_counts)?)
 }
 
 /// The infeed of every pass; each begins where the one before ended.
