@@ -4,7 +4,7 @@
 mod cell;
 mod support;
 
-use camwright::plan::SegmentKind;
+use camwright::motion::plan::SegmentKind;
 use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, RunJobGoal};
 use camwright_msgs::camwright_msgs::msg::MachineAlarms;
 use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultRequest};

@@ -6,7 +6,7 @@ mod cell;
 mod support;
 
 use camwright::machine::description::{Axis, MachineDescription};
-use camwright::units::TURN_RAD;
+use camwright::math::units::TURN_RAD;
 use camwright_msgs::camwright_msgs::msg::{LobeForm, PartLobe};
 use camwright_msgs::camwright_msgs::srv::{LoadBar, LoadBarRequest};
 use camwright_msgs::geometry_msgs::msg::TransformStamped;

@@ -9,10 +9,10 @@ mod cams;
 mod sample;
 mod support;
 
-use camwright::nc::{
+use camwright::gcode::post::Ran;
+use camwright::gcode::{
     Action, Block, Dialect, LEAST_RATE_MM_MIN, Motion, NcAxis, Pose, Program, Step, XValues, raised_feeds, read,
 };
-use camwright::post::Ran;
 use camwright_nodes::planning::{compare_program, write_program};
 use sample::{random_program, target, two_cams};
 use support::{Driven, LinuxCnc};
@@ -60,7 +60,7 @@ fn compare(linuxcnc: &LinuxCnc, name: &str, program: &Program) -> (Motion, Vec<D
 fn assert_there(read: &Pose, there: &Pose, what: &str) {
     for axis in NcAxis::ALL {
         let Some(place) = read.of(axis) else { continue };
-        let scale = if axis == NcAxis::C { camwright::units::rad_from_deg(1.0) } else { 1.0 };
+        let scale = if axis == NcAxis::C { camwright::math::units::rad_from_deg(1.0) } else { 1.0 };
         let off = (place - there.of(axis).expect("all axes are somewhere")).abs();
         assert!(off < PLACE_MM * scale, "{what}: {axis:?} is {off} off");
     }
@@ -75,7 +75,7 @@ fn way_of_rate(from: &Pose, to: &Pose) -> f64 {
         _ => 0.0,
     };
     let linear = [NcAxis::X, NcAxis::Y, NcAxis::Z].map(|axis| way(axis).powi(2)).iter().sum::<f64>().sqrt();
-    if linear > 0.0 { linear } else { camwright::units::deg_from_rad(way(NcAxis::C)).abs() }
+    if linear > 0.0 { linear } else { camwright::math::units::deg_from_rad(way(NcAxis::C)).abs() }
 }
 
 #[test]
@@ -160,7 +160,7 @@ fn what_linuxcnc_refuses_is_not_read() {
     for fault in faults {
         let text = format!("{begin}{fault}M2\n");
         assert!(linuxcnc.drive(&text).is_err(), "LinuxCNC takes {fault}");
-        let file = camwright::nc::ProgramFile { name: "a.ngc".into(), text };
+        let file = camwright::gcode::ProgramFile { name: "a.ngc".into(), text };
         assert!(read(Dialect::LinuxCnc, XValues::Radius, &[file]).is_err(), "{fault} is read");
     }
 }

@@ -4,19 +4,19 @@
 //! azimuths and columns 0.02 mm apart: machine seconds per second of the wall clock, and the form error beside the cusps.
 #![allow(clippy::print_stdout, clippy::disallowed_methods, reason = "a command that takes the time")]
 
-use camwright::cycle::plan_turning;
-use camwright::insert_path::{Feed, Passes};
+use camwright::cam::surface::Surface;
+use camwright::cam::surface::solid::Solid;
 use camwright::interpolator::{Interpolator, Motion, Prepared};
-use camwright::machine::Machine;
+use camwright::job::turning::{TurningJob, TurningSpeed};
 use camwright::machine::description::{DriveSettings, Structure};
+use camwright::machine::persistent_state::LastingState;
 use camwright::machine::reference::lathe;
-use camwright::machine::state::LastingState;
-use camwright::machine::turned_part::{FormMap, PartGrid, TurnedPart};
-use camwright::rehearsal::rehearse;
-use camwright::surface::Surface;
-use camwright::surface::solid::Solid;
-use camwright::turning_job::{TurningJob, TurningSpeed};
-use camwright::units::{rad_s_from_rpm, um_from_mm};
+use camwright::math::units::{rad_s_from_rpm, um_from_mm};
+use camwright::planner::plan_turning;
+use camwright::simulation::Machine;
+use camwright::simulation::rehearsal::rehearse;
+use camwright::simulation::turned_part::{FormMap, PartGrid, TurnedPart};
+use camwright::toolpath::insert_path::{Feed, Passes};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::time::Instant;

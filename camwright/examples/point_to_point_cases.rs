@@ -15,8 +15,8 @@ mod cams;
 
 use cams::Seeded;
 use camwright::machine::description::MotionLimits;
-use camwright::numeric::differences::largest_derivatives;
-use camwright::point_to_point::{JerkLaw, solve};
+use camwright::math::differences::largest_derivatives;
+use camwright::motion::point_to_point::{JerkLaw, solve};
 use std::error::Error;
 use std::fs;
 use std::time::Instant;

@@ -15,15 +15,15 @@
 mod cams;
 
 use cams::Seeded;
-use camwright::contour::Contour;
-use camwright::follower::Follower;
-use camwright::lift::{LiftLaw, MotionProgram, MotionSegment};
+use camwright::cam::contour::Contour;
+use camwright::cam::follower::Follower;
+use camwright::cam::lift::{LiftLaw, MotionProgram, MotionSegment};
+use camwright::cam::motion_law::MotionLaw;
 use camwright::machine::description::MotionLimits;
-use camwright::motion_law::MotionLaw;
-use camwright::numeric::hermite::Sample;
-use camwright::speed_plan::{TurnRequest, TurnSpeed};
-use camwright::tool_path::ToolPath;
-use camwright::units::{TURN_RAD, rad_from_deg};
+use camwright::math::hermite::Sample;
+use camwright::math::units::{TURN_RAD, rad_from_deg};
+use camwright::motion::speed_plan::{TurnRequest, TurnSpeed};
+use camwright::toolpath::wheel_path::ToolPath;
 use std::error::Error;
 use std::fmt::Write as _;
 use std::fs;

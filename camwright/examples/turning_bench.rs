@@ -13,10 +13,10 @@
 #[path = "../tests/solids/mod.rs"]
 mod solids;
 
-use camwright::insert_path::{AxisLimits, Feed, InsertPath, PathRequest};
+use camwright::cam::surface::Surface;
+use camwright::cam::surface::grid::Grid;
 use camwright::machine::description::MotionLimits;
-use camwright::surface::Surface;
-use camwright::surface::grid::Grid;
+use camwright::toolpath::insert_path::{AxisLimits, Feed, InsertPath, PathRequest};
 use std::error::Error;
 use std::time::Instant;
 

@@ -10,13 +10,13 @@
 #[path = "../tests/solids/mod.rs"]
 mod solids;
 
-use camwright::insert_clearance::{ClearanceMap, Flank, flank_distance_mm};
-use camwright::insert_path::{AxisLimits, Feed, InsertPath, PathRequest};
+use camwright::cam::surface::Surface;
+use camwright::cam::surface::cams::CamAlong;
 use camwright::machine::description::MotionLimits;
-use camwright::rake_section::RakeSection;
-use camwright::surface::Surface;
-use camwright::surface::cams::CamAlong;
-use camwright::units::{deg_from_rad, rpm_from_rad_s};
+use camwright::math::units::{deg_from_rad, rpm_from_rad_s};
+use camwright::toolpath::insert_clearance::{ClearanceMap, Flank, flank_distance_mm};
+use camwright::toolpath::insert_path::{AxisLimits, Feed, InsertPath, PathRequest};
+use camwright::toolpath::rake_section::RakeSection;
 use std::error::Error;
 
 const LIMITS: AxisLimits = AxisLimits {
@@ -102,7 +102,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                      ({:?}); cusps {:.2} um",
                     rpm_from_rad_s(speed.rad_s),
                     speed.bound,
-                    camwright::units::um_from_mm(path.cusp_mm())
+                    camwright::math::units::um_from_mm(path.cusp_mm())
                 );
             }
             Err(error) => println!("             refused: {error}"),

@@ -4,9 +4,9 @@
 mod cams;
 
 use cams::{Seeded, reference_lobe};
-use camwright::archimedean::{Chain, Knots, Request, Travelling, theoretical_pieces};
-use camwright::numeric::hermite::Sample;
-use camwright::units::{TURN_RAD, um_from_mm};
+use camwright::gcode::archimedean::{Chain, Knots, Request, Travelling, theoretical_pieces};
+use camwright::math::hermite::Sample;
+use camwright::math::units::{TURN_RAD, um_from_mm};
 
 fn turn<'a>(travels: &'a [Travelling<'a>], tolerance_mm: f64, knots: Knots) -> Request<'a> {
     Request { travels, from_rad: 0.0, to_rad: TURN_RAD, tolerance_mm, rounding_mm: 0.0, knots }

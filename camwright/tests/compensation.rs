@@ -3,13 +3,13 @@
 mod cams;
 
 use cams::{Seeded, camshaft_segments, lobe, program};
-use camwright::compensation::{CompensationSpec, FormCurve, Learned, LobeLearning, SAME_MM};
-use camwright::contour::Contour;
-use camwright::follower::Follower;
-use camwright::form::Form;
-use camwright::motion_law::MotionLaw;
-use camwright::tool_path::{ToolPath, ToolPathError};
-use camwright::units::TURN_RAD;
+use camwright::cam::compensation::{CompensationSpec, FormCurve, Learned, LobeLearning, SAME_MM};
+use camwright::cam::contour::Contour;
+use camwright::cam::follower::Follower;
+use camwright::cam::form::Form;
+use camwright::cam::motion_law::MotionLaw;
+use camwright::math::units::TURN_RAD;
+use camwright::toolpath::wheel_path::{ToolPath, ToolPathError};
 
 const ROLLER: Follower = Follower::Roller { radius_mm: 8.5, offset_mm: 0.0 };
 

@@ -3,11 +3,11 @@
 mod cams;
 
 use cams::{Seeded, contour_unless_undercut, lobe, lobe_segments, printed, program, random_segments};
-use camwright::contour::{Contour, ContourError};
-use camwright::follower::{Follower, FollowerError};
-use camwright::lift::LiftLaw;
-use camwright::motion_law::MotionLaw;
-use camwright::units::{TURN_RAD, deg_from_rad};
+use camwright::cam::contour::{Contour, ContourError};
+use camwright::cam::follower::{Follower, FollowerError};
+use camwright::cam::lift::LiftLaw;
+use camwright::cam::motion_law::MotionLaw;
+use camwright::math::units::{TURN_RAD, deg_from_rad};
 use std::f64::consts::PI;
 
 fn angles(count: u32) -> impl Iterator<Item = f64> {

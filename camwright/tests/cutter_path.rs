@@ -4,13 +4,13 @@
 mod cams;
 
 use cams::{Seeded, contour_unless_undercut, lobe, random_law};
-use camwright::contour::Contour;
-use camwright::cutter_path::face::{FaceError, FacePath};
-use camwright::cutter_path::{CarriageAxis, CutterPath};
-use camwright::follower::Follower;
-use camwright::motion_law::MotionLaw;
-use camwright::tool_path::ToolPath;
-use camwright::units::TURN_RAD;
+use camwright::cam::contour::Contour;
+use camwright::cam::follower::Follower;
+use camwright::cam::motion_law::MotionLaw;
+use camwright::math::units::TURN_RAD;
+use camwright::toolpath::cutter_path::face::{FaceError, FacePath};
+use camwright::toolpath::cutter_path::{CarriageAxis, CutterPath};
+use camwright::toolpath::wheel_path::ToolPath;
 
 fn angles(count: u32) -> impl Iterator<Item = f64> {
     (0..count).map(move |i| TURN_RAD * (f64::from(i) + 0.31) / f64::from(count))

@@ -4,10 +4,10 @@ mod cams;
 
 use cams::reference_lobe;
 use camwright::machine::description::MotionLimits;
-use camwright::numeric::hermite::Sample;
-use camwright::speed_plan::{TurnRequest, TurnSpeed};
-use camwright::tool_path::ToolPath;
-use camwright::units::TURN_RAD;
+use camwright::math::hermite::Sample;
+use camwright::math::units::TURN_RAD;
+use camwright::motion::speed_plan::{TurnRequest, TurnSpeed};
+use camwright::toolpath::wheel_path::ToolPath;
 
 const C: MotionLimits = MotionLimits { velocity: 10.0 * std::f64::consts::PI, acceleration: 300.0, jerk: 3e4 };
 const X: MotionLimits = MotionLimits { velocity: 500.0, acceleration: 1e4, jerk: 1e6 };
@@ -86,7 +86,7 @@ fn no_limit_is_exceeded_on_a_fine_grid() {
 /// A round part asks nothing of X: C turns at the bound, and the time is that of the lower bound.
 #[test]
 fn on_a_concentric_disc_the_bound_is_reached_everywhere() {
-    let flat = camwright::numeric::periodic_spline::PeriodicSpline::interpolate(&[20.0; 36]).expect("36 values");
+    let flat = camwright::math::periodic_spline::PeriodicSpline::interpolate(&[20.0; 36]).expect("36 values");
     let request = TurnRequest { path: &flat, infeed_slope_mm_rad: 0.0, bound: &|_, _| 12.0, c: C, x: X };
     let turn = TurnSpeed::fastest(&request).expect("limits above 0");
     assert!((turn.turn_s() / (TURN_RAD / 12.0) - 1.0).abs() < 1e-3, "{} s", turn.turn_s());
@@ -102,7 +102,7 @@ fn the_plan_turns_with_the_part() {
         let n = path.spline().coefficients().len();
         #[allow(clippy::cast_precision_loss, reason = "some hundred knots")]
         let values: Vec<f64> = (0..n).map(|i| path.sample(i as f64 * TURN_RAD / n as f64 - shift).value).collect();
-        let turned = camwright::numeric::periodic_spline::PeriodicSpline::interpolate(&values).expect("finite");
+        let turned = camwright::math::periodic_spline::PeriodicSpline::interpolate(&values).expect("finite");
         let bound = |_: f64, x: Sample| 10.0 / removal(&path, 0.05, x);
         let request = TurnRequest { path: &turned, infeed_slope_mm_rad: 0.0, bound: &bound, c: C, x: X };
         TurnSpeed::fastest(&request).expect("limits above 0").turn_s()

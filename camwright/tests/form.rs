@@ -3,12 +3,12 @@
 mod cams;
 
 use cams::{camshaft_segments, program};
-use camwright::contour::Contour;
-use camwright::follower::Follower;
-use camwright::follower::{ArmSide, Pivot, SwingLift};
-use camwright::form::{Form, FormError};
-use camwright::lift::MotionSegment;
-use camwright::units::TURN_RAD;
+use camwright::cam::contour::Contour;
+use camwright::cam::follower::Follower;
+use camwright::cam::follower::{ArmSide, Pivot, SwingLift};
+use camwright::cam::form::{Form, FormError};
+use camwright::cam::lift::MotionSegment;
+use camwright::math::units::TURN_RAD;
 
 fn radii(count: u32, radius: impl Fn(f64) -> f64) -> Vec<f64> {
     (0..count).map(|i| radius(TURN_RAD * f64::from(i) / f64::from(count))).collect()

@@ -4,13 +4,13 @@
 mod cams;
 
 use cams::{Seeded, lobe, program, random_law, segment};
-use camwright::cutter_path::{CarriageAxis, CutterPath};
-use camwright::follower::{ArmSide, Follower, Pivot, SwingLift};
-use camwright::groove::plate::PlateGroove;
-use camwright::groove::{Coverage, GrooveError, Wall};
-use camwright::lift::LiftLaw;
-use camwright::motion_law::MotionLaw;
-use camwright::units::{TURN_RAD, rad_from_deg};
+use camwright::cam::follower::{ArmSide, Follower, Pivot, SwingLift};
+use camwright::cam::lift::LiftLaw;
+use camwright::cam::motion_law::MotionLaw;
+use camwright::math::units::{TURN_RAD, rad_from_deg};
+use camwright::toolpath::cutter_path::{CarriageAxis, CutterPath};
+use camwright::toolpath::groove::plate::PlateGroove;
+use camwright::toolpath::groove::{Coverage, GrooveError, Wall};
 
 fn angles(count: u32) -> impl Iterator<Item = f64> {
     (0..count).map(move |i| TURN_RAD * (f64::from(i) + 0.31) / f64::from(count))

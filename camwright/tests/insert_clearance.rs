@@ -4,10 +4,10 @@ mod cams;
 mod solids;
 
 use cams::Seeded;
-use camwright::insert_clearance::{ClearanceMap, Flank, InsertClearanceError, flank_distance_mm};
-use camwright::insert_path::{Feed, InsertPath, PathRequest};
-use camwright::surface::Surface;
-use camwright::units::rad_from_deg;
+use camwright::cam::surface::Surface;
+use camwright::math::units::rad_from_deg;
+use camwright::toolpath::insert_clearance::{ClearanceMap, Flank, InsertClearanceError, flank_distance_mm};
+use camwright::toolpath::insert_path::{Feed, InsertPath, PathRequest};
 use solids::{CYLINDER, ECCENTRIC, cam_along_z, random_lobed, solid};
 use std::f64::consts::FRAC_PI_2;
 

@@ -5,13 +5,15 @@ mod cams;
 mod solids;
 
 use cams::Seeded;
-use camwright::insert_path::{AxisLimits, Feed, InsertPath, InsertPathError, Passes, PathRequest, SpeedBound, ZLaw};
+use camwright::cam::surface::Surface;
+use camwright::cam::surface::mesh::surface_of;
+use camwright::cam::surface::solid::{Along, Harmonic, Solid};
 use camwright::machine::description::MotionLimits;
-use camwright::rake_section::{RakeSection, RakeSectionError};
-use camwright::surface::Surface;
-use camwright::surface::mesh::surface_of;
-use camwright::surface::solid::{Along, Harmonic, Solid};
-use camwright::units::TURN_RAD;
+use camwright::math::units::TURN_RAD;
+use camwright::toolpath::insert_path::{
+    AxisLimits, Feed, InsertPath, InsertPathError, Passes, PathRequest, SpeedBound, ZLaw,
+};
+use camwright::toolpath::rake_section::{RakeSection, RakeSectionError};
 use solids::{CYLINDER, ECCENTRIC, ELLIPTIC_CONE, cam_along_z, mesh_of, random_lobed, solid};
 
 /// H at 45° of a base radius of 20 mm.
@@ -215,7 +217,8 @@ fn a_cone_is_steeper_below_centre_than_at_centre() {
 fn shortcuts_are_wrong_by_what_the_literature_of_this_house_says() {
     for (lift, ignored, constant, stroke) in [(4.5, 2.09, 0.35, 5.86), (3.0, 1.45, 0.17, 4.00)] {
         let contour = solids::raised_cosine(lift);
-        let cams = [camwright::surface::cams::CamAlong { contour: &contour, phase_rad: 0.0, from_mm: 0.0, to_mm: 5.0 }];
+        let cams =
+            [camwright::cam::surface::cams::CamAlong { contour: &contour, phase_rad: 0.0, from_mm: 0.0, to_mm: 5.0 }];
         let surface = Surface::cams(&cams).unwrap();
         let found = RakeSection::new(&surface, -14.14, 0.0, 5.0).unwrap().shortcuts().unwrap();
         println!("lift {lift} mm: shift ignored {:.3} mm, constant {:.3} mm", found.ignored_mm, found.constant_mm);
@@ -360,7 +363,7 @@ fn hollows_too_tight_for_the_insert_are_bridged_and_told() {
     let z: Vec<f64> = (0..=400).map(|k| -20.0 + 0.1 * f64::from(k)).collect();
     let groove =
         |_: f64, z: f64| if z.abs() < half { 24.0 - a * (1.0 + (std::f64::consts::PI * z / half).cos()) } else { 24.0 };
-    let surface = Surface::grid(&camwright::surface::grid::Grid::sampled(36, z, groove)).unwrap();
+    let surface = Surface::grid(&camwright::cam::surface::grid::Grid::sampled(36, z, groove)).unwrap();
     let ask = PathRequest { plane_y_mm: 0.0, ..request(-10.0, 10.0) };
     let tightest = half * half / (a * std::f64::consts::PI.powi(2));
     assert!(InsertPath::new(&surface, &PathRequest { insert_radius_mm: 3.0, ..ask }).unwrap().hollow().is_none());

@@ -3,13 +3,13 @@
 mod cams;
 
 use cams::{Seeded, camshaft_segments, lobe, printed, program, random_segments};
-use camwright::contour::Contour;
-use camwright::follower::{ArmSide, Follower, FollowerError, Pivot, SwingLift};
-use camwright::inspection::{Inspection, InspectionError};
-use camwright::lift::{LiftLaw, LiftLawError};
-use camwright::motion_law::MotionLaw;
-use camwright::tool_path::ToolPath;
-use camwright::units::{TURN_RAD, deg_from_rad};
+use camwright::cam::contour::Contour;
+use camwright::cam::follower::{ArmSide, Follower, FollowerError, Pivot, SwingLift};
+use camwright::cam::inspection::{Inspection, InspectionError};
+use camwright::cam::lift::{LiftLaw, LiftLawError};
+use camwright::cam::motion_law::MotionLaw;
+use camwright::math::units::{TURN_RAD, deg_from_rad};
+use camwright::toolpath::wheel_path::ToolPath;
 
 fn angles(count: u32) -> impl Iterator<Item = f64> {
     (0..count).map(move |i| TURN_RAD * (f64::from(i) + 0.31) / f64::from(count))

@@ -9,9 +9,9 @@ use bench::{ORIGIN, SWITCH, machine, two_cuts, whole_job};
 use camwright::interpolator::tolerance::{FollowingTolerances, Tolerance};
 use camwright::interpolator::trajectory::{Start, Trajectory, TrajectoryPoint};
 use camwright::interpolator::{Event, Foreseen, Interpolator, Motion, Outcome, Prepared, Request, TickInputs};
-use camwright::job::SpeedLaw;
+use camwright::job::grinding::SpeedLaw;
 use camwright::machine::description::Axis;
-use camwright::setpoint::{Input, Latch, Measured, StopPoint};
+use camwright::machine::setpoint::{Input, Latch, Measured, StopPoint};
 use std::sync::Arc;
 
 #[global_allocator]

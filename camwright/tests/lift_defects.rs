@@ -4,8 +4,8 @@
 mod cams;
 
 use cams::{Seeded, absolute, printed_rows, program, random_segments};
-use camwright::lift::halves::{check_flank, whole_turn};
-use camwright::lift::{AngleUnit, LengthUnit, LiftDeclaration, LiftError, LiftForm, LiftRow, LiftTable};
+use camwright::cam::lift::halves::{check_flank, whole_turn};
+use camwright::cam::lift::{AngleUnit, LengthUnit, LiftDeclaration, LiftError, LiftForm, LiftRow, LiftTable};
 
 const SEED: u64 = 20_260_003;
 
@@ -125,7 +125,7 @@ fn random_tables_without_defects_never_trip() {
         let read = LiftTable::read(&rows, &absolute(digit_mm));
         let Ok((table, doubts)) = read else { panic!("seed {SEED}, case {case}: {read:?}") };
         assert_eq!(table.blocks(), rows.len());
-        let doubted = doubts.iter().any(|doubt| !matches!(doubt, camwright::lift::LiftDoubt::MaybeInches { .. }));
+        let doubted = doubts.iter().any(|doubt| !matches!(doubt, camwright::cam::lift::LiftDoubt::MaybeInches { .. }));
         assert!(!doubted, "seed {SEED}, case {case}: {doubts:?}");
     }
 }

@@ -3,10 +3,10 @@
 mod cams;
 
 use cams::{absolute, lobe, printed_rows, program, segment};
-use camwright::lift::halves::whole_turn;
-use camwright::lift::{AngleUnit, LiftDeclaration, LiftDoubt, LiftError, LiftRow, LiftTable};
-use camwright::motion_law::MotionLaw;
-use camwright::units::{TURN_RAD, rad_from_deg};
+use camwright::cam::lift::halves::whole_turn;
+use camwright::cam::lift::{AngleUnit, LiftDeclaration, LiftDoubt, LiftError, LiftRow, LiftTable};
+use camwright::cam::motion_law::MotionLaw;
+use camwright::math::units::{TURN_RAD, rad_from_deg};
 
 /// The closing flank of a whole table with the nose at 180°, as a designer prints it; `rows` rows from line 2 on.
 fn closing(whole: &[LiftRow], rows: usize) -> Vec<LiftRow> {

@@ -4,10 +4,10 @@
 mod cams;
 
 use cams::{camshaft_segments, lobe, printed, program, segment};
-use camwright::lift::{LiftLaw, LiftLawError, LiftRow, LiftTable, MotionProgram, ProgramError};
-use camwright::motion_law::MotionLaw;
-use camwright::numeric::periodic_spline::PeriodicSpline;
-use camwright::units::{TURN_RAD, rad_from_deg};
+use camwright::cam::lift::{LiftLaw, LiftLawError, LiftRow, LiftTable, MotionProgram, ProgramError};
+use camwright::cam::motion_law::MotionLaw;
+use camwright::math::periodic_spline::PeriodicSpline;
+use camwright::math::units::{TURN_RAD, rad_from_deg};
 
 /// Largest error of the second derivative as a fraction of its range, and the largest third derivative.
 fn recovery(truth: &LiftLaw, read: impl Fn(f64) -> (f64, f64)) -> (f64, f64) {

@@ -3,11 +3,11 @@
 mod cams;
 
 use cams::Seeded;
-use camwright::contour::Contour;
-use camwright::follower::Follower;
-use camwright::lift::points::{ContourPoint, rows_of};
-use camwright::lift::{AngleUnit, LengthUnit, LiftDeclaration, LiftError, LiftForm, LiftLaw, LiftRow, LiftTable};
-use camwright::units::{TURN_RAD, rad_from_deg};
+use camwright::cam::contour::Contour;
+use camwright::cam::follower::Follower;
+use camwright::cam::lift::points::{ContourPoint, rows_of};
+use camwright::cam::lift::{AngleUnit, LengthUnit, LiftDeclaration, LiftError, LiftForm, LiftLaw, LiftRow, LiftTable};
+use camwright::math::units::{TURN_RAD, rad_from_deg};
 
 const DIGIT_MM: f64 = 1e-4;
 

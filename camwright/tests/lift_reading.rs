@@ -3,12 +3,12 @@
 mod cams;
 
 use cams::{Seeded, absolute, lobe, printed, printed_rows, segment};
-use camwright::lift::reading::alternatives;
-use camwright::lift::{
+use camwright::cam::lift::reading::alternatives;
+use camwright::cam::lift::{
     LengthUnit, LiftDeclaration, LiftDoubt, LiftLaw, LiftLawError, LiftTable, MotionProgram, ProgramError, Reading,
 };
-use camwright::motion_law::MotionLaw;
-use camwright::units::{TURN_RAD, rad_from_deg};
+use camwright::cam::motion_law::MotionLaw;
+use camwright::math::units::{TURN_RAD, rad_from_deg};
 
 /// The figures of 1 µm at 0.1° have hundreds of times the jerk of the law; at 1 nm both readings have the law's own.
 #[test]
@@ -143,7 +143,7 @@ fn inches_keep_their_digits() {
     }
     // Read as millimetres the same figures are a cam of a third of a millimetre; millimetres read as inches a giant.
     let as_mm: Vec<_> =
-        rows.iter().map(|row| camwright::lift::LiftRow { value_mm: row.value_mm / inch, ..*row }).collect();
+        rows.iter().map(|row| camwright::cam::lift::LiftRow { value_mm: row.value_mm / inch, ..*row }).collect();
     let (_, doubts) = LiftTable::read(&as_mm, &absolute(1e-4)).unwrap();
     assert!(matches!(doubts[..], [LiftDoubt::MaybeInches { line: 180..=184, .. }]), "{doubts:?}");
     let mut as_inch = printed_rows(&law, 360, 1e-3);
@@ -156,7 +156,7 @@ fn inches_keep_their_digits() {
 #[test]
 fn a_base_circle_that_is_none_is_doubted_at_its_row() {
     let rows = printed_rows(&lobe(MotionLaw::Polynomial345, 6.0, 60.0), 360, 1e-3);
-    let doubts = |change: &dyn Fn(&mut Vec<camwright::lift::LiftRow>)| {
+    let doubts = |change: &dyn Fn(&mut Vec<camwright::cam::lift::LiftRow>)| {
         let mut rows = rows.clone();
         change(&mut rows);
         LiftTable::read(&rows, &absolute(1e-3)).unwrap().1

@@ -3,8 +3,8 @@
 mod cams;
 
 use cams::{Seeded, absolute, camshaft_segments, lobe_value, printed_rows, printed_values, program};
-use camwright::lift::{AngleUnit, LiftDeclaration, LiftError, LiftForm, LiftRow, LiftTable};
-use camwright::motion_law::MotionLaw;
+use camwright::cam::lift::{AngleUnit, LiftDeclaration, LiftError, LiftForm, LiftRow, LiftTable};
+use camwright::cam::motion_law::MotionLaw;
 
 fn increments(rows: &[LiftRow]) -> Vec<LiftRow> {
     (0..rows.len())

@@ -1,19 +1,19 @@
 //! The cyclic path of the machine does not allocate: a test of its own, since it replaces the allocator.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
-use camwright::keyframe::{Kept, Tape, TapeError};
 use camwright::machine::alarm::AlarmKind;
-use camwright::machine::buffer::{Chunk, SetpointBuffer, TailPoint};
 use camwright::machine::description::{
     Axis, ContactDescription, GaugeDescription, GaugeKind, GrindingProcess, MachineDescription, ReferenceCut,
     StiffnessAt, Structure,
 };
-use camwright::machine::fault::Fault;
+use camwright::machine::persistent_state::LastingState;
 use camwright::machine::reference::{cam_grinder, lathe};
-use camwright::machine::state::LastingState;
-use camwright::machine::turned_part::{PartGrid, TurnedPart};
-use camwright::machine::{Machine, MachineCommand};
-use camwright::setpoint::{Input, Setpoint};
+use camwright::machine::setpoint::{Input, Setpoint};
+use camwright::math::snapshot::{Kept, Tape, TapeError};
+use camwright::simulation::buffer::{Chunk, SetpointBuffer, TailPoint};
+use camwright::simulation::fault::Fault;
+use camwright::simulation::turned_part::{PartGrid, TurnedPart};
+use camwright::simulation::{Machine, MachineCommand};
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;

@@ -1,13 +1,13 @@
 //! What a milling job makes of its mill, its cams and its grooves.
 
-use camwright::contour::Contour;
-use camwright::cutter_path::{CarriageAxis, CutterPath};
-use camwright::follower::Follower;
-use camwright::groove::Coverage;
-use camwright::groove::barrel::BarrelGroove;
-use camwright::groove::plate::PlateGroove;
-use camwright::lift::LiftLaw;
-use camwright::milling_job::{CutsWith, GrooveKind, MillAxis, MilledCam, MilledGroove, MillingError, MillingTool};
+use camwright::cam::contour::Contour;
+use camwright::cam::follower::Follower;
+use camwright::cam::lift::LiftLaw;
+use camwright::job::milling::{CutsWith, GrooveKind, MillAxis, MilledCam, MilledGroove, MillingError, MillingTool};
+use camwright::toolpath::cutter_path::{CarriageAxis, CutterPath};
+use camwright::toolpath::groove::Coverage;
+use camwright::toolpath::groove::barrel::BarrelGroove;
+use camwright::toolpath::groove::plate::PlateGroove;
 
 fn tool(cuts_with: CutsWith, radius_mm: f64) -> MillingTool {
     MillingTool { number: 1, cuts_with, radius_mm, spindle_speed_rad_s: 300.0, text: "end mill".into() }

@@ -3,12 +3,12 @@
 mod cams;
 
 use cams::{Seeded, contour_unless_undercut, lobe, program, random_segments};
-use camwright::contour::{Contour, ContourError};
-use camwright::follower::{ArmSide, Follower, FollowerError, Pivot, SwingLift};
-use camwright::lift::LiftLaw;
-use camwright::motion_law::MotionLaw;
-use camwright::tool_path::{ToolPath, ToolPathError};
-use camwright::units::{TURN_RAD, deg_from_rad, rad_from_deg};
+use camwright::cam::contour::{Contour, ContourError};
+use camwright::cam::follower::{ArmSide, Follower, FollowerError, Pivot, SwingLift};
+use camwright::cam::lift::LiftLaw;
+use camwright::cam::motion_law::MotionLaw;
+use camwright::math::units::{TURN_RAD, deg_from_rad, rad_from_deg};
+use camwright::toolpath::wheel_path::{ToolPath, ToolPathError};
 use nalgebra::Vector2;
 use std::f64::consts::PI;
 
@@ -296,7 +296,7 @@ fn mirrored_lift_and_arm_give_the_mirrored_contour() {
         let mut random = Seeded(seed);
         let segments = random_segments(&mut random);
         let backwards: Vec<_> =
-            segments.iter().rev().map(|s| camwright::lift::MotionSegment { rise_mm: -s.rise_mm, ..*s }).collect();
+            segments.iter().rev().map(|s| camwright::cam::lift::MotionSegment { rise_mm: -s.rise_mm, ..*s }).collect();
         let base = random.within(14.0, 30.0);
         let follower = random_follower(&mut random, base);
         let other = |pivot: Pivot| Pivot {

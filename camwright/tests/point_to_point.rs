@@ -1,8 +1,8 @@
 //! Point-to-point moves: closed forms, limits on random moves, and Ruckig as the oracle of the shortest time.
 
 use camwright::machine::description::MotionLimits;
-use camwright::numeric::hermite::HermiteSpline;
-use camwright::point_to_point::{PointToPointError, from_velocity, rest_to_rest, solve, velocity_ramp};
+use camwright::math::hermite::HermiteSpline;
+use camwright::motion::point_to_point::{PointToPointError, from_velocity, rest_to_rest, solve, velocity_ramp};
 use rsruckig::prelude::{InputParameter, Ruckig, ThrowErrorHandler, Trajectory};
 
 const LIMITS: MotionLimits = MotionLimits { velocity: 500.0, acceleration: 1e4, jerk: 1e6 };

@@ -2,15 +2,15 @@
 
 mod cams;
 
-use camwright::contour::Contour;
-use camwright::follower::Follower;
-use camwright::infeed::InfeedSchedule;
-use camwright::job::{InfeedDirection, SpeedLaw};
+use camwright::cam::contour::Contour;
+use camwright::cam::follower::Follower;
+use camwright::cam::motion_law::MotionLaw;
+use camwright::job::grinding::{InfeedDirection, SpeedLaw};
+use camwright::job::infeed::InfeedSchedule;
 use camwright::machine::description::{MotionLimits, Scale};
-use camwright::motion_law::MotionLaw;
-use camwright::speed_plan::{SpeedPlan, SpeedRequest};
-use camwright::tool_path::ToolPath;
-use camwright::units::TURN_RAD;
+use camwright::math::units::TURN_RAD;
+use camwright::motion::speed_plan::{SpeedPlan, SpeedRequest};
+use camwright::toolpath::wheel_path::ToolPath;
 
 const C: MotionLimits = MotionLimits { velocity: 10.0 * std::f64::consts::PI, acceleration: 300.0, jerk: 3e4 };
 const X: MotionLimits = MotionLimits { velocity: 500.0, acceleration: 1e4, jerk: 1e6 };

@@ -2,11 +2,11 @@
 
 mod cams;
 
-use camwright::contour::Contour;
-use camwright::follower::Follower;
-use camwright::lift::{LiftLaw, LiftRow, LiftTable};
-use camwright::tool_path::ToolPath;
-use camwright::units::deg_from_rad;
+use camwright::cam::contour::Contour;
+use camwright::cam::follower::Follower;
+use camwright::cam::lift::{LiftLaw, LiftRow, LiftTable};
+use camwright::math::units::deg_from_rad;
+use camwright::toolpath::wheel_path::ToolPath;
 
 fn rows(text: &str) -> Vec<LiftRow> {
     (1..)

@@ -4,13 +4,13 @@ mod cams;
 mod solids;
 
 use cams::Seeded;
-use camwright::contour::Contour;
-use camwright::surface::cams::CamAlong;
-use camwright::surface::grid::Grid;
-use camwright::surface::mesh::{Triangle, cut_by_rake_plane, surface_of};
-use camwright::surface::solid::{Along, Harmonic, Solid};
-use camwright::surface::{Surface, SurfaceError};
-use camwright::units::TURN_RAD;
+use camwright::cam::contour::Contour;
+use camwright::cam::surface::cams::CamAlong;
+use camwright::cam::surface::grid::Grid;
+use camwright::cam::surface::mesh::{Triangle, cut_by_rake_plane, surface_of};
+use camwright::cam::surface::solid::{Along, Harmonic, Solid};
+use camwright::cam::surface::{Surface, SurfaceError};
+use camwright::math::units::TURN_RAD;
 use solids::{CYLINDER, ECCENTRIC, ELLIPTIC_CONE, cam_along_z, mesh_of, raised_cosine, random_lobed, solid};
 
 fn places(from: f64, to: f64) -> impl Iterator<Item = (f64, f64)> {

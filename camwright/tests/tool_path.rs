@@ -3,12 +3,12 @@
 mod cams;
 
 use cams::{Seeded, camshaft_segments, lobe, printed, program, random_segments};
-use camwright::contour::Contour;
-use camwright::follower::Follower;
-use camwright::lift::LiftLaw;
-use camwright::motion_law::MotionLaw;
-use camwright::tool_path::{ToolPath, ToolPathError};
-use camwright::units::TURN_RAD;
+use camwright::cam::contour::Contour;
+use camwright::cam::follower::Follower;
+use camwright::cam::lift::LiftLaw;
+use camwright::cam::motion_law::MotionLaw;
+use camwright::math::units::TURN_RAD;
+use camwright::toolpath::wheel_path::{ToolPath, ToolPathError};
 
 fn angles(count: u32) -> impl Iterator<Item = f64> {
     (0..count).map(move |i| TURN_RAD * (f64::from(i) + 0.31) / f64::from(count))

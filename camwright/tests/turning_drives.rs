@@ -3,19 +3,19 @@
 
 mod solids;
 
-use camwright::cycle::plan_turning;
-use camwright::insert_path::{Feed, Passes};
+use camwright::cam::surface::Surface;
+use camwright::cam::surface::cams::CamAlong;
+use camwright::job::turning::{TurningJob, TurningSpeed};
 use camwright::machine::description::{Axis, DriveSettings, MachineDescription, Structure};
 use camwright::machine::reference::{cam_grinder, lathe};
-use camwright::machine::turned_part::PartGrid;
-use camwright::plan::Plan;
-use camwright::surface::Surface;
-use camwright::surface::cams::CamAlong;
-use camwright::turning_drives::{
+use camwright::math::units::{TURN_RAD, rad_s_from_rpm, um_from_mm};
+use camwright::motion::plan::Plan;
+use camwright::planner::plan_turning;
+use camwright::simulation::lathe_drives::{
     DriveFlaw, Drives, FeedForward, FlawAxes, FlawOf, GainSearch, LeastGain, Told, TurningDrives, TurningDrivesError,
 };
-use camwright::turning_job::{TurningJob, TurningSpeed};
-use camwright::units::{TURN_RAD, rad_s_from_rpm, um_from_mm};
+use camwright::simulation::turned_part::PartGrid;
+use camwright::toolpath::insert_path::{Feed, Passes};
 
 /// A short cam of 3 mm lift, turned in one pass.
 fn cam() -> TurningJob {

@@ -4,21 +4,21 @@
 
 mod solids;
 
-use camwright::cycle::{PlannedTurning, TurningError, plan_turning};
-use camwright::insert_clearance::InsertClearanceError;
-use camwright::insert_path::{Feed, Passes};
+use camwright::cam::surface::Surface;
+use camwright::cam::surface::cams::CamAlong;
 use camwright::interpolator::{Interpolator, Motion, Outcome, Prepared};
-use camwright::machine::Machine;
+use camwright::job::turning::{TurningJob, TurningSpeed};
 use camwright::machine::description::{DriveSettings, MachineDescription};
+use camwright::machine::persistent_state::LastingState;
 use camwright::machine::reference::{cam_grinder, lathe};
-use camwright::machine::state::LastingState;
-use camwright::machine::turned_part::{FormMap, PartGrid, TurnedPart};
-use camwright::plan::SegmentKind;
-use camwright::rehearsal::rehearse;
-use camwright::surface::Surface;
-use camwright::surface::cams::CamAlong;
-use camwright::turning_job::{TurningJob, TurningSpeed};
-use camwright::units::TURN_RAD;
+use camwright::math::units::TURN_RAD;
+use camwright::motion::plan::SegmentKind;
+use camwright::planner::{PlannedTurning, TurningError, plan_turning};
+use camwright::simulation::Machine;
+use camwright::simulation::rehearsal::rehearse;
+use camwright::simulation::turned_part::{FormMap, PartGrid, TurnedPart};
+use camwright::toolpath::insert_clearance::InsertClearanceError;
+use camwright::toolpath::insert_path::{Feed, Passes};
 use std::sync::Arc;
 
 const LENGTH_MM: f64 = 4.0;

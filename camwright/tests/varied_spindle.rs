@@ -5,10 +5,12 @@ mod cams;
 mod solids;
 
 use cams::Seeded;
-use camwright::insert_path::{AxisLimits, Feed, InsertPath, InsertPathError, PathRequest, SpeedBound, SpindleLaw};
+use camwright::cam::surface::Surface;
+use camwright::cam::surface::grid::Grid;
 use camwright::machine::description::MotionLimits;
-use camwright::surface::Surface;
-use camwright::surface::grid::Grid;
+use camwright::toolpath::insert_path::{
+    AxisLimits, Feed, InsertPath, InsertPathError, PathRequest, SpeedBound, SpindleLaw,
+};
 use solids::{cam_along_z, low_and_high_cam, random_lobed, solid};
 
 const fn motion(velocity: f64, acceleration: f64, jerk: f64) -> MotionLimits {

@@ -2,18 +2,18 @@
 //!
 //! Strikes copies of the cell (interpolator, stream and machine as one value) in the middle of the job (`four_lobe_camshaft`, 20 moments)
 //! and prints for each fault its alarms, the deepest cut below the design, and the bound computed for it from the axes alone; see
-//! `camwright::fault_campaign`. Exits with 1 where a fault did not end at rest, with an alarm, off the part, within its bound.
+//! `camwright::simulation::fault_campaign`. Exits with 1 where a fault did not end at rest, with an alarm, off the part, within its bound.
 #![allow(clippy::print_stdout, reason = "a command")]
 
-use camwright::cell::Cell;
-use camwright::cycle::LobeDesign;
-use camwright::fault_campaign::{Campaign, FaultCase, Finding, every_fault, seeded_moments};
 use camwright::interpolator::{Motion, Prepared};
-use camwright::machine::Machine;
 use camwright::machine::description::{GaugeDescription, GaugeKind, MachineDescription};
-use camwright::machine::fault::Fault;
-use camwright::machine::state::LastingState;
-use camwright::units::um_from_mm;
+use camwright::machine::persistent_state::LastingState;
+use camwright::math::units::um_from_mm;
+use camwright::planner::LobeDesign;
+use camwright::simulation::Machine;
+use camwright::simulation::closed_loop::Cell;
+use camwright::simulation::fault::Fault;
+use camwright::simulation::fault_campaign::{Campaign, FaultCase, Finding, every_fault, seeded_moments};
 use camwright_nodes::convert::{mm_from_m, plan::plan_from_pages};
 use camwright_nodes::planning::{PreparedJob, prepare, raw_lobe};
 use std::collections::{BTreeMap, BTreeSet};

@@ -12,10 +12,10 @@
 #![allow(dead_code, unreachable_pub, reason = "the tests include it as a module")]
 
 use camwright::machine::alarm::{Alarm as Found, AlarmKind, NO_TICK, Severity};
-use camwright::machine::buffer::{ChunkError, SetpointBuffer};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
-use camwright::machine::state::LastingState;
-use camwright::setpoint::Setpoint;
+use camwright::machine::persistent_state::LastingState;
+use camwright::machine::setpoint::Setpoint;
+use camwright::simulation::buffer::{ChunkError, SetpointBuffer};
 use camwright_msgs::camwright_msgs::msg::{
     Alarm, MachineAlarms, MachineCommand, MachineDescription as DescriptionMessage, MachineIo, MachineStream,
 };

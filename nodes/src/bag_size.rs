@@ -5,9 +5,9 @@
 
 use std::path::Path;
 
-use camwright::machine::Machine;
 use camwright::machine::description::{Axis, MachineDescription};
-use camwright::machine::state::LastingState;
+use camwright::machine::persistent_state::LastingState;
+use camwright::simulation::Machine;
 use camwright_msgs::camwright_msgs::msg::{
     InterpolatorState, MachineInput, MachineKeyframe, MachineStream, RecorderStatus, TopicRecord,
 };

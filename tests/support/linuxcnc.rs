@@ -1,8 +1,8 @@
 //! The interpreter of LinuxCNC: what it makes of a program, in its canonical output.
 
 use super::{Folder, in_ci};
-use camwright::nc::{Action, Direction, NcAxis, Pose};
-use camwright::units::rad_from_deg;
+use camwright::gcode::{Action, Direction, NcAxis, Pose};
+use camwright::math::units::rad_from_deg;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};

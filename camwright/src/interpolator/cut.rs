@@ -11,15 +11,15 @@
 //! same velocity and acceleration: afterwards the path is the one that was left. A hold that stops the infeed only is the
 //! same with no distance to go.
 
+use super::free_rotation::{Spin, SpinFacts, next_start};
 use super::path_time::{ONE, PathClock, from_ticks, to_ticks, whole};
 use super::pose::{Pose, in_counts};
-use super::spin::{Spin, SpinFacts, next_start};
-use crate::cut_motion::{CutMotion, chain, sum};
 use crate::machine::description::{Axis, MachineDescription, MotionLimits};
-use crate::numeric::hermite::Sample;
-use crate::plan::{CutSegment, Plan};
-use crate::point_to_point::{JerkLaw, solve, whole_ticks};
-use crate::units::TURN_RAD;
+use crate::math::hermite::Sample;
+use crate::math::units::TURN_RAD;
+use crate::motion::cut_motion::{CutMotion, chain, sum};
+use crate::motion::plan::{CutSegment, Plan};
+use crate::motion::point_to_point::{JerkLaw, solve, whole_ticks};
 
 /// The curves of one cut, looked up in its plan.
 #[derive(Debug, Clone, Copy)]

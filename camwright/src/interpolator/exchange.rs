@@ -3,8 +3,8 @@
 use super::tolerance::ToleranceViolation;
 use super::{InterpolatorAlarm, Status};
 use crate::machine::description::Axis;
-use crate::numeric::fixed_list::FixedList;
-use crate::setpoint::{Input, Latch, Setpoint};
+use crate::machine::setpoint::{Input, Latch, Setpoint};
+use crate::math::fixed_list::FixedList;
 use thiserror::Error;
 
 /// What an operator or a client asks for while a motion is executed.

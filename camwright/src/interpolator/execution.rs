@@ -6,9 +6,9 @@ use super::path_time::{PathClock, to_ticks, whole};
 use super::pose::Pose;
 use super::{Event, Interpolator, InterpolatorAlarm, Mode, Order, OrderKind, Outcome, Prepared, Purpose, StepOutput};
 use crate::machine::description::{Axis, MachineDescription};
-use crate::plan::{AxisTarget, Command, CutSegment, HomeStep, Segment, SegmentKind};
-use crate::point_to_point::{MoveLaw, whole_ticks};
-use crate::units::TURN_RAD;
+use crate::math::units::TURN_RAD;
+use crate::motion::plan::{AxisTarget, Command, CutSegment, HomeStep, Segment, SegmentKind};
+use crate::motion::point_to_point::{MoveLaw, whole_ticks};
 
 /// How long after the end of its travel a search still looks for its edge (s), besides the feedback delay: the axis
 /// comes after its setpoint by its following error, a few 1/Kv.

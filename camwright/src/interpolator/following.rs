@@ -7,7 +7,7 @@ use super::tolerance::{FollowingState, Stretch, ToleranceViolation, violation};
 use super::trajectory::Trajectory;
 use super::{Feedback, Interpolator, Mode, Prepared};
 use crate::machine::description::MachineDescription;
-use crate::setpoint::{Measured, Setpoint};
+use crate::machine::setpoint::{Measured, Setpoint};
 use alloc::vec::Vec;
 
 /// What the axes were told at a tick.

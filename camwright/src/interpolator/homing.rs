@@ -3,10 +3,10 @@
 
 use super::PrepareError;
 use crate::machine::description::{Axis, Homing, HomingKind, MachineDescription, Scale};
-use crate::plan::{AxisTarget, Command, HomeStep, Phase, Plan, Segment, SegmentKind, Sought};
-use crate::point_to_point::whole_ticks;
-use crate::setpoint::Input;
-use crate::units::TURN_RAD;
+use crate::machine::setpoint::Input;
+use crate::math::units::TURN_RAD;
+use crate::motion::plan::{AxisTarget, Command, HomeStep, Phase, Plan, Segment, SegmentKind, Sought};
+use crate::motion::point_to_point::whole_ticks;
 use alloc::string::ToString;
 use alloc::vec::Vec;
 

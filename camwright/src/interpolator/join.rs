@@ -7,7 +7,7 @@
 
 use super::trajectory::{TrajectoryError, check_limits};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits};
-use crate::numeric::hermite::{HermiteSpline, Knot};
+use crate::math::hermite::{HermiteSpline, Knot};
 use alloc::vec::Vec;
 
 /// Longest time in which a trajectory is joined (s).

@@ -6,7 +6,7 @@
 use super::path_time::{ONE, PathClock, to_ticks};
 use super::pose::Pose;
 use crate::machine::description::{AXIS_COUNT, MachineDescription, MotionLimits};
-use crate::point_to_point::{JerkLaw, MOVE_SHARE, MoveLaw, solve, stop, whole_ticks};
+use crate::motion::point_to_point::{JerkLaw, MOVE_SHARE, MoveLaw, solve, stop, whole_ticks};
 
 /// Where a line is, along its coordinate s (0 at the start, 1 at the target), per second.
 #[derive(Debug, Clone, Copy, PartialEq)]

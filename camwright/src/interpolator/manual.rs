@@ -8,8 +8,8 @@
 
 use super::setup::{SetupError, counts, push_wheel, within};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
-use crate::plan::{AxisTarget, Plan};
-use crate::point_to_point::MoveLaw;
+use crate::motion::plan::{AxisTarget, Plan};
+use crate::motion::point_to_point::MoveLaw;
 use alloc::string::String;
 
 /// How far a jog goes that nothing ends (mm or rad): `c_axis` turns for hours.

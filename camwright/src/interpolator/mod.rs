@@ -5,11 +5,11 @@
 //! their ticks, and the feedback whose own tick lies at least D ticks back: so the same inputs give the same setpoints,
 //! bit for bit, whenever and wherever they are computed.
 
-mod again;
 mod cut;
 mod exchange;
 mod execution;
 mod following;
+mod free_rotation;
 mod homing;
 pub mod join;
 mod line;
@@ -18,36 +18,35 @@ mod path_time;
 mod pose;
 mod prepare_error;
 mod prepared;
+mod replay;
 mod search;
 pub mod setup;
-mod spin;
 mod spiral;
-mod splice;
 mod status;
 mod tail;
 pub mod tolerance;
 pub mod trajectory;
+mod trajectory_replacement;
 
-pub use again::RestState;
 pub use exchange::{
     AppliedInput, Event, MAX_APPLIED, Order, OrderKind, Outcome, Probed, Request, StartError, StepOutput, TickInputs,
 };
 pub use prepare_error::PrepareError;
 pub use prepared::{Motion, Prepared};
-pub(crate) use spin::change_of_speed;
-pub use splice::Foreseen;
+pub use replay::RestState;
 pub use status::{InterpolatorAlarm, SearchStep, State, Status};
+pub use trajectory_replacement::Foreseen;
 
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
-use crate::numeric::fixed_list::FixedList;
-use crate::setpoint::{Input, Latch, Setpoint};
+use crate::machine::setpoint::{Input, Latch, Setpoint};
+use crate::math::fixed_list::FixedList;
 use alloc::boxed::Box;
 use cut::Cut;
 use following::{Following, History};
+use free_rotation::Spin;
 use line::Line;
 use path_time::{ONE, PathClock};
 use pose::Pose;
-use spin::Spin;
 use spiral::Spiral;
 use tolerance::ToleranceViolation;
 

@@ -4,8 +4,8 @@
 //! bits) computed from the tick and an anchor, never summed up tick by tick: undisturbed it is the integer tick
 //! itself, and however long a part takes nothing drifts.
 
-use crate::numeric::hermite::Sample;
-use crate::path_stop::{rate_step, rate_step_area, rate_step_slope};
+use crate::math::hermite::Sample;
+use crate::motion::path_stop::{rate_step, rate_step_area, rate_step_slope};
 
 /// Rate 1, and one tick of path time.
 pub(crate) const ONE: i64 = 1 << 32;

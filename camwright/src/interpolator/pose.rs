@@ -2,9 +2,9 @@
 
 use super::path_time::PathTime;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, Scale};
-use crate::numeric::hermite::Sample;
-use crate::setpoint::{Setpoint, StopPoint};
-use crate::units::TURN_RAD;
+use crate::machine::setpoint::{Setpoint, StopPoint};
+use crate::math::hermite::Sample;
+use crate::math::units::TURN_RAD;
 
 /// Positions as whole counts plus an offset in counts, velocities and accelerations in mm or rad.
 ///

@@ -1,7 +1,7 @@
 //! Why a motion cannot be made ready.
 
 use crate::machine::description::Axis;
-use crate::point_to_point::PointToPointError;
+use crate::motion::point_to_point::PointToPointError;
 use alloc::string::String;
 use thiserror::Error;
 

@@ -1,19 +1,19 @@
 //! A motion made ready outside the cyclic path: checked, inputs resolved, limits of retracts computed.
 
 use super::cut::Curves;
+use super::free_rotation::SpinFacts;
 use super::manual::{Jog, wheel_plan};
 use super::prepare_error::PrepareError;
 use super::setup::{self, Probe};
-use super::spin::SpinFacts;
 use super::trajectory::Trajectory;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits};
-use crate::numeric::hermite::Knot;
-use crate::path_stop::path_stop_s;
-use crate::plan::{AxisTarget, Command, CutSegment, HomeStep, Plan, Segment, SegmentKind, SpiralSegment};
-use crate::point_to_point::{MOVE_SHARE, MoveLaw, whole_ticks};
-use crate::setpoint::Input;
-use crate::spiral_motion::SpiralMotion;
-use crate::units::TURN_RAD;
+use crate::machine::setpoint::Input;
+use crate::math::hermite::Knot;
+use crate::math::units::TURN_RAD;
+use crate::motion::path_stop::path_stop_s;
+use crate::motion::plan::{AxisTarget, Command, CutSegment, HomeStep, Plan, Segment, SegmentKind, SpiralSegment};
+use crate::motion::point_to_point::{MOVE_SHARE, MoveLaw, whole_ticks};
+use crate::motion::spiral_motion::SpiralMotion;
 use alloc::boxed::Box;
 use alloc::sync::Arc;
 use alloc::vec::Vec;

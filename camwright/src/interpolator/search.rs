@@ -2,8 +2,8 @@
 
 use super::{Event, Interpolator, InterpolatorAlarm, Mode, Order, OrderKind, Prepared, Probed, Purpose, StepOutput};
 use crate::machine::description::{Axis, MotionLimits};
-use crate::plan::{AxisTarget, HomeStep, SegmentKind, Sought};
-use crate::setpoint::{Input, Latch};
+use crate::machine::setpoint::{Input, Latch};
+use crate::motion::plan::{AxisTarget, HomeStep, SegmentKind, Sought};
 
 impl Interpolator {
     /// An edge ends the search in execution if it is the first of its input since the search began.

@@ -9,10 +9,10 @@
 //! rest.
 
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits, Scale};
-use crate::plan::{AxisTarget, Command, HomeStep, Phase, Plan, Segment, SegmentKind, Sought};
-use crate::point_to_point::{MoveLaw, whole_ticks};
-use crate::setpoint::Input;
-use crate::units::deg_from_rad;
+use crate::machine::setpoint::Input;
+use crate::math::units::deg_from_rad;
+use crate::motion::plan::{AxisTarget, Command, HomeStep, Phase, Plan, Segment, SegmentKind, Sought};
+use crate::motion::point_to_point::{MoveLaw, whole_ticks};
 use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -138,7 +138,7 @@ pub enum SetupError {
         /// The axis.
         axis: Axis,
         /// Why.
-        error: crate::point_to_point::PointToPointError,
+        error: crate::motion::point_to_point::PointToPointError,
     },
 }
 

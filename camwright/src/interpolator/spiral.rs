@@ -5,9 +5,9 @@ use super::pose::Pose;
 use super::prepared::Prepared;
 use super::{Interpolator, InterpolatorAlarm, Mode, StepOutput};
 use crate::machine::description::{Axis, MachineDescription};
-use crate::plan::{Segment, SegmentKind, SpiralSegment};
-use crate::spiral_motion::SpiralMotion;
-use crate::units::TURN_RAD;
+use crate::math::units::TURN_RAD;
+use crate::motion::plan::{Segment, SegmentKind, SpiralSegment};
+use crate::motion::spiral_motion::SpiralMotion;
 
 /// A spiral in execution.
 #[derive(Debug, Clone, Copy, PartialEq)]

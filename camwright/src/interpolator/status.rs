@@ -4,9 +4,9 @@ use super::path_time::to_ticks;
 use super::spiral::Spiral;
 use super::{Interpolator, Mode, Prepared, Purpose};
 use crate::machine::description::{AXIS_COUNT, Axis};
-use crate::plan::{HomeStep, Phase, SegmentKind};
-use crate::setpoint::Input;
-use crate::units::TURN_RAD;
+use crate::machine::setpoint::Input;
+use crate::math::units::TURN_RAD;
+use crate::motion::plan::{HomeStep, Phase, SegmentKind};
 use core::fmt;
 
 /// State of the interpolator; the numbers are those of the message.
@@ -285,7 +285,7 @@ impl Interpolator {
                 let is_found = self.caught.is_some() && !matches!(self.mode, Mode::Level { .. });
                 Some((*axis, if is_found { SearchStep::Stop } else { SearchStep::Search }))
             }
-            SegmentKind::Command(crate::plan::Command::SetHome(axis)) => Some((*axis, SearchStep::Latch)),
+            SegmentKind::Command(crate::motion::plan::Command::SetHome(axis)) => Some((*axis, SearchStep::Latch)),
             _ => None,
         }
     }

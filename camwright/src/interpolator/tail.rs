@@ -1,10 +1,10 @@
 //! The stop that ends a chunk of setpoints: what the axes do if nothing more comes.
 
 use super::execution::trajectory_pose;
+use super::free_rotation::Spin;
 use super::pose::Pose;
-use super::spin::Spin;
 use super::{Interpolator, Mode, Purpose};
-use crate::setpoint::StopPoint;
+use crate::machine::setpoint::StopPoint;
 
 impl Interpolator {
     /// Writes the stop within limits that continues the last setpoint, on the path, as sparse points for quintic

@@ -8,7 +8,7 @@
 use super::join::{self, AxisLaw, StartTolerance};
 use super::tolerance::FollowingTolerances;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits};
-use crate::numeric::hermite::{HermiteSpline, Knot};
+use crate::math::hermite::{HermiteSpline, Knot};
 use alloc::vec::Vec;
 use core::fmt;
 use thiserror::Error;

@@ -1,15 +1,15 @@
 //! Everything that can be said of a job without a path.
 
-use super::{
+use super::grinding::{
     BetweenLobes, JobError, JobSpec, LEAST_BLOCKS, LobeSpec, MOST_ALLOWANCE_MM, MOST_MARGIN_MM, MOST_PASSES,
     MOST_VARIATION_N, PassSpec, ProfileSpec, StiffnessSource,
 };
-use crate::compensation::{MOST_CORRECTION_MM, MOST_HARMONICS as MOST_LEARNED_HARMONICS, MOST_SLOPE_MM_RAD};
+use crate::cam::compensation::{MOST_CORRECTION_MM, MOST_HARMONICS as MOST_LEARNED_HARMONICS, MOST_SLOPE_MM_RAD};
+use crate::gauging::Mode;
+use crate::gauging::state::MOST_HARMONICS;
 use crate::machine::description::{GaugeKind, MachineDescription};
 use crate::machine::fixture::Extent;
-use crate::numeric::range::least_and_most;
-use crate::runout::Mode;
-use crate::runout::state::MOST_HARMONICS;
+use crate::math::range::least_and_most;
 use alloc::string::String;
 use alloc::vec::Vec;
 

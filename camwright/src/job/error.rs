@@ -1,6 +1,6 @@
 //! Why a job cannot be made, before any path is known.
 
-use crate::units::um_from_mm;
+use crate::math::units::um_from_mm;
 use alloc::string::String;
 use thiserror::Error;
 
@@ -165,7 +165,7 @@ pub enum JobError {
         /// The machine.
         machine: String,
         /// Why.
-        source: crate::runout::gauge::GaugeError,
+        source: crate::gauging::gauge::GaugeError,
     },
     /// The published method takes the difference of two diameters for a depth of cut.
     #[error(
@@ -298,5 +298,5 @@ pub enum JobError {
 
 /// A slope for people.
 fn um_per_deg(slope_mm_rad: f64) -> f64 {
-    1e3 * slope_mm_rad * crate::units::rad_from_deg(1.0)
+    1e3 * slope_mm_rad * crate::math::units::rad_from_deg(1.0)
 }

@@ -4,7 +4,7 @@
 //! their cause is gone, and never restarts motion.
 
 use crate::machine::description::Axis;
-use crate::units::deg_from_rad;
+use crate::math::units::deg_from_rad;
 use core::fmt;
 
 /// What an alarm does to the motion.

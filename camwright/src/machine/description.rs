@@ -1,24 +1,24 @@
 //! What a machine is: axes with their counts and limits, stations, switches, wheel or insert, drives.
 
-use crate::contact_law::ContactLaw;
+use crate::machine::contact_law::ContactLaw;
 use crate::machine::fixture::{Dresser, Extent};
 use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
 
-pub use crate::machine::axis_description::{AXIS_COUNT, Axis, MotionLimits, Scale};
-pub use crate::machine::contact_description::{ContactDescription, StiffnessAt};
-pub use crate::machine::drive_description::{DriveSettings, Structure};
-pub use crate::machine::effect_description::Effect;
-pub use crate::machine::gauge_description::{GaugeDescription, GaugeKind};
-pub use crate::machine::homing_description::{Homing, HomingKind};
-pub use crate::machine::insert_description::InsertDescription;
-pub use crate::machine::loading_description::LoadingDescription;
-pub use crate::machine::probe_description::{GapDetector, KeyWayProbe};
-pub use crate::machine::process_description::{GrindingProcess, ReferenceCut};
-pub use crate::machine::retract_description::AlarmRetract;
-pub use crate::machine::thermal_description::ThermalDescription;
-pub use crate::machine::wheel_description::{WHEEL_TOLERANCE_MM, WheelDescription, WheelTooFast};
+pub use crate::machine::axes::{AXIS_COUNT, Axis, MotionLimits, Scale};
+pub use crate::machine::contact::{ContactDescription, StiffnessAt};
+pub use crate::machine::drive::{DriveSettings, Structure};
+pub use crate::machine::gauge::{GaugeDescription, GaugeKind};
+pub use crate::machine::homing::{Homing, HomingKind};
+pub use crate::machine::insert::InsertDescription;
+pub use crate::machine::loading::LoadingDescription;
+pub use crate::machine::probe::{GapDetector, KeyWayProbe};
+pub use crate::machine::process::{GrindingProcess, ReferenceCut};
+pub use crate::machine::retract::AlarmRetract;
+pub use crate::machine::thermal::ThermalDescription;
+pub use crate::machine::wheel::{WHEEL_TOLERANCE_MM, WheelDescription, WheelTooFast};
+pub use crate::machine::without_effect::Effect;
 
 /// One axis of a machine.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,7 +4,7 @@ use crate::machine::description::{
     AlarmRetract, Axis, AxisDescription, DriveSettings, InsertDescription, MachineDescription, MotionLimits, Scale,
     Station, WheelDescription,
 };
-use crate::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
+use crate::math::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
 use alloc::string::String;
 use alloc::vec;
 

@@ -1,132 +1,80 @@
-//! The wheel spindle: it runs up, runs, and runs down.
+//! What a grinding wheel is: its size, its speed, how it wears.
 
-use crate::machine::description::MachineDescription;
+use crate::math::units::{TURN_RAD, rpm_from_rad_s};
+use thiserror::Error;
 
-/// The drive of the grinding wheel. Its speed changes linearly; it counts ticks, so that it is exactly at speed.
+/// Largest difference between the wheel a plan was made for and the wheel that is mounted (mm): at 1 µm the form error it
+/// makes is a few tenths of it.
+pub const WHEEL_TOLERANCE_MM: f64 = 1e-3;
+
+/// The grinding wheel as it is mounted.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WheelSpindle {
-    ordered: bool,
-    stalled: bool,
-    ticks: u32,
-    ticks_to_speed: u32,
-    surface_speed_mm_s: f64,
+pub struct WheelDescription {
+    /// Radius when new (mm).
+    pub new_radius_mm: f64,
+    /// Smallest usable radius (mm).
+    pub min_radius_mm: f64,
+    /// Width (mm).
+    pub width_mm: f64,
+    /// Speed at the rim when running (m/s).
+    pub surface_speed_m_s: f64,
+    /// Time to reach its speed or to come to rest (s).
+    pub spin_up_s: f64,
+    /// Speed at the rim at which it must not be run, for its own strength (m/s); `None` where nobody says.
+    pub max_surface_speed_m_s: Option<f64>,
+    /// Fastest its spindle may turn (rad/s). At one surface speed a smaller wheel turns faster.
+    pub max_speed_rad_s: Option<f64>,
+    /// G, volume of the part removed per volume that the wheel loses doing it; `None` is a wheel that does not wear.
+    pub grinding_ratio: Option<f64>,
+    /// How far its unbalance throws its centre to either side at speed, once a turn (mm).
+    pub unbalance_mm: f64,
 }
 
-crate::kept!(WheelSpindle { ordered, stalled, ticks } on { ticks_to_speed, surface_speed_mm_s } holds |wheel| {
-    wheel.ticks <= wheel.ticks_to_speed => "the wheel is faster than it can be",
-});
-
-impl WheelSpindle {
-    /// A wheel at rest.
+impl WheelDescription {
+    /// Speed of the spindle with a wheel of this radius at its surface speed (rad/s).
     #[must_use]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to u32 before the cast")]
-    pub fn new(description: &MachineDescription) -> Self {
-        let ticks = libm::ceil(description.wheel.spin_up_s / description.cycle_time_s());
-        Self {
-            ordered: false,
-            stalled: false,
-            ticks: 0,
-            ticks_to_speed: ticks.clamp(1.0, f64::from(u32::MAX)) as u32,
-            surface_speed_mm_s: description.wheel.surface_speed_m_s * 1000.0,
+    pub fn speed_rad_s(&self, radius_mm: f64) -> f64 {
+        1e3 * self.surface_speed_m_s / radius_mm
+    }
+
+    /// Whether a wheel of this radius may be run at its surface speed.
+    ///
+    /// # Errors
+    /// Its spindle would turn too fast.
+    pub fn check_speed(&self, radius_mm: f64) -> Result<(), WheelTooFast> {
+        let speed_rad_s = self.speed_rad_s(radius_mm);
+        match self.max_speed_rad_s {
+            Some(most) if speed_rad_s > most * (1.0 + 1e-9) => Err(WheelTooFast {
+                radius_mm,
+                surface_speed_m_s: self.surface_speed_m_s,
+                speed_rpm: rpm_from_rad_s(speed_rad_s),
+                most_rpm: rpm_from_rad_s(most),
+            }),
+            _ => Ok(()),
         }
     }
 
-    /// Orders it to run or to come to rest.
-    pub fn order(&mut self, run: bool) {
-        self.ordered = run;
-    }
-
-    /// A stalled wheel loses its speed whatever is ordered.
-    pub fn stall(&mut self, stalled: bool) {
-        self.stalled = stalled;
-    }
-
-    /// One tick.
-    pub fn step(&mut self) {
-        self.ticks = if self.ordered && !self.stalled {
-            (self.ticks + 1).min(self.ticks_to_speed)
-        } else {
-            self.ticks.saturating_sub(1)
-        };
-    }
-
-    /// The wheel at speed at once, for an offline simulation that begins in the middle of a job.
+    /// What a wheel of this radius loses of it by removing `area_mm2` per width of cut (mm): volume removed over G is
+    /// 2π·R·w per width.
     #[must_use]
-    pub fn at_speed(mut self) -> Self {
-        self.ordered = true;
-        self.ticks = self.ticks_to_speed;
-        self
-    }
-
-    /// Whether it is meant to run.
-    #[must_use]
-    pub fn is_ordered(&self) -> bool {
-        self.ordered
-    }
-
-    /// Ticks from rest to its surface speed.
-    #[must_use]
-    pub fn ticks_to_speed(&self) -> u32 {
-        self.ticks_to_speed
-    }
-
-    /// Whether it is fast enough to cut: from half its speed on; below, it rubs.
-    #[must_use]
-    pub fn cuts(&self) -> bool {
-        self.ticks.saturating_mul(2) > self.ticks_to_speed
-    }
-
-    /// Its speed as a share of that which it is to have.
-    #[must_use]
-    pub fn share_of_speed(&self) -> f64 {
-        f64::from(self.ticks) / f64::from(self.ticks_to_speed)
-    }
-
-    /// Whether it stands still.
-    #[must_use]
-    pub fn is_still(&self) -> bool {
-        self.ticks == 0
-    }
-
-    /// Whether it has its surface speed.
-    #[must_use]
-    pub fn is_running(&self) -> bool {
-        self.ticks == self.ticks_to_speed
-    }
-
-    /// It runs up or down.
-    #[must_use]
-    pub fn is_changing(&self) -> bool {
-        if self.ordered && !self.stalled { !self.is_running() } else { !self.is_still() }
-    }
-
-    /// Its angular speed (rad/s) with this radius (mm).
-    #[must_use]
-    pub fn rad_s(&self, radius_mm: f64) -> f64 {
-        self.surface_speed_mm_s / radius_mm * f64::from(self.ticks) / f64::from(self.ticks_to_speed)
+    pub fn wear_mm(&self, radius_mm: f64, area_mm2: f64) -> f64 {
+        self.grinding_ratio.map_or(0.0, |ratio| area_mm2 / (TURN_RAD * radius_mm * ratio))
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::machine::reference::cam_grinder;
-
-    #[test]
-    fn it_is_at_speed_after_its_time_and_a_stall_takes_the_speed_away() {
-        let description = cam_grinder();
-        let mut wheel = WheelSpindle::new(&description);
-        wheel.order(true);
-        let ticks = libm::round(description.wheel.spin_up_s / description.cycle_time_s());
-        let mut count = 0.0;
-        while !wheel.is_running() {
-            wheel.step();
-            count += 1.0;
-        }
-        assert!((ticks - count).abs() < 1.5, "{ticks} {count}");
-        assert!((wheel.rad_s(200.0) * 0.2 - description.wheel.surface_speed_m_s).abs() < 1e-9);
-        wheel.stall(true);
-        wheel.step();
-        assert!(!wheel.is_running());
-    }
+/// A wheel that would turn too fast.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error(
+    "a wheel of radius {radius_mm:.4} mm turns at {speed_rpm:.1} rpm for its surface speed of {surface_speed_m_s} m/s; its \
+     spindle is allowed {most_rpm:.1} rpm"
+)]
+pub struct WheelTooFast {
+    /// Radius of the wheel (mm).
+    pub radius_mm: f64,
+    /// Speed at its rim (m/s).
+    pub surface_speed_m_s: f64,
+    /// Speed of its spindle.
+    pub speed_rpm: f64,
+    /// Most allowed.
+    pub most_rpm: f64,
 }

@@ -1,16 +1,16 @@
 //! Random cams, legal and illegal mixed, through everything that is planned of a cam: from a seed to a verdict.
 
 use crate::{Seeded, segment};
-use camwright::contour::Contour;
-use camwright::follower::{ArmSide, Follower, Pivot, SwingLift};
-use camwright::inspection::Inspection;
-use camwright::lift::{LiftLaw, MotionProgram, MotionSegment};
+use camwright::cam::contour::Contour;
+use camwright::cam::follower::{ArmSide, Follower, Pivot, SwingLift};
+use camwright::cam::inspection::Inspection;
+use camwright::cam::lift::{LiftLaw, MotionProgram, MotionSegment};
+use camwright::cam::motion_law::MotionLaw;
 use camwright::machine::description::MotionLimits;
-use camwright::motion_law::MotionLaw;
-use camwright::numeric::hermite::Sample;
-use camwright::speed_plan::{TurnRequest, TurnSpeed};
-use camwright::tool_path::ToolPath;
-use camwright::units::{TURN_RAD, rad_from_deg};
+use camwright::math::hermite::Sample;
+use camwright::math::units::{TURN_RAD, rad_from_deg};
+use camwright::motion::speed_plan::{TurnRequest, TurnSpeed};
+use camwright::toolpath::wheel_path::ToolPath;
 
 /// What became of a cam.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,15 +1,15 @@
 //! Random cuts of 1 to 2,000 turns, from a seed to a verdict: none may be refused because a position was rounded.
 
 use crate::cams::{Seeded, random_law, reference_contour};
-use camwright::contour::Contour;
-use camwright::cut_motion::CutMotion;
-use camwright::follower::Follower;
-use camwright::infeed::InfeedSchedule;
-use camwright::job::{InfeedDirection, SpeedLaw};
+use camwright::cam::contour::Contour;
+use camwright::cam::follower::Follower;
+use camwright::job::grinding::{InfeedDirection, SpeedLaw};
+use camwright::job::infeed::InfeedSchedule;
 use camwright::machine::description::{MotionLimits, Scale};
-use camwright::speed_plan::{SpeedPlan, SpeedPlanError, SpeedRequest, uses_by_differences};
-use camwright::tool_path::ToolPath;
-use camwright::units::TURN_RAD;
+use camwright::math::units::TURN_RAD;
+use camwright::motion::cut_motion::CutMotion;
+use camwright::motion::speed_plan::{SpeedPlan, SpeedPlanError, SpeedRequest, uses_by_differences};
+use camwright::toolpath::wheel_path::ToolPath;
 
 /// Outcome of a cut.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,16 +1,16 @@
 //! Cams for tests: lobes of one law, seeded random programs, and printed tables.
 #![allow(dead_code, reason = "each test binary uses its part")]
 
-use camwright::contour::{Contour, ContourError};
-use camwright::follower::Follower;
-use camwright::job::InfeedDirection;
-use camwright::lift::{
+use camwright::cam::contour::{Contour, ContourError};
+use camwright::cam::follower::Follower;
+use camwright::cam::lift::{
     AngleUnit, LengthUnit, LiftDeclaration, LiftForm, LiftLaw, LiftRow, LiftTable, MotionProgram, MotionSegment,
 };
-use camwright::motion_law::MotionLaw;
-use camwright::speed_plan::Cutting;
-use camwright::tool_path::ToolPath;
-use camwright::units::{TURN_RAD, rad_from_deg};
+use camwright::cam::motion_law::MotionLaw;
+use camwright::job::grinding::InfeedDirection;
+use camwright::math::units::{TURN_RAD, rad_from_deg};
+use camwright::motion::speed_plan::Cutting;
+use camwright::toolpath::wheel_path::ToolPath;
 
 /// The `SplitMix64` generator: the same numbers on every machine.
 pub(crate) struct Seeded(pub(crate) u64);

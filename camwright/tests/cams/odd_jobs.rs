@@ -1,20 +1,20 @@
 //! Jobs with numbers that nobody means, from a seed to a verdict: refused with a reason or planned, never a panic.
 
 use crate::cams::{Seeded, lobe, random_law, reference_contour};
-use camwright::cycle::{plan_job, plan_turning};
-use camwright::follower::Follower;
-use camwright::insert_path::{Feed, Passes};
-use camwright::job::{
+use camwright::cam::follower::Follower;
+use camwright::cam::motion_law::MotionLaw;
+use camwright::cam::surface::Surface;
+use camwright::cam::surface::cams::CamAlong;
+use camwright::job::grinding::{
     BetweenLobes, HoldInCut, HomePosition, InfeedCourse, InfeedDirection, JobSpec, LobeSpec, ObstacleSpec, PassSpec,
     ProfileSpec, SpeedLaw, WheelPower,
 };
+use camwright::job::turning::{TurningJob, TurningSpeed};
 use camwright::machine::fixture::Extent;
 use camwright::machine::reference::{cam_grinder, lathe};
-use camwright::motion_law::MotionLaw;
-use camwright::surface::Surface;
-use camwright::surface::cams::CamAlong;
-use camwright::turning_job::{TurningJob, TurningSpeed};
-use camwright::units::rad_from_deg;
+use camwright::math::units::rad_from_deg;
+use camwright::planner::{plan_job, plan_turning};
+use camwright::toolpath::insert_path::{Feed, Passes};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 

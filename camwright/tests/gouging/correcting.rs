@@ -4,23 +4,23 @@ use crate::Found;
 use crate::cams::Seeded;
 use crate::drive::{Tick, drive, requests};
 use crate::grinding::journal;
-use camwright::cycle::{Contact, decide_corrections, plan_corrections, plan_job};
+use camwright::gauging::Mode;
+use camwright::gauging::journal::Gauged;
 use camwright::interpolator::{Interpolator, Outcome, Request};
-use camwright::job::{
+use camwright::job::grinding::{
     BetweenLobes, CorrectionSpec, InfeedCourse, InfeedDirection, JobSpec, LobeSpec, PassSpec, SpeedLaw, StiffnessSource,
 };
-use camwright::machine::Machine;
+use camwright::job::raw_part::{RawPart, Wave};
 use camwright::machine::description::{
     ContactDescription, DriveSettings, GaugeDescription, GaugeKind, MachineDescription, StiffnessAt,
 };
+use camwright::machine::persistent_state::LastingState;
 use camwright::machine::reference::cam_grinder;
-use camwright::machine::state::LastingState;
-use camwright::machine::workpiece::DEFAULT_AZIMUTHS;
-use camwright::plan::Plan;
-use camwright::raw_part::{RawPart, Wave};
-use camwright::runout::Mode;
-use camwright::runout::journal::Gauged;
-use camwright::units::{TURN_RAD, rad_s_from_rpm};
+use camwright::math::units::{TURN_RAD, rad_s_from_rpm};
+use camwright::motion::plan::Plan;
+use camwright::planner::{Contact, decide_corrections, plan_corrections, plan_job};
+use camwright::simulation::Machine;
+use camwright::simulation::workpiece::DEFAULT_AZIMUTHS;
 
 const WIDTH_MM: f64 = 20.0;
 /// Depth to which a journal may come out below its radius (mm): as the acceptance of runout correction has it, by a quiet gauge, and by one of 0.2 µm.

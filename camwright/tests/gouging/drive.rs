@@ -4,9 +4,9 @@ use crate::cams::Seeded;
 use camwright::interpolator::{Event, Interpolator, Motion, Outcome, Prepared, Request, TickInputs};
 use camwright::machine::alarm::Severity;
 use camwright::machine::description::Axis;
-use camwright::machine::report::TickReport;
-use camwright::machine::{Machine, MachineCommand};
-use camwright::plan::{Command, Plan, Segment, SegmentKind};
+use camwright::motion::plan::{Command, Plan, Segment, SegmentKind};
+use camwright::simulation::tick_report::TickReport;
+use camwright::simulation::{Machine, MachineCommand};
 use std::sync::Arc;
 
 /// Setpoints of one tick.

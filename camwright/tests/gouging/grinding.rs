@@ -4,22 +4,22 @@ use crate::Found;
 use crate::cams::{Seeded, lobe_segments, program};
 use crate::drive::{drive, requests};
 use crate::sweep::Touch;
-use camwright::cycle::{PlanStart, plan_job};
-use camwright::follower::Follower;
+use camwright::cam::follower::Follower;
+use camwright::cam::lift::LiftLaw;
+use camwright::cam::motion_law::MotionLaw;
 use camwright::interpolator::Interpolator;
-use camwright::job::{
+use camwright::job::grinding::{
     BetweenLobes, HoldInCut, HomePosition, InfeedCourse, InfeedDirection, JobSpec, LobeSpec, PassSpec, ProfileSpec,
     SpeedLaw,
 };
-use camwright::lift::LiftLaw;
-use camwright::machine::Machine;
+use camwright::job::raw_part::RawPart;
 use camwright::machine::description::{DriveSettings, MachineDescription};
+use camwright::machine::persistent_state::LastingState;
 use camwright::machine::reference::cam_grinder;
-use camwright::machine::state::LastingState;
-use camwright::motion_law::MotionLaw;
-use camwright::plan::SegmentKind;
-use camwright::raw_part::RawPart;
-use camwright::units::{TURN_RAD, rad_s_from_rpm};
+use camwright::math::units::{TURN_RAD, rad_s_from_rpm};
+use camwright::motion::plan::SegmentKind;
+use camwright::planner::{PlanStart, plan_job};
+use camwright::simulation::Machine;
 
 /// Depth that is nothing (mm): a count of X, a count of C on a flank of 30 mm/rad, the polygon, and the path between its knots. 5 nm, 26 nm,
 /// 10 nm and at most 10 nm.

@@ -5,12 +5,12 @@ use crate::cams::Seeded;
 use crate::drive::{drive, requests};
 use crate::shop::{Part, STATION_MM, plan, program, setup, start};
 use crate::sweep::Touch;
+use camwright::gcode::Dialect;
 use camwright::interpolator::Interpolator;
-use camwright::machine::Machine;
 use camwright::machine::description::DriveSettings;
+use camwright::machine::persistent_state::LastingState;
 use camwright::machine::reference::cam_grinder;
-use camwright::machine::state::LastingState;
-use camwright::nc::Dialect;
+use camwright::simulation::Machine;
 
 /// Counts of X and C, and half a digit of the program (mm).
 const NOTHING_MM: f64 = 2e-4;

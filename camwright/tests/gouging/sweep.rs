@@ -1,7 +1,7 @@
 //! The wheel beside the design, by arithmetic of its own: a dense polygon of the contour and a circle, nothing of the tool path.
 
-use camwright::contour::Contour;
-use camwright::units::TURN_RAD;
+use camwright::cam::contour::Contour;
+use camwright::math::units::TURN_RAD;
 
 /// Corners of the polygon.
 const POINTS: u32 = 7200;

@@ -1,19 +1,19 @@
 //! A machine without inertia around the interpolator, and a plan on paper for it.
 
-use camwright::infeed::InfeedSchedule;
 use camwright::interpolator::{
     Event, Interpolator, Motion, Order, OrderKind, Outcome, Prepared, Request, Status, StepOutput, TickInputs,
 };
-use camwright::job::{InfeedDirection, SpeedLaw};
+use camwright::job::grinding::{InfeedDirection, SpeedLaw};
+use camwright::job::infeed::InfeedSchedule;
 use camwright::machine::description::{
     AXIS_COUNT, AlarmRetract, Axis, AxisDescription, DriveSettings, MachineDescription, MotionLimits, Scale, Station,
     WheelDescription,
 };
-use camwright::numeric::periodic_spline::PeriodicSpline;
-use camwright::plan::{AxisTarget, Command, CutSegment, Phase, Plan, Segment, SegmentKind};
-use camwright::setpoint::{Input, Latch, Setpoint};
-use camwright::speed_plan::{SpeedPlan, SpeedRequest, Turning};
-use camwright::units::TURN_RAD;
+use camwright::machine::setpoint::{Input, Latch, Setpoint};
+use camwright::math::periodic_spline::PeriodicSpline;
+use camwright::math::units::TURN_RAD;
+use camwright::motion::plan::{AxisTarget, Command, CutSegment, Phase, Plan, Segment, SegmentKind};
+use camwright::motion::speed_plan::{SpeedPlan, SpeedRequest, Turning};
 use std::sync::Arc;
 
 pub(crate) const TURN: i64 = 3_600_000;

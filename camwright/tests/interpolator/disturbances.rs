@@ -2,8 +2,8 @@
 
 use crate::bench::{Bench, Random, SAFE_X, TURN, cut_only, cut_only_under, machine, whole_job};
 use camwright::interpolator::{Event, Outcome, Request, State};
-use camwright::job::SpeedLaw;
-use camwright::plan::{CutSegment, Plan, SegmentKind};
+use camwright::job::grinding::SpeedLaw;
+use camwright::motion::plan::{CutSegment, Plan, SegmentKind};
 
 fn cut_of(plan: &Plan) -> CutSegment {
     plan.segments
@@ -354,7 +354,7 @@ fn a_wait_waits_for_its_decision() {
     let machine = machine();
     let mut plan = whole_job(&machine, 6.0);
     plan.segments.truncate(1);
-    plan.segments.push(crate::bench::segment(SegmentKind::Wait, camwright::plan::Phase::Return, 0, 1, 0.0));
+    plan.segments.push(crate::bench::segment(SegmentKind::Wait, camwright::motion::plan::Phase::Return, 0, 1, 0.0));
     let mut bench = Bench::new(machine.clone());
     bench.start_plan(plan);
     for _ in 0..2_000 {

@@ -5,7 +5,7 @@ use camwright::interpolator::{
     AppliedInput, Event, InterpolatorAlarm, Motion, OrderKind, Outcome, Request, SearchStep,
 };
 use camwright::machine::description::Axis;
-use camwright::setpoint::{Input, Latch};
+use camwright::machine::setpoint::{Input, Latch};
 
 /// C stands on its mark, which is then zero; setpoints are counted from it from the order's own tick on.
 #[test]

@@ -7,7 +7,7 @@ use camwright::interpolator::{
     AppliedInput, Foreseen, Motion, Outcome, Prepared, Request, StartError, State, StepOutput,
 };
 use camwright::machine::description::Axis;
-use camwright::setpoint::{Measured, Setpoint};
+use camwright::machine::setpoint::{Measured, Setpoint};
 
 fn point(time_s: f64, x_mm: f64) -> TrajectoryPoint {
     TrajectoryPoint { time_s, positions: vec![x_mm], ..TrajectoryPoint::default() }

@@ -1,15 +1,15 @@
 //! Homing by switch and index as `LinuxCNC` does it: every kind and every sign finds the machine's own zero from either side of the
 //! switch; what fails or is stopped leaves the axis un-homed and homes nothing else.
 
-use camwright::cell::Cell;
 use camwright::interpolator::{Motion, Outcome, Prepared, Request, StartError};
-use camwright::machine::Machine;
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, DescriptionError, Homing, HomingKind, MachineDescription};
-use camwright::machine::fault::Fault;
+use camwright::machine::persistent_state::LastingState;
 use camwright::machine::reference::cam_grinder;
-use camwright::machine::state::LastingState;
-use camwright::setpoint::Input;
+use camwright::machine::setpoint::Input;
+use camwright::simulation::Machine;
+use camwright::simulation::closed_loop::Cell;
+use camwright::simulation::fault::Fault;
 
 const X: usize = Axis::X as usize;
 const Z: usize = Axis::Z as usize;
@@ -176,19 +176,22 @@ fn before_homing_there_are_no_soft_limits_and_after_it_there_are() {
     // 10 mm beyond the soft limit of 250 mm.
     let counts = cell.machine().setpoint().counts;
     let machine = cell.machine().description().clone();
-    let target =
-        camwright::plan::AxisTarget { axis: Axis::X, target_counts: 26_000_000, limits: machine.axes[X].limits };
-    let plan = camwright::plan::Plan {
-        segments: vec![camwright::plan::Segment {
-            kind: camwright::plan::SegmentKind::Move(vec![target]),
-            phase: camwright::plan::Phase::Index,
+    let target = camwright::motion::plan::AxisTarget {
+        axis: Axis::X,
+        target_counts: 26_000_000,
+        limits: machine.axes[X].limits,
+    };
+    let plan = camwright::motion::plan::Plan {
+        segments: vec![camwright::motion::plan::Segment {
+            kind: camwright::motion::plan::SegmentKind::Move(vec![target]),
+            phase: camwright::motion::plan::Phase::Index,
             lobe: None,
             label: String::new(),
             ticks: 1,
             stop_ticks: 1,
             stock_mm: 0.0,
         }],
-        ..camwright::plan::Plan::default()
+        ..camwright::motion::plan::Plan::default()
     };
     let motion = Prepared::new(Motion::Plan(std::sync::Arc::new(plan)), &machine).expect("a motion");
     cell.start(Box::new(motion)).expect("it starts");

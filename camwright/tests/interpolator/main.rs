@@ -22,8 +22,8 @@ mod varied;
 use bench::{Bench, PER_MM, SAFE_X, TURN, cut_only, machine, whole_job};
 use camwright::interpolator::{InterpolatorAlarm, Motion, Outcome, PrepareError, Prepared, State};
 use camwright::machine::description::Axis;
-use camwright::plan::{Command, Phase, Plan, SegmentKind};
-use camwright::units::TURN_RAD;
+use camwright::math::units::TURN_RAD;
+use camwright::motion::plan::{Command, Phase, Plan, SegmentKind};
 use std::sync::Arc;
 
 /// The whole job arrives where it should: C homed on its mark and turned by whole turns, the table behind its switch.
@@ -164,7 +164,7 @@ fn what_cannot_be_executed_is_refused_when_it_is_prepared() {
         }
     });
     assert_eq!(error, PrepareError::UnknownInput { segment: 5, input: "LS9".into() });
-    let cut = |change: &dyn Fn(&mut camwright::plan::CutSegment)| {
+    let cut = |change: &dyn Fn(&mut camwright::motion::plan::CutSegment)| {
         refused(&|plan| {
             if let SegmentKind::Cut(cut) = &mut plan.segments[8].kind {
                 change(cut);

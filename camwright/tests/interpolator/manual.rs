@@ -1,11 +1,11 @@
 //! Work by hand: a jog ends where it was to, at its limit or where it was let go of; the wheel comes to its speed and to rest.
 
 use super::setup::{cell, description, finish, run};
-use camwright::cell::Cell;
 use camwright::interpolator::manual::{Jog, JogRequest};
 use camwright::interpolator::setup::SetupError;
 use camwright::interpolator::{Motion, Outcome, Prepared, Request, StartError};
 use camwright::machine::description::Axis;
+use camwright::simulation::closed_loop::Cell;
 
 const C: usize = Axis::C as usize;
 const X: usize = Axis::X as usize;

@@ -3,9 +3,9 @@
 use crate::bench::{PER_MM, Random, SAFE_X, TURN, machine, whole_job};
 use camwright::interpolator::{Event, Interpolator, Motion, Order, OrderKind, Outcome, Prepared, Request, TickInputs};
 use camwright::machine::description::Axis;
-use camwright::machine::state::LastingState;
-use camwright::machine::{Machine, MachineCommand};
-use camwright::units::rad_from_deg;
+use camwright::machine::persistent_state::LastingState;
+use camwright::math::units::rad_from_deg;
+use camwright::simulation::{Machine, MachineCommand};
 use std::sync::Arc;
 
 /// Runs a motion on a machine that powers up with C at 217.3 degrees, with requests at given ticks.

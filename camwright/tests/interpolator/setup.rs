@@ -1,18 +1,18 @@
 //! Set-up work on the machine: moves end on their counts, a probe's edge is where the part truly is, at every speed.
 
-use camwright::cell::Cell;
 use camwright::interpolator::setup::{MoveTo, Probe, ProbeRequest, SetupError, targets};
 use camwright::interpolator::{Motion, Outcome, Prepared, Probed, Request, StartError};
-use camwright::machine::Machine;
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{
     Axis, ContactDescription, DriveSettings, GapDetector, KeyWayProbe, MachineDescription, StiffnessAt,
     ThermalDescription,
 };
+use camwright::machine::persistent_state::LastingState;
 use camwright::machine::reference::cam_grinder;
-use camwright::machine::state::LastingState;
-use camwright::setpoint::Input;
-use camwright::units::{TURN_RAD, rad_from_deg};
+use camwright::machine::setpoint::Input;
+use camwright::math::units::{TURN_RAD, rad_from_deg};
+use camwright::simulation::Machine;
+use camwright::simulation::closed_loop::Cell;
 
 const C: usize = Axis::C as usize;
 const X: usize = Axis::X as usize;
@@ -35,7 +35,7 @@ fn cell_with(description: &MachineDescription, radii: Vec<f64>) -> Cell {
     machine.load_lobe("J1", "LS1", 15.0, radii).expect("a journal");
     let counts = [0, 40 * PER_MM, 600_000];
     let wheel_stands = |machine: &mut Machine| {
-        machine.step(None, &[camwright::machine::MachineCommand::WheelStop], &[]);
+        machine.step(None, &[camwright::simulation::MachineCommand::WheelStop], &[]);
         for _ in 0..3000 {
             machine.step(None, &[], &[]);
         }
@@ -252,7 +252,7 @@ fn a_dress_after_a_touch_off_leaves_the_reading_right() {
     near(&mut cell, 20.5);
     let request = ProbeRequest { reads: Some((RADIUS_MM, 0.1)), ..touch(0.1) };
     assert!(matches!(probe(&mut cell, &request), Ok(Probed::Found { correction: -801..=-799, .. })));
-    let (plan, _) = camwright::cycle::plan_dress(&machine, cell.machine().lasting().wheel(), 0.02).expect("a dress");
+    let (plan, _) = camwright::planner::plan_dress(&machine, cell.machine().lasting().wheel(), 0.02).expect("a dress");
     assert_eq!(run(&mut cell, Motion::Plan(plan.into())), Ok(Outcome::Completed), "{:?}", cell.machine().alarms());
     assert_eq!(cell.machine().lasting().dress_count, 1);
     let back = targets(&[MoveTo { axis: Axis::Z, position: 60.0, is_relative: false }], [0; 3], 1.0, &machine);

@@ -2,7 +2,7 @@
 
 use crate::bench::{Bench, Random, TURN, machine, sparking_out};
 use camwright::interpolator::{Event, Motion, Outcome, PrepareError, Prepared, Request};
-use camwright::plan::{CutSegment, Plan, SegmentKind};
+use camwright::motion::plan::{CutSegment, Plan, SegmentKind};
 use std::sync::Arc;
 
 /// Turns with infeed of the cut.

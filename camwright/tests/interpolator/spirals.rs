@@ -3,13 +3,13 @@
 use crate::bench::{Bench, PER_MM, Random, SAFE_X, TURN, machine, segment, to};
 use camwright::interpolator::{InterpolatorAlarm, Motion, Outcome, PrepareError, Prepared, Request, State};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits};
-use camwright::numeric::hermite::{HermiteSpline, Knot};
-use camwright::path_stop::path_stop_s;
-use camwright::plan::{Phase, Plan, SegmentKind, SpiralSegment};
-use camwright::plan_check::{PlanFault, check_plan};
-use camwright::point_to_point::rest_to_rest;
-use camwright::speed_plan::Quantity;
-use camwright::units::TURN_RAD;
+use camwright::math::hermite::{HermiteSpline, Knot};
+use camwright::math::units::TURN_RAD;
+use camwright::motion::path_stop::path_stop_s;
+use camwright::motion::plan::{Phase, Plan, SegmentKind, SpiralSegment};
+use camwright::motion::point_to_point::rest_to_rest;
+use camwright::motion::speed_plan::Quantity;
+use camwright::planner::plan_check::{PlanFault, check_plan};
 use std::sync::Arc;
 
 const TURNS: u32 = 6;

@@ -2,11 +2,11 @@
 
 use crate::bench::{Bench, PER_MM, START_RAD, TURN, machine, two_cuts, whole_job};
 use camwright::interpolator::Request;
-use camwright::job::SpeedLaw;
+use camwright::job::grinding::SpeedLaw;
 use camwright::machine::description::{AXIS_COUNT, Axis};
-use camwright::numeric::hermite::{HermiteSpline, Knot};
-use camwright::setpoint::StopPoint;
-use camwright::units::TURN_RAD;
+use camwright::machine::setpoint::StopPoint;
+use camwright::math::hermite::{HermiteSpline, Knot};
+use camwright::math::units::TURN_RAD;
 
 /// The tail as a machine executes it: quintics through its points, beginning at the last setpoint.
 fn splines(bench: &Bench, tail: &[StopPoint]) -> [HermiteSpline; AXIS_COUNT] {

@@ -2,11 +2,11 @@
 
 use crate::bench::{Bench, Random, SAFE_X, TURN, machine, two_cuts};
 use camwright::interpolator::{Interpolator, Motion, Outcome, Prepared, Request, State, TickInputs};
-use camwright::job::SpeedLaw;
+use camwright::job::grinding::SpeedLaw;
 use camwright::machine::description::{AXIS_COUNT, Axis};
-use camwright::numeric::hermite::HermiteSpline;
-use camwright::plan::{Plan, SegmentKind};
-use camwright::setpoint::StopPoint;
+use camwright::machine::setpoint::StopPoint;
+use camwright::math::hermite::HermiteSpline;
+use camwright::motion::plan::{Plan, SegmentKind};
 use std::sync::Arc;
 
 fn speeds() -> [SpeedLaw; 2] {

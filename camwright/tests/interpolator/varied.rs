@@ -2,16 +2,16 @@
 
 use crate::bench::{Bench, Random};
 use crate::solids::low_and_high_cam;
-use camwright::cycle::{PlanStart, PlannedTurning, plan_turning};
-use camwright::insert_path::{Feed, Passes};
 use camwright::interpolator::{Outcome, Request, State};
+use camwright::job::turning::{TurningJob, TurningSpeed};
 use camwright::machine::description::{AXIS_COUNT, Axis, DriveSettings, MachineDescription};
 use camwright::machine::reference::lathe;
-use camwright::numeric::hermite::{HermiteSpline, Knot};
-use camwright::plan::SegmentKind;
-use camwright::plan_check::{PlanFault, check_plan};
-use camwright::speed_plan::Quantity;
-use camwright::turning_job::{TurningJob, TurningSpeed};
+use camwright::math::hermite::{HermiteSpline, Knot};
+use camwright::motion::plan::SegmentKind;
+use camwright::motion::speed_plan::Quantity;
+use camwright::planner::plan_check::{PlanFault, check_plan};
+use camwright::planner::{PlanStart, PlannedTurning, plan_turning};
+use camwright::toolpath::insert_path::{Feed, Passes};
 
 fn machine() -> MachineDescription {
     lathe().with_drives(DriveSettings::IDEAL)

@@ -4,28 +4,28 @@
 mod stiffness;
 mod stock;
 
-use camwright::cycle::{Contact, PlanError, PlannedJob, decide_corrections, plan_corrections, plan_job};
-use camwright::follower::Follower;
+use camwright::cam::follower::Follower;
+use camwright::cam::lift::LiftLaw;
+use camwright::gauging::Mode;
+use camwright::gauging::journal::{Gauged, JournalCorrection};
 use camwright::interpolator::{Interpolator, Motion, Prepared};
-use camwright::job::{
+use camwright::job::grinding::{
     BetweenLobes, CorrectionSpec, HoldInCut, HomePosition, InfeedCourse, InfeedDirection, JobError, JobSpec, LobeSpec,
     PassSpec, ProfileSpec, SpeedLaw, StiffnessSource,
 };
-use camwright::lift::LiftLaw;
-use camwright::machine::Machine;
+use camwright::job::raw_part::{RawPart, Wave};
 use camwright::machine::description::{
     ContactDescription, DriveSettings, GaugeDescription, GaugeKind, MachineDescription, StiffnessAt,
 };
+use camwright::machine::persistent_state::LastingState;
 use camwright::machine::reference::cam_grinder;
-use camwright::machine::state::LastingState;
-use camwright::machine::workpiece::DEFAULT_AZIMUTHS;
-use camwright::numeric::hermite::HermiteSpline;
-use camwright::plan::Plan;
-use camwright::raw_part::{RawPart, Wave};
-use camwright::rehearsal::rehearse;
-use camwright::runout::Mode;
-use camwright::runout::journal::{Gauged, JournalCorrection};
-use camwright::units::TURN_RAD;
+use camwright::math::hermite::HermiteSpline;
+use camwright::math::units::TURN_RAD;
+use camwright::motion::plan::Plan;
+use camwright::planner::{Contact, PlanError, PlannedJob, decide_corrections, plan_corrections, plan_job};
+use camwright::simulation::Machine;
+use camwright::simulation::rehearsal::rehearse;
+use camwright::simulation::workpiece::DEFAULT_AZIMUTHS;
 use std::sync::Arc;
 
 const WIDTH_MM: f64 = 20.0;

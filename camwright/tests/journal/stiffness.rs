@@ -1,13 +1,13 @@
 //! The stiffness of machine and cut: measured on the journals, kept, and taken from what is kept.
 
 use super::*;
-use camwright::contact_law::ContactLaw;
-use camwright::cycle::identify;
-use camwright::job::{IdentificationSpec, KnownContact};
+use camwright::gauging::identify::Identified;
+use camwright::gauging::journal::JournalError;
+use camwright::job::grinding::{IdentificationSpec, KnownContact};
+use camwright::machine::contact_law::ContactLaw;
 use camwright::machine::description::Structure;
-use camwright::plan::Half;
-use camwright::runout::identify::Identified;
-use camwright::runout::journal::JournalError;
+use camwright::motion::plan::Half;
+use camwright::planner::identify;
 
 /// Coulomb's friction of the wheelhead (N).
 const FRICTION_N: f64 = 20.0;

@@ -2,9 +2,9 @@
 
 use super::stiffness::identifying_job;
 use super::*;
-use camwright::cycle::{MeasuredJob, PlanError, measured_stocks, plan_measured_job, plan_measuring};
-use camwright::job::StockSpec;
-use camwright::plan::Half;
+use camwright::job::grinding::StockSpec;
+use camwright::motion::plan::Half;
+use camwright::planner::{MeasuredJob, PlanError, measured_stocks, plan_measured_job, plan_measuring};
 
 /// A job of two passes that measures its stock first: 6 turns of 18 µm, 15 of 6 µm, and 20 µm are left, so the infeed begins 218 µm above
 /// the journal.

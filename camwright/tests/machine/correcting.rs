@@ -1,19 +1,19 @@
 //! A journal that runs out, on the simulated machine: its gauge reads, one turn corrects, and the part is round.
 
 use super::{ideal, machine, setpoint};
-use camwright::contact_law::ContactLaw;
-use camwright::machine::Machine;
+use camwright::gauging::correction::{Correction, Start, Target};
+use camwright::gauging::gauge::Gauge;
+use camwright::gauging::record::{GaugeRecord, Reading};
+use camwright::gauging::state::{MeasureSettings, PartState};
+use camwright::gauging::wheel_log::{WheelLog, WheelPosition};
+use camwright::machine::contact_law::ContactLaw;
 use camwright::machine::description::{
     ContactDescription, GaugeDescription, GaugeKind, MachineDescription, StiffnessAt,
 };
-use camwright::machine::workpiece::DEFAULT_AZIMUTHS;
-use camwright::numeric::hermite::Sample;
-use camwright::runout::correction::{Correction, Start, Target};
-use camwright::runout::gauge::Gauge;
-use camwright::runout::record::{GaugeRecord, Reading};
-use camwright::runout::state::{MeasureSettings, PartState};
-use camwright::runout::wheel_log::{WheelLog, WheelPosition};
-use camwright::units::TURN_RAD;
+use camwright::math::hermite::Sample;
+use camwright::math::units::TURN_RAD;
+use camwright::simulation::Machine;
+use camwright::simulation::workpiece::DEFAULT_AZIMUTHS;
 
 const WIDTH_MM: f64 = 20.0;
 const KG_N_MM: f64 = 5.0e4;

@@ -2,19 +2,19 @@
 
 use super::turned::{Eccentric, turning};
 use super::{cam_grinder, follow, idle, machine, travel};
-use camwright::contour::Contour;
-use camwright::follower::Follower;
-use camwright::lift::{LiftLaw, MotionProgram, MotionSegment};
+use camwright::cam::contour::Contour;
+use camwright::cam::follower::Follower;
+use camwright::cam::lift::{LiftLaw, MotionProgram, MotionSegment};
+use camwright::cam::motion_law::MotionLaw;
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{
     Axis, ContactDescription, DescriptionError, DriveSettings, MachineDescription, StiffnessAt, Structure,
 };
-use camwright::machine::report::TickReport;
-use camwright::machine::servo::{Demand, Servo};
-use camwright::machine::workpiece::DEFAULT_AZIMUTHS;
-use camwright::motion_law::MotionLaw;
-use camwright::tool_path::ToolPath;
-use camwright::units::{TURN_RAD, rad_from_deg};
+use camwright::math::units::{TURN_RAD, rad_from_deg};
+use camwright::simulation::servo::{Demand, Servo};
+use camwright::simulation::tick_report::TickReport;
+use camwright::simulation::workpiece::DEFAULT_AZIMUTHS;
+use camwright::toolpath::wheel_path::ToolPath;
 
 const X: usize = 1;
 

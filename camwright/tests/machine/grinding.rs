@@ -2,13 +2,13 @@ use super::turned::{Eccentric, WHEEL_MM, turning};
 use super::{follow, ideal, idle, machine, travel};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, DriveSettings, MachineDescription};
-use camwright::machine::fault::Fault;
-use camwright::machine::simulate::run;
-use camwright::machine::state::LastingState;
-use camwright::machine::workpiece::DEFAULT_AZIMUTHS;
-use camwright::machine::{Machine, MachineCommand};
-use camwright::setpoint::Setpoint;
-use camwright::units::TURN_RAD;
+use camwright::machine::persistent_state::LastingState;
+use camwright::machine::setpoint::Setpoint;
+use camwright::math::units::TURN_RAD;
+use camwright::simulation::fault::Fault;
+use camwright::simulation::offline_run::run;
+use camwright::simulation::workpiece::DEFAULT_AZIMUTHS;
+use camwright::simulation::{Machine, MachineCommand};
 
 /// Table at the first station.
 const Z_MM: f64 = 60.0;

@@ -1,13 +1,13 @@
 //! Door, chuck, part sensor and work area: nothing moves where somebody could be hurt, and nothing opens while something moves.
 
 use super::{follow, idle, machine, travel};
-use camwright::machine::Machine;
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, LoadingDescription, MachineDescription};
-use camwright::machine::fault::{Fault, LoadingFault};
-use camwright::machine::report::{MotionState, TickReport};
-use camwright::machine::work_area::{Hindrance, LoadingRefused, Place};
-use camwright::machine::{MachineCommand, ResetRefused};
+use camwright::simulation::Machine;
+use camwright::simulation::fault::{Fault, LoadingFault};
+use camwright::simulation::tick_report::{MotionState, TickReport};
+use camwright::simulation::work_area::{Hindrance, LoadingRefused, Place};
+use camwright::simulation::{MachineCommand, ResetRefused};
 
 /// A machine with a door of 200 and 300 ticks and a chuck of 50 and 80.
 fn loaded() -> MachineDescription {

@@ -4,9 +4,9 @@ use super::{ideal, machine, turned};
 use camwright::machine::description::{
     Axis, ContactDescription, GrindingProcess, MachineDescription, ReferenceCut, StiffnessAt,
 };
-use camwright::machine::workpiece::{CutAt, DEFAULT_AZIMUTHS, DEGREES};
-use camwright::setpoint::Setpoint;
-use camwright::units::TURN_RAD;
+use camwright::machine::setpoint::Setpoint;
+use camwright::math::units::TURN_RAD;
+use camwright::simulation::workpiece::{CutAt, DEFAULT_AZIMUTHS, DEGREES};
 
 const Z_MM: f64 = 60.0;
 const WIDTH_MM: f64 = 15.0;

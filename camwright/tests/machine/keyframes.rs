@@ -3,18 +3,18 @@
 
 use super::turned::{self, Eccentric};
 use super::{ideal, machine};
-use camwright::keyframe::{Kept, Tape, TapeError, Value};
-use camwright::machine::buffer::{Chunk, SetpointBuffer, TailPoint};
 use camwright::machine::description::{
     Axis, ContactDescription, GapDetector, GaugeDescription, GaugeKind, GrindingProcess, KeyWayProbe,
     LoadingDescription, MachineDescription, ReferenceCut, StiffnessAt, Structure, ThermalDescription,
 };
-use camwright::machine::fault::{Fault, GaugeFault, LoadingFault};
 use camwright::machine::reference::lathe;
-use camwright::machine::report::TickReport;
-use camwright::machine::turned_part::{PartGrid, TurnedPart};
-use camwright::machine::{Machine, MachineCommand};
-use camwright::setpoint::{Input, Setpoint};
+use camwright::machine::setpoint::{Input, Setpoint};
+use camwright::math::snapshot::{Kept, Tape, TapeError, Value};
+use camwright::simulation::buffer::{Chunk, SetpointBuffer, TailPoint};
+use camwright::simulation::fault::{Fault, GaugeFault, LoadingFault};
+use camwright::simulation::tick_report::TickReport;
+use camwright::simulation::turned_part::{PartGrid, TurnedPart};
+use camwright::simulation::{Machine, MachineCommand};
 
 /// A machine with everything that one can have.
 fn equipped() -> MachineDescription {

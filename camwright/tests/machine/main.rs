@@ -13,12 +13,12 @@ mod stopping;
 mod turned;
 mod turning;
 
-use camwright::machine::Machine;
 use camwright::machine::description::{AXIS_COUNT, Axis, DriveSettings, MachineDescription};
+use camwright::machine::persistent_state::LastingState;
 use camwright::machine::reference::cam_grinder;
-use camwright::machine::report::TickReport;
-use camwright::machine::state::LastingState;
-use camwright::setpoint::Setpoint;
+use camwright::machine::setpoint::Setpoint;
+use camwright::simulation::Machine;
+use camwright::simulation::tick_report::TickReport;
 
 /// The reference machine with ideal drives.
 fn ideal() -> MachineDescription {

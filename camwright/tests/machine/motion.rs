@@ -1,11 +1,11 @@
 use super::{cam_grinder, follow, ideal, idle, machine, travel};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, DriveSettings, Homing};
-use camwright::machine::fault::Fault;
-use camwright::machine::report::{MotionState, TickReport};
-use camwright::machine::{Machine, MachineCommand, ResetRefused};
-use camwright::setpoint::{Input, Latch};
-use camwright::units::TURN_RAD;
+use camwright::machine::setpoint::{Input, Latch};
+use camwright::math::units::TURN_RAD;
+use camwright::simulation::fault::Fault;
+use camwright::simulation::tick_report::{MotionState, TickReport};
+use camwright::simulation::{Machine, MachineCommand, ResetRefused};
 
 const C: usize = 0;
 const X: usize = 1;
@@ -422,7 +422,7 @@ fn whatever_comes_the_axes_keep_their_limits() {
 fn a_machine_that_is_none_is_refused() {
     let mut description = cam_grinder();
     description.axes[X].drive.kv_1_s = f64::NAN;
-    let lasting = camwright::machine::state::LastingState::new(&description);
+    let lasting = camwright::machine::persistent_state::LastingState::new(&description);
     assert!(Machine::new(description, lasting).is_err());
 }
 

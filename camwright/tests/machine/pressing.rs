@@ -2,13 +2,13 @@
 
 use super::turned::{self, Eccentric};
 use super::{ideal, machine};
-use camwright::contact_law::ContactLaw;
-use camwright::machine::Machine;
+use camwright::machine::contact_law::ContactLaw;
 use camwright::machine::description::{Axis, ContactDescription, MachineDescription, StiffnessAt};
-use camwright::machine::report::TickReport;
-use camwright::machine::workpiece::{DEFAULT_AZIMUTHS, DEGREES};
-use camwright::setpoint::Setpoint;
-use camwright::units::TURN_RAD;
+use camwright::machine::setpoint::Setpoint;
+use camwright::math::units::TURN_RAD;
+use camwright::simulation::Machine;
+use camwright::simulation::tick_report::TickReport;
+use camwright::simulation::workpiece::{DEFAULT_AZIMUTHS, DEGREES};
 
 const WIDTH_MM: f64 = 15.0;
 const KG_N_MM: f64 = 5.0e4;

@@ -3,11 +3,11 @@
 use super::turned::{WHEEL_MM, turning};
 use super::{follow, ideal, idle, machine};
 use camwright::machine::description::{ContactDescription, MachineDescription, StiffnessAt, ThermalDescription};
-use camwright::machine::state::LastingState;
-use camwright::machine::workpiece::DEFAULT_AZIMUTHS;
-use camwright::machine::{Machine, MachineCommand};
-use camwright::setpoint::Setpoint;
-use camwright::units::TURN_RAD;
+use camwright::machine::persistent_state::LastingState;
+use camwright::machine::setpoint::Setpoint;
+use camwright::math::units::TURN_RAD;
+use camwright::simulation::workpiece::DEFAULT_AZIMUTHS;
+use camwright::simulation::{Machine, MachineCommand};
 
 fn growing(start_share: f64) -> MachineDescription {
     let thermal = ThermalDescription { growth_mm: 0.01, time_constant_s: 20.0, start_share };

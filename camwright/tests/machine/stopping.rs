@@ -3,12 +3,12 @@
 use super::grinding::{loaded, path_setpoints};
 use super::turned::Eccentric;
 use super::{cam_grinder, follow, ideal, idle};
-use camwright::machine::Machine;
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, MachineDescription};
-use camwright::machine::fault::Fault;
-use camwright::machine::{MachineCommand, ResetRefused};
-use camwright::setpoint::Setpoint;
+use camwright::machine::setpoint::Setpoint;
+use camwright::simulation::Machine;
+use camwright::simulation::fault::Fault;
+use camwright::simulation::{MachineCommand, ResetRefused};
 
 const DISC: Eccentric = Eccentric { radius_mm: 19.0, offset_mm: 4.2 };
 
@@ -24,7 +24,7 @@ fn cutting(description: &MachineDescription) -> (Machine, Vec<Setpoint>) {
 
 fn deepest_mm(machine: &Machine) -> f64 {
     let radii = machine.part().lobes()[0].radii_mm();
-    let azimuth = |i: usize| i as f64 * camwright::units::TURN_RAD / radii.len() as f64;
+    let azimuth = |i: usize| i as f64 * camwright::math::units::TURN_RAD / radii.len() as f64;
     radii.iter().enumerate().map(|(i, radius)| DISC.radius(azimuth(i)) - radius).fold(0.0, f64::max)
 }
 
@@ -89,7 +89,8 @@ fn a_stop_in_the_cut_takes_nothing_below_the_design() {
 #[test]
 fn an_encoder_that_jumps_costs_the_axis_its_zero() {
     let mut machine =
-        Machine::new(cam_grinder(), camwright::machine::state::LastingState::new(&cam_grinder())).expect("a machine");
+        Machine::new(cam_grinder(), camwright::machine::persistent_state::LastingState::new(&cam_grinder()))
+            .expect("a machine");
     machine.step(None, &[MachineCommand::SetHome { axis: Axis::C, counts: 0 }], &[]);
     let report = machine.step(None, &[], &[Fault::EncoderOffset { axis: Axis::C, offset: 0.01 }]);
     assert_eq!(report.raised.first().map(|alarm| alarm.kind), Some(AlarmKind::EncoderJump(Axis::C)));

@@ -2,8 +2,8 @@
 
 use super::{ease, setpoint};
 use camwright::machine::description::MachineDescription;
-use camwright::setpoint::Setpoint;
-use camwright::units::TURN_RAD;
+use camwright::machine::setpoint::Setpoint;
+use camwright::math::units::TURN_RAD;
 
 pub(crate) const WHEEL_MM: f64 = 60.0;
 

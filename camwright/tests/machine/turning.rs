@@ -1,15 +1,15 @@
 //! A lathe as it runs: setpoints of an eccentric in, what the insert leaves of a bar out.
 
+use camwright::cam::surface::SurfacePoint;
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, DriveSettings, MachineDescription, Structure};
-use camwright::machine::fault::Fault;
+use camwright::machine::persistent_state::LastingState;
 use camwright::machine::reference::{cam_grinder, lathe};
-use camwright::machine::report::TickReport;
-use camwright::machine::state::LastingState;
-use camwright::machine::turned_part::{FormMap, PartGrid, TurnedPart, TurnedPartError};
-use camwright::machine::{Machine, MachineCommand};
-use camwright::setpoint::Setpoint;
-use camwright::surface::SurfacePoint;
+use camwright::machine::setpoint::Setpoint;
+use camwright::simulation::fault::Fault;
+use camwright::simulation::tick_report::TickReport;
+use camwright::simulation::turned_part::{FormMap, PartGrid, TurnedPart, TurnedPartError};
+use camwright::simulation::{Machine, MachineCommand};
 use std::f64::consts::TAU;
 
 const RADIUS: f64 = 20.0;

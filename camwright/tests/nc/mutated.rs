@@ -2,7 +2,7 @@
 
 use crate::cams::Seeded;
 use crate::sample::{random_program, two_cams};
-use camwright::nc::{Dialect, ProgramFile, XValues, read};
+use camwright::gcode::{Dialect, ProgramFile, XValues, read};
 
 /// What stands in programs, so that damage is not always noticed at once.
 const PIECES: [&str; 44] = [

@@ -1,7 +1,7 @@
 //! What is written is read as it was meant.
 
 use crate::sample::{random_program, two_cams};
-use camwright::nc::{Action, Dialect, Direction, Motion, NcAxis, Program, XValues, driven, read};
+use camwright::gcode::{Action, Dialect, Direction, Motion, NcAxis, Program, XValues, driven, read};
 
 /// Motions as they were read against motions as they are meant: the very same places, and times to the digits of F.
 pub(crate) fn assert_same(dialect: Dialect, program: &Program, motion: &Motion, what: &str) {

@@ -1,6 +1,6 @@
 //! What is not read, and why: each refusal with its line and sentence.
 
-use camwright::nc::{Dialect, MOST_BLOCKS, MOST_TEXT_BYTES, ProgramFile, XValues, read};
+use camwright::gcode::{Dialect, MOST_BLOCKS, MOST_TEXT_BYTES, ProgramFile, XValues, read};
 
 fn file(name: &str, text: impl Into<String>) -> ProgramFile {
     ProgramFile { name: name.into(), text: text.into() }

@@ -1,7 +1,7 @@
 //! What cannot be written, and why: each refusal with its sentence.
 
 use crate::sample::{format, target, two_cams};
-use camwright::nc::{
+use camwright::gcode::{
     Block, Call, Dialect, Format, FormatError, NcAxis, Program, Step, Target, Tool, WriteError, XValues,
 };
 
@@ -224,7 +224,7 @@ fn feeds_have_times_that_the_control_reads() {
 
 #[test]
 fn speeds_tolerances_and_pauses_have_a_range() {
-    let spindle = |rpm| Block::SpindleOn { direction: camwright::nc::Direction::Counterclockwise, rpm };
+    let spindle = |rpm| Block::SpindleOn { direction: camwright::gcode::Direction::Counterclockwise, rpm };
     for rpm in [0, 100_000] {
         everywhere(
             with_block(&spindle(rpm)),

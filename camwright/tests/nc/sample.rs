@@ -1,8 +1,8 @@
 //! Small programs to write.
 
 use crate::cams::Seeded;
-use camwright::cutter_path::CarriageAxis;
-use camwright::nc::{Block, Call, Direction, Format, NcAxis, Program, Step, Subprogram, Target, Tool, XValues};
+use camwright::gcode::{Block, Call, Direction, Format, NcAxis, Program, Step, Subprogram, Target, Tool, XValues};
+use camwright::toolpath::cutter_path::CarriageAxis;
 
 /// Lengths and angles with four decimal places.
 pub(crate) fn format(x_values: XValues) -> Format {

@@ -1,7 +1,7 @@
 //! What a small program looks like on every control, and where its blocks drive.
 
 use crate::sample::{format, target, two_cams};
-use camwright::nc::{Block, Dialect, NcAxis, Step, XValues, driven, raised_feeds};
+use camwright::gcode::{Block, Dialect, NcAxis, Step, XValues, driven, raised_feeds};
 use std::path::Path;
 
 /// The text of each file of each dialect stands beside this one, so that people see what they get.

@@ -4,15 +4,15 @@
 mod cams;
 mod setup;
 
-use camwright::cutter_path::{CarriageAxis, CutterPath, Travel};
-use camwright::nc::{Dialect, Format, NcAxis, XValues, driven};
-use camwright::numeric::periodic_spline::PeriodicSpline;
-use camwright::post::{Lead, PostError, ProgramRequest, Ran, TurnSpeed, compare, post};
-use camwright::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
+use camwright::gcode::post::{Lead, PostError, ProgramRequest, Ran, TurnSpeed, compare, post};
+use camwright::gcode::{Dialect, Format, NcAxis, XValues, driven};
+use camwright::math::periodic_spline::PeriodicSpline;
+use camwright::math::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
+use camwright::toolpath::cutter_path::{CarriageAxis, CutterPath, Travel};
 use setup::{Shop, lobe_path_of};
 
 /// What a program drives by its own account, before any dialect.
-fn ran(request: &ProgramRequest<'_>, program: &camwright::nc::Program) -> Vec<Ran> {
+fn ran(request: &ProgramRequest<'_>, program: &camwright::gcode::Program) -> Vec<Ran> {
     let format = request.control.format;
     let place = |axis: NcAxis, count: Option<i64>| count.map_or(f64::NAN, |count| format.value(axis, count));
     let pose = |pose: [Option<i64>; 4]| NcAxis::ALL.map(|axis| place(axis, pose[axis.index()]));
@@ -92,7 +92,7 @@ fn what_linuxcnc_would_drive_too_fast_goes_in_steps() {
     let shop = Shop { rpm: 0.02, ..Shop::default() };
     let request = shop.cam(&path);
     let posted = post(&request).expect("a program");
-    assert!(camwright::nc::raised_feeds(&posted.program).is_empty());
+    assert!(camwright::gcode::raised_feeds(&posted.program).is_empty());
     let compared = compare(&request, &posted, &ran(&request, &posted.program)).expect("the same calls");
     assert!(compared.share_of_tolerance <= 1.0, "{compared:?}");
     let shop = Shop { dialect: Dialect::Fanuc, ..shop };

@@ -1,11 +1,11 @@
 //! A shop with its control, and what it makes.
 
 use crate::cams::reference_lobe;
-use camwright::archimedean::Knots;
-use camwright::cutter_path::{CarriageAxis, CutterPath};
-use camwright::nc::{Dialect, Direction, Format, Tool, XValues};
-use camwright::post::{Control, FeatureRequest, Lead, PassRequest, ProgramRequest, TurnSpeed};
-use camwright::units::{rad_from_deg, rad_s_from_rpm};
+use camwright::gcode::archimedean::Knots;
+use camwright::gcode::post::{Control, FeatureRequest, Lead, PassRequest, ProgramRequest, TurnSpeed};
+use camwright::gcode::{Dialect, Direction, Format, Tool, XValues};
+use camwright::math::units::{rad_from_deg, rad_s_from_rpm};
+use camwright::toolpath::cutter_path::{CarriageAxis, CutterPath};
 
 /// The path of the axis of a cutter of a radius (mm) on the reference lobe.
 pub(crate) fn lobe_path_of(radius_mm: f64) -> CutterPath {

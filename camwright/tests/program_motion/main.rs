@@ -10,11 +10,11 @@ mod refused;
 mod setup;
 mod shop;
 
+use camwright::gcode::Dialect;
 use camwright::machine::description::{Axis, DriveSettings, MachineDescription};
 use camwright::machine::reference::cam_grinder;
-use camwright::nc::Dialect;
-use camwright::numeric::hermite::HermiteSpline;
-use camwright::plan_check::check_plan;
+use camwright::math::hermite::HermiteSpline;
+use camwright::planner::plan_check::check_plan;
 use shop::{Part, STATION_MM, TOLERANCE_MM, ground, lobe_on_the_machine, planned, program, start};
 
 fn ideal() -> MachineDescription {

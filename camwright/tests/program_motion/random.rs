@@ -3,10 +3,10 @@
 use crate::cams::Seeded;
 use crate::ideal;
 use crate::shop::{STATION_MM, blocks, plan, setup};
-use camwright::cycle::ProgramPlanError;
 use camwright::machine::reference::lathe;
-use camwright::program_motion::{ProgramMotionFault, ProgramSetup};
-use camwright::units::rad_from_deg;
+use camwright::math::units::rad_from_deg;
+use camwright::planner::ProgramPlanError;
+use camwright::planner::program_motion::{ProgramMotionFault, ProgramSetup};
 use std::fmt::Write;
 
 /// Feeds of one run: C (deg), X of the wheel's centre, Z (mm), time (s).

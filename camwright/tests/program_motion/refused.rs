@@ -2,9 +2,9 @@
 
 use crate::ideal;
 use crate::shop::{Part, Read, blocks, plan, program, setup};
+use camwright::gcode::Dialect;
 use camwright::machine::reference::cam_grinder;
-use camwright::nc::Dialect;
-use camwright::program_motion::ProgramSetup;
+use camwright::planner::program_motion::ProgramSetup;
 
 fn refused(read: &Read, setup: ProgramSetup) -> String {
     plan(read, setup, &ideal()).expect_err("refused").to_string()
@@ -77,9 +77,9 @@ fn a_setup_that_is_none_and_another_rotation_sense_are_refused() {
 #[test]
 fn a_program_for_another_wheel_is_an_alarm_before_anything_moves() {
     use camwright::interpolator::{Interpolator, Motion, Prepared};
-    use camwright::machine::Machine;
-    use camwright::machine::state::LastingState;
-    use camwright::rehearsal::{RehearsalError, rehearse};
+    use camwright::machine::persistent_state::LastingState;
+    use camwright::simulation::Machine;
+    use camwright::simulation::rehearsal::{RehearsalError, rehearse};
     let machine = cam_grinder();
     let (_, read) = program(&Part::lobe(), Dialect::Siemens, 10.0);
     let other = ProgramSetup { cutter_radius_mm: 59.0, ..setup() };

@@ -2,21 +2,21 @@
 
 use crate::cams::reference_contour;
 use crate::setup::{Shop, lobe_path_of};
-use camwright::cutter_path::{CarriageAxis, CutterPath, Travel};
-use camwright::cycle::{PlanStart, PlannedProgram, ProgramLobe, ProgramPlanError, ProgramRequest, plan_program};
-use camwright::form::Form;
+use camwright::cam::form::Form;
+use camwright::gcode::post::{Lead, Posted, TurnSpeed, post};
+use camwright::gcode::{self, Dialect, ProgramFile, XValues, read};
 use camwright::interpolator::{Interpolator, Motion, Outcome, Prepared};
-use camwright::machine::Machine;
 use camwright::machine::description::{Axis, MachineDescription};
+use camwright::machine::persistent_state::LastingState;
 use camwright::machine::reference::cam_grinder;
-use camwright::machine::state::LastingState;
-use camwright::machine::workpiece::DEFAULT_AZIMUTHS;
-use camwright::nc::{self, Dialect, ProgramFile, XValues, read};
-use camwright::numeric::periodic_spline::PeriodicSpline;
-use camwright::post::{Lead, Posted, TurnSpeed, post};
-use camwright::program_motion::ProgramSetup;
-use camwright::rehearsal::rehearse;
-use camwright::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
+use camwright::math::periodic_spline::PeriodicSpline;
+use camwright::math::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
+use camwright::planner::program_motion::ProgramSetup;
+use camwright::planner::{PlanStart, PlannedProgram, ProgramLobe, ProgramPlanError, ProgramRequest, plan_program};
+use camwright::simulation::Machine;
+use camwright::simulation::rehearsal::rehearse;
+use camwright::simulation::workpiece::DEFAULT_AZIMUTHS;
+use camwright::toolpath::cutter_path::{CarriageAxis, CutterPath, Travel};
 use std::sync::Arc;
 
 /// The table before the first station, and the program's Z there (mm).
@@ -72,7 +72,7 @@ impl Part {
 
 /// A program that was read, and its files.
 pub(crate) struct Read {
-    pub(crate) motion: nc::Motion,
+    pub(crate) motion: gcode::Motion,
     pub(crate) files: Vec<ProgramFile>,
 }
 

@@ -1,16 +1,16 @@
 //! What an exact correction turn leaves.
 
 use crate::part::{ANGLES_DEG, Contacts, DWELLS_FROM_RAD, Part, RATIOS, Station, diameter, from, journal, law, rad};
-use camwright::runout::Mode;
-use camwright::runout::correction::{Correction, Start, Target};
-use camwright::runout::fit::Fit;
-use camwright::runout::gauge::Gauge;
-use camwright::runout::phases::RadiusByPhase;
-use camwright::runout::record::GaugeRecord;
-use camwright::runout::sensitivity;
-use camwright::runout::spark_out;
-use camwright::runout::state::{MeasureSettings, PartState};
-use camwright::runout::wheel_log::WheelLog;
+use camwright::gauging::Mode;
+use camwright::gauging::correction::{Correction, Start, Target};
+use camwright::gauging::fit::Fit;
+use camwright::gauging::gauge::Gauge;
+use camwright::gauging::record::GaugeRecord;
+use camwright::gauging::runout::RadiusByPhase;
+use camwright::gauging::sensitivity;
+use camwright::gauging::spark_out;
+use camwright::gauging::state::{MeasureSettings, PartState};
+use camwright::gauging::wheel_log::WheelLog;
 use std::f64::consts::PI;
 
 const AT_LEAST: Target = Target::LeastRadius { extra_depth_mm: 0.0 };
@@ -262,7 +262,7 @@ fn what_errors_of_angle_and_stiffness_leave_is_as_derived() {
         }
         for error in [-0.1, 0.1] {
             // The radius that a wrong kg/km makes of the depths of the turn before, and the turn that it leads to.
-            let wrong = camwright::contact_law::ContactLaw::new(
+            let wrong = camwright::machine::contact_law::ContactLaw::new(
                 law(ratio).machine_n_mm(),
                 law(ratio).grinding_n_mm() * (1.0 + error),
                 law(ratio).threshold_n(),

@@ -3,9 +3,9 @@
 use crate::part::{
     DWELLS_FROM_RAD, GRINDING_N_MM, Noise, Part, RATIOS, Station, THRESHOLD_N, diameter, from, journal, law,
 };
-use camwright::runout::decay::{Comparison, Decay, DecayError};
-use camwright::runout::record::GaugeRecord;
-use camwright::runout::stiffness::{
+use camwright::gauging::decay::{Comparison, Decay, DecayError};
+use camwright::gauging::record::GaugeRecord;
+use camwright::gauging::stiffness::{
     ForcePoint, ForceReading, GrindingStiffness, Measured, StiffnessError, grinding_stiffness_of_one_feed,
     machine_stiffness, mean_of_turn, ratio,
 };

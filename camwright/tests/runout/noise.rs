@@ -1,12 +1,12 @@
 //! What noise of the readings leaves.
 
 use crate::part::{DWELLS_FROM_RAD, Station, diameter, from, journal, law};
-use camwright::runout::correction::{Correction, Start, Target};
-use camwright::runout::fit::Fit;
-use camwright::runout::record::GaugeRecord;
-use camwright::runout::sensitivity::{noise_after_dwell, noise_of_radius_mm};
-use camwright::runout::state::{MeasureSettings, PartState};
-use camwright::runout::wheel_log::WheelLog;
+use camwright::gauging::correction::{Correction, Start, Target};
+use camwright::gauging::fit::Fit;
+use camwright::gauging::record::GaugeRecord;
+use camwright::gauging::sensitivity::{noise_after_dwell, noise_of_radius_mm};
+use camwright::gauging::state::{MeasureSettings, PartState};
+use camwright::gauging::wheel_log::WheelLog;
 use std::f64::consts::PI;
 
 /// Seeds from this one on.

@@ -3,11 +3,11 @@
 //! The depth of every cut is found by halving an interval until spring and cut are in balance; nothing of the core is used but the
 //! types in which readings and positions are handed over.
 
-use camwright::contact_law::ContactLaw;
-use camwright::runout::correction::Correction;
-use camwright::runout::gauge::Gauge;
-use camwright::runout::record::Reading;
-use camwright::runout::wheel_log::WheelPosition;
+use camwright::gauging::correction::Correction;
+use camwright::gauging::gauge::Gauge;
+use camwright::gauging::record::Reading;
+use camwright::gauging::wheel_log::WheelPosition;
+use camwright::machine::contact_law::ContactLaw;
 use std::f64::consts::PI;
 
 /// km/kg of the shop's usual cases: from a slender shaft on a stiff wheel to a stiff part.

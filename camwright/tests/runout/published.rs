@@ -1,11 +1,11 @@
 //! What the published correction leaves.
 
 use crate::part::{Part, RATIOS, Station, diameter, from, law};
-use camwright::runout::correction::Correction;
-use camwright::runout::phases::RadiusByPhase;
-use camwright::runout::published::PublishedRunout;
-use camwright::runout::record::GaugeRecord;
-use camwright::runout::sensitivity::left_by_published;
+use camwright::gauging::correction::Correction;
+use camwright::gauging::published::PublishedRunout;
+use camwright::gauging::record::GaugeRecord;
+use camwright::gauging::runout::RadiusByPhase;
+use camwright::gauging::sensitivity::left_by_published;
 use std::f64::consts::PI;
 
 /// With the runout as it is when the turn begins, −km/(kg + km) of it is left: high where it was low.

@@ -1,17 +1,17 @@
 //! What cannot be measured or corrected is refused, and says why.
 
 use crate::part::{DWELLS_FROM_RAD, Part, Station, diameter, from, journal, law, rad};
-use camwright::runout::correction::{Correction, CorrectionError, Start, Target};
-use camwright::runout::fit::Fit;
-use camwright::runout::phases::{PhasesError, RadiusByPhase};
-use camwright::runout::published::{PublishedError, PublishedRunout};
-use camwright::runout::record::{GaugeRecord, Reading};
-use camwright::runout::spark_out::{self, SparkOutError};
-use camwright::runout::state::{MeasureSettings, PartState, StateError};
-use camwright::runout::stiffness::{
+use camwright::gauging::correction::{Correction, CorrectionError, Start, Target};
+use camwright::gauging::fit::Fit;
+use camwright::gauging::published::{PublishedError, PublishedRunout};
+use camwright::gauging::record::{GaugeRecord, Reading};
+use camwright::gauging::runout::{PhasesError, RadiusByPhase};
+use camwright::gauging::spark_out::{self, SparkOutError};
+use camwright::gauging::state::{MeasureSettings, PartState, StateError};
+use camwright::gauging::stiffness::{
     ForcePoint, GrindingStiffness, StiffnessError, grinding_stiffness_of_one_feed, machine_stiffness,
 };
-use camwright::runout::wheel_log::{WheelLog, WheelPosition};
+use camwright::gauging::wheel_log::{WheelLog, WheelPosition};
 
 const USUAL: MeasureSettings = MeasureSettings {
     fit: Fit::Readings { harmonics: 15 },

@@ -1,11 +1,11 @@
 //! Actual depths of cut and the part by phase, against what the reference really lost and has.
 
 use crate::part::{ANGLES_DEG, DWELLS_FROM_RAD, Part, RATIOS, Station, diameter, from, journal, law, rad};
-use camwright::runout::fit::Fit;
-use camwright::runout::phases::RadiusByPhase;
-use camwright::runout::record::GaugeRecord;
-use camwright::runout::state::{MeasureSettings, PartState};
-use camwright::runout::wheel_log::WheelLog;
+use camwright::gauging::fit::Fit;
+use camwright::gauging::record::GaugeRecord;
+use camwright::gauging::runout::RadiusByPhase;
+use camwright::gauging::state::{MeasureSettings, PartState};
+use camwright::gauging::wheel_log::WheelLog;
 use std::f64::consts::PI;
 
 /// Radii of the reference at every step of C: what a phase had when it left the wheel.

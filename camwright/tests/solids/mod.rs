@@ -1,14 +1,14 @@
 //! Surfaces of parts for tests: the closed forms, a cam along z, meshes of them, and seeded random ones.
 #![allow(dead_code, reason = "each test binary uses its part")]
 
-use camwright::contour::Contour;
-use camwright::follower::Follower;
-use camwright::lift::LiftLaw;
-use camwright::surface::Surface;
-use camwright::surface::cams::CamAlong;
-use camwright::surface::mesh::Triangle;
-use camwright::surface::solid::{Along, Harmonic, Solid};
-use camwright::units::TURN_RAD;
+use camwright::cam::contour::Contour;
+use camwright::cam::follower::Follower;
+use camwright::cam::lift::LiftLaw;
+use camwright::cam::surface::Surface;
+use camwright::cam::surface::cams::CamAlong;
+use camwright::cam::surface::mesh::Triangle;
+use camwright::cam::surface::solid::{Along, Harmonic, Solid};
+use camwright::math::units::TURN_RAD;
 
 pub(crate) const CYLINDER: Solid = Solid::Cylinder { radius_mm: 20.0 };
 pub(crate) const ECCENTRIC: Solid = Solid::Eccentric { radius_mm: 21.0, eccentricity_mm: 2.5, azimuth_rad: 0.7 };

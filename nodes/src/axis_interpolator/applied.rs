@@ -7,7 +7,7 @@ use camwright::interpolator::tolerance::{Stretch, ToleranceViolation};
 use camwright::interpolator::trajectory::Quantity;
 use camwright::interpolator::{AppliedInput as Applied, Request};
 use camwright::machine::description::{Axis, MachineDescription};
-use camwright::setpoint::Latch;
+use camwright::machine::setpoint::Latch;
 use camwright_msgs::camwright_msgs::msg::AppliedInput;
 use serde::{Deserialize, Serialize};
 
@@ -128,7 +128,7 @@ pub(crate) fn kind_name(kind: u8) -> &'static str {
 mod tests {
     use super::*;
     use camwright::machine::reference::cam_grinder;
-    use camwright::setpoint::Input;
+    use camwright::machine::setpoint::Input;
 
     #[test]
     fn every_input_comes_back_from_its_message_to_the_bit() {

@@ -5,8 +5,8 @@ use crate::convert::setpoints::ChunkBuffer;
 use camwright::interpolator::trajectory::Start;
 use camwright::interpolator::{AppliedInput, Event, Order, Outcome, Prepared, Request, RestState, StartError, Status};
 use camwright::machine::description::{AXIS_COUNT, MachineDescription};
-use camwright::plan::Plan;
-use camwright::setpoint::{Latch, Measured, Setpoint};
+use camwright::machine::setpoint::{Latch, Measured, Setpoint};
+use camwright::motion::plan::Plan;
 use std::sync::Arc;
 
 /// What the machine told.

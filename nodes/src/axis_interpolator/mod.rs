@@ -35,8 +35,8 @@ use crate::ros::{
 use crate::running::{NodeError, Threads, autostart};
 use camwright::interpolator::Request;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
-use camwright::plan::Plan;
-use camwright::setpoint::{Latch, Measured};
+use camwright::machine::setpoint::{Latch, Measured};
+use camwright::motion::plan::Plan;
 use camwright_msgs::camwright_msgs::action::{ExecutePlan, Home, Jog, MoveTo, Probe};
 use camwright_msgs::camwright_msgs::msg::{
     CellState, Latch as LatchMessage, MachineDescription as DescriptionMessage, MachineStream, PlanPage, WorkArea,

@@ -12,7 +12,7 @@ use camwright::interpolator::tolerance::{FollowingTolerances, Tolerance};
 use camwright::interpolator::trajectory::{Start, Trajectory, TrajectoryPoint};
 use camwright::interpolator::{Motion, Prepared, RestState};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
-use camwright::plan::Plan;
+use camwright::motion::plan::Plan;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 

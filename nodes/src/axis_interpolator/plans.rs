@@ -2,7 +2,7 @@
 
 use crate::convert::plan::{PlanPagesError, plan_from_pages};
 use camwright::machine::description::MachineDescription;
-use camwright::plan::Plan;
+use camwright::motion::plan::Plan;
 use camwright_msgs::camwright_msgs::msg::PlanPage;
 use std::sync::Arc;
 

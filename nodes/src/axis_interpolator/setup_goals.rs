@@ -9,7 +9,7 @@ use crate::machine_sim::input_named;
 use crate::ros::{ActionHandler, GoalDecision, GoalHandle, GoalId};
 use camwright::interpolator::{Outcome, Probed, Request};
 use camwright::machine::description::{Axis, MachineDescription};
-use camwright::setpoint::Input;
+use camwright::machine::setpoint::Input;
 use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, MoveTo, MoveToGoal, Probe, ProbeGoal, ProbeResult};
 use std::sync::Arc;
 

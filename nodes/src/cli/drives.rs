@@ -2,10 +2,10 @@
 
 use crate::config::any_job::{self, AnyJob};
 use crate::planning::{self, PreparedTurning};
-use camwright::turning_drives::{
+use camwright::math::units::{TURN_RAD, mm_from_um, um_from_mm};
+use camwright::simulation::lathe_drives::{
     Drives, DrivesForm, FeedForward, GainSearch, GainTried, LeastGain, Told, TurningDrives,
 };
-use camwright::units::{TURN_RAD, mm_from_um, um_from_mm};
 use serde_json::{Value, json};
 use std::io::{self, Write};
 use std::process::ExitCode;

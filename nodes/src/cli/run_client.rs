@@ -6,7 +6,7 @@ use crate::ros::{
     ActionClient, ClientGoal, GoalStatus, Node, NodeOptions, Qos, RosArgs, Shutdown, SpinThread, Subscription,
 };
 use crate::running::NodeError;
-use camwright::units::deg_from_rad;
+use camwright::math::units::deg_from_rad;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobFeedback, RunJobGoal, RunJobResult};
 use camwright_msgs::camwright_msgs::msg::{FormMap, JobStatus, RecorderStatus};
 use camwright_msgs::camwright_msgs::srv::{FindPhase, FindPhaseRequest, LoadJob, LoadJobRequest};

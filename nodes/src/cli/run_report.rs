@@ -6,7 +6,7 @@ use crate::convert::{j_mm3_from_j_m3, m_from_mm, mm_from_m, um_from_m as um};
 use crate::planning::{Causes, FORM_TOLERANCE_MM, TimeCompared};
 use crate::report::{BURNT, burnt};
 use crate::ros::GoalStatus;
-use camwright::units::{deg_from_rad, mm_from_um, um_from_mm};
+use camwright::math::units::{deg_from_rad, mm_from_um, um_from_mm};
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::LobeResult;
 use std::path::PathBuf;

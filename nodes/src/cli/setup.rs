@@ -6,7 +6,7 @@ use crate::convert::{m_from_mm, mm_from_m, si_from_file};
 use crate::ros::{ActionClient, GoalStatus, Node, NodeOptions, Qos, RosArgs, RosLayer, Shutdown};
 use crate::running::NodeError;
 use camwright::machine::description::Axis;
-use camwright::units::deg_from_rad;
+use camwright::math::units::deg_from_rad;
 use camwright_msgs::Action;
 use camwright_msgs::camwright_msgs::action::{Jog, JogGoal, MoveTo, MoveToGoal, Probe, ProbeGoal};
 use camwright_msgs::camwright_msgs::srv::{
@@ -290,7 +290,7 @@ fn place(axis: Axis, position: f64) -> String {
 }
 
 fn m_from_um(um: f64) -> f64 {
-    m_from_mm(camwright::units::mm_from_um(um))
+    m_from_mm(camwright::math::units::mm_from_um(um))
 }
 
 /// Sends a goal and waits for its end; a signal cancels it. Ten times a second something is done meanwhile.

@@ -5,7 +5,7 @@ use super::run_report::{exit_code, status_word};
 use crate::convert::{mm_from_m, um_from_m as um};
 use crate::planning::TurnedInstead;
 use crate::ros::GoalStatus;
-use camwright::units::{deg_from_rad, um_from_mm};
+use camwright::math::units::{deg_from_rad, um_from_mm};
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::{FormMap, TurnedResult};
 use serde_json::{Value, json};

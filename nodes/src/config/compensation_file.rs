@@ -2,10 +2,10 @@
 
 use super::ConfigError;
 use super::yaml::Document;
-use camwright::compensation::{
+use camwright::cam::compensation::{
     Compensation, CompensationSpec, FormCurve, LearnedError, MOST_CORRECTION_MM, MOST_HARMONICS, MOST_SLOPE_MM_RAD,
 };
-use camwright::units::{mm_from_um, rad_from_deg, um_from_mm};
+use camwright::math::units::{mm_from_um, rad_from_deg, um_from_mm};
 use serde::{Deserialize, Serialize};
 
 /// How it is learned.

@@ -3,7 +3,7 @@
 use super::lift_file::Places;
 use super::lift_text::{Content, Printed};
 use super::{ConfigError, Place};
-use camwright::lift::points::{ContourPoint, rows_of};
+use camwright::cam::lift::points::{ContourPoint, rows_of};
 use std::path::Path;
 
 /// How much of a turn the files of a table hold.

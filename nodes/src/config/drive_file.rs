@@ -3,7 +3,7 @@
 use super::ConfigError;
 use super::machine_file::RangeCheck;
 use camwright::machine::description::{DriveSettings, Structure};
-use camwright::units::{TURN_RAD, mm_from_um, rad_from_deg};
+use camwright::math::units::{TURN_RAD, mm_from_um, rad_from_deg};
 use serde::Deserialize;
 
 /// The first mode of what an axis carries.

@@ -5,7 +5,7 @@ use super::machine_file::Machine;
 use super::machine_file::RangeCheck;
 use super::yaml::Document;
 use camwright::machine::description::{AlarmRetract, MachineDescription};
-use camwright::machine::fault::Fault;
+use camwright::simulation::fault::Fault;
 use serde::Deserialize;
 
 /// How an alarm takes the wheel off the part; see [`AlarmRetract`] for the defaults.
@@ -41,7 +41,7 @@ impl AlarmRetractFile {
 /// A fault that strikes at a tick of a job.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JobFault {
-    /// Name in [`camwright::machine::fault::FAULTS`].
+    /// Name in [`camwright::simulation::fault::FAULTS`].
     pub kind: String,
     /// What it strikes.
     pub target: String,

@@ -1,8 +1,8 @@
 //! The follower of a profile as a job writes it, and the follower it means. What its numbers must be to ride on a cam the
 //! core says.
 
-use camwright::follower::{ArmSide, Follower, Pivot, SwingLift};
-use camwright::units::rad_from_deg;
+use camwright::cam::follower::{ArmSide, Follower, Pivot, SwingLift};
+use camwright::math::units::rad_from_deg;
 use serde::Deserialize;
 
 /// `follower` of a profile as written.

@@ -1,7 +1,7 @@
 //! What a machine file says about the in-process gauge.
 
 use camwright::machine::description::{GaugeDescription, GaugeKind};
-use camwright::units::{TURN_RAD, mm_from_um, rad_from_deg};
+use camwright::math::units::{TURN_RAD, mm_from_um, rad_from_deg};
 use serde::Deserialize;
 
 /// The gauge of a machine.

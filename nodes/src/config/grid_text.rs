@@ -8,9 +8,9 @@
 //! `camwright plan` writes the surface of every part like this (`surface.csv`).
 
 use super::{ConfigError, Place};
-use camwright::surface::grid::Grid;
-use camwright::surface::{Surface, SurfaceError};
-use camwright::units::rad_from_deg;
+use camwright::cam::surface::grid::Grid;
+use camwright::cam::surface::{Surface, SurfaceError};
+use camwright::math::units::rad_from_deg;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -159,7 +159,7 @@ pub(crate) fn write(surface: &Surface, azimuths: u32, places_mm: &[f64], to: &mu
 #[cfg(test)]
 mod tests {
     use super::*;
-    use camwright::surface::solid::{Along, Solid};
+    use camwright::cam::surface::solid::{Along, Solid};
 
     fn cone() -> Surface {
         let (first_mm, second_mm) = (Along { at_zero: 24.0, per_mm: -0.1 }, Along { at_zero: 21.0, per_mm: -0.06 });

@@ -6,12 +6,12 @@ use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
 use super::milling_file::named;
 use super::profile_file::contour_key;
 use super::yaml::Document;
-use camwright::groove::GrooveError;
-use camwright::groove::barrel::BarrelGroove;
-use camwright::groove::plate::PlateGroove;
-use camwright::job::ProfileSpec;
-use camwright::milling_job::{GrooveKind, MOST_STEPS, MilledGroove};
-use camwright::units::rad_from_deg;
+use camwright::job::grinding::ProfileSpec;
+use camwright::job::milling::{GrooveKind, MOST_STEPS, MilledGroove};
+use camwright::math::units::rad_from_deg;
+use camwright::toolpath::groove::GrooveError;
+use camwright::toolpath::groove::barrel::BarrelGroove;
+use camwright::toolpath::groove::plate::PlateGroove;
 use serde::Deserialize;
 
 /// `grooves[]` as written. What belongs to one kind alone is refused with the other.

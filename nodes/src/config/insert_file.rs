@@ -3,7 +3,7 @@
 use super::ConfigError;
 use super::machine_file::RangeCheck;
 use camwright::machine::description::InsertDescription;
-use camwright::units::{rad_from_deg, rad_s_from_rpm};
+use camwright::math::units::{rad_from_deg, rad_s_from_rpm};
 use serde::Deserialize;
 
 /// A round, driven insert.

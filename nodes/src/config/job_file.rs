@@ -17,10 +17,12 @@ use super::program_file::{self, JobProgram};
 use super::start_file::{DryRunFile, StartFile};
 use super::wheel_file::{DressingFile, ObstacleFile, WheelPowerFile, wishes};
 use super::yaml::Document;
-use camwright::cycle::{LobeOrder, fastest_order};
-use camwright::follower::Follower;
-use camwright::job::{BetweenLobes, HoldInCut, HomePosition, JobSpec, LEAST_BLOCKS, LobeSpec, PassSpec, ProfileSpec};
-use camwright::units::{TURN_RAD, rad_from_deg};
+use camwright::cam::follower::Follower;
+use camwright::job::grinding::{
+    BetweenLobes, HoldInCut, HomePosition, JobSpec, LEAST_BLOCKS, LobeSpec, PassSpec, ProfileSpec,
+};
+use camwright::math::units::{TURN_RAD, rad_from_deg};
+use camwright::planner::{LobeOrder, fastest_order};
 use serde::Deserialize;
 use std::sync::Arc;
 

@@ -3,14 +3,14 @@
 use super::ConfigError;
 use super::contact_file::PER_MM;
 use super::yaml::Document;
-use camwright::contact_law::ContactLaw;
-use camwright::job::{
+use camwright::gauging::Mode;
+use camwright::gauging::state::{MOST_HARMONICS, USUAL_HARMONICS};
+use camwright::job::grinding::{
     CorrectionSpec, IdentificationSpec, KnownContact, MOST_ALLOWANCE_MM, MOST_MARGIN_MM, StiffnessSource, StockSpec,
 };
-use camwright::raw_part::{Bend, RawPart, Wave};
-use camwright::runout::Mode;
-use camwright::runout::state::{MOST_HARMONICS, USUAL_HARMONICS};
-use camwright::units::{mm_from_um, rad_from_deg, rad_s_from_rpm, um_from_mm};
+use camwright::job::raw_part::{Bend, RawPart, Wave};
+use camwright::machine::contact_law::ContactLaw;
+use camwright::math::units::{mm_from_um, rad_from_deg, rad_s_from_rpm, um_from_mm};
 use serde::Deserialize;
 
 /// Largest amplitude of a raw part (µm): beyond it it is another part.

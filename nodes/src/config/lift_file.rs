@@ -14,11 +14,13 @@ use super::lift_text::{self, AngleUnit, Format, Printed};
 use super::locate::Located;
 use super::yaml::Document;
 use super::{ConfigError, Place};
-use camwright::follower::Follower;
-use camwright::lift::halves::{check_flank, whole_turn};
-use camwright::lift::reading::alternatives;
-use camwright::lift::{LiftDeclaration, LiftDoubt, LiftError, LiftForm, LiftLaw, LiftTable, Reading, TableReading};
-use camwright::units::mm_from_um;
+use camwright::cam::follower::Follower;
+use camwright::cam::lift::halves::{check_flank, whole_turn};
+use camwright::cam::lift::reading::alternatives;
+use camwright::cam::lift::{
+    LiftDeclaration, LiftDoubt, LiftError, LiftForm, LiftLaw, LiftTable, Reading, TableReading,
+};
+use camwright::math::units::mm_from_um;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 

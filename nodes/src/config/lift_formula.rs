@@ -2,10 +2,10 @@
 
 use super::ConfigError;
 use super::lift_file::OfProfile;
-use camwright::follower::Follower;
-use camwright::lift::{LiftLaw, MotionProgram, MotionSegment, ProgramError};
-use camwright::motion_law::MotionLaw;
-use camwright::units::rad_from_deg;
+use camwright::cam::follower::Follower;
+use camwright::cam::lift::{LiftLaw, MotionProgram, MotionSegment, ProgramError};
+use camwright::cam::motion_law::MotionLaw;
+use camwright::math::units::rad_from_deg;
 use serde::Deserialize;
 
 /// A segment as written.

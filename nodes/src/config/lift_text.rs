@@ -10,8 +10,8 @@
 
 use super::locate::Located;
 use super::{ConfigError, Place};
-use camwright::lift::points::ContourPoint;
-use camwright::lift::{LengthUnit, LiftForm, LiftRow, LiftTable};
+use camwright::cam::lift::points::ContourPoint;
+use camwright::cam::lift::{LengthUnit, LiftForm, LiftRow, LiftTable};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -37,10 +37,10 @@ impl AngleUnit {
 
     /// The same in the core.
     #[must_use]
-    pub const fn core(self) -> camwright::lift::AngleUnit {
+    pub const fn core(self) -> camwright::cam::lift::AngleUnit {
         match self {
-            AngleUnit::Cam => camwright::lift::AngleUnit::CamDegrees,
-            AngleUnit::Crank => camwright::lift::AngleUnit::CrankDegrees,
+            AngleUnit::Cam => camwright::cam::lift::AngleUnit::CamDegrees,
+            AngleUnit::Crank => camwright::cam::lift::AngleUnit::CrankDegrees,
         }
     }
 }

@@ -17,7 +17,7 @@ use super::{ConfigError, Place};
 use camwright::machine::description::{
     Axis, AxisDescription, InsertDescription, MachineDescription, MotionLimits, Scale, Station, WheelDescription,
 };
-use camwright::units::{mm_from_um, rad_from_deg, rad_s_from_rpm};
+use camwright::math::units::{mm_from_um, rad_from_deg, rad_s_from_rpm};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};

@@ -9,11 +9,11 @@ use super::names;
 use super::nc_file::{NcFile, NcSettings};
 use super::profile_file::{self, ProfileFile, contour_key};
 use super::yaml::Document;
-use camwright::contour::Contour;
-use camwright::groove::Coverage;
-use camwright::job::ProfileSpec;
-use camwright::milling_job::{CutsWith, MillAxis, MilledCam, MilledGroove, MillingJob, MillingPass, MillingTool};
-use camwright::units::{mm_from_um, rad_from_deg, rad_s_from_rpm};
+use camwright::cam::contour::Contour;
+use camwright::job::grinding::ProfileSpec;
+use camwright::job::milling::{CutsWith, MillAxis, MilledCam, MilledGroove, MillingJob, MillingPass, MillingTool};
+use camwright::math::units::{mm_from_um, rad_from_deg, rad_s_from_rpm};
+use camwright::toolpath::groove::Coverage;
 use serde::Deserialize;
 use std::sync::Arc;
 

@@ -2,10 +2,10 @@
 
 use super::ConfigError;
 use super::yaml::Document;
-use camwright::archimedean::Knots;
-use camwright::nc::{Dialect, Format, XValues};
-use camwright::post::Control;
-use camwright::units::{mm_from_um, rad_from_deg};
+use camwright::gcode::archimedean::Knots;
+use camwright::gcode::post::Control;
+use camwright::gcode::{Dialect, Format, XValues};
+use camwright::math::units::{mm_from_um, rad_from_deg};
 use serde::Deserialize;
 
 /// `nc` of a job as written; everything has a default.

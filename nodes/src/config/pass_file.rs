@@ -2,9 +2,9 @@
 
 use super::limits::MAX_SPARK_OUT_TURNS;
 use super::names;
-use camwright::job::{InfeedCourse, InfeedDirection, PassSpec, SpeedLaw};
+use camwright::job::grinding::{InfeedCourse, InfeedDirection, PassSpec, SpeedLaw};
 use camwright::machine::description::ReferenceCut;
-use camwright::units::{mm_from_um, rad_s_from_rpm};
+use camwright::math::units::{mm_from_um, rad_s_from_rpm};
 use serde::Deserialize;
 
 /// Name of the pass that every job has, the last one.

@@ -1,7 +1,7 @@
 //! What a machine file says about the gap detector and the switch at the key-way.
 
 use camwright::machine::description::{GapDetector, KeyWayProbe};
-use camwright::units::rad_from_deg;
+use camwright::math::units::rad_from_deg;
 use serde::Deserialize;
 
 /// The gap detector of a machine.

@@ -1,7 +1,7 @@
 //! What a machine file says about what grinding takes.
 
 use camwright::machine::description::{GrindingProcess, ReferenceCut};
-use camwright::units::mm_from_um;
+use camwright::math::units::mm_from_um;
 use serde::Deserialize;
 
 /// The process of a machine: its wheel on the material that it grinds.

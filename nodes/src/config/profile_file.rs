@@ -7,9 +7,9 @@ use super::job_files::JobFiles;
 use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
 use super::names;
 use super::yaml::Document;
-use camwright::contour::ContourError;
-use camwright::follower::Follower;
-use camwright::job::ProfileSpec;
+use camwright::cam::contour::ContourError;
+use camwright::cam::follower::Follower;
+use camwright::job::grinding::ProfileSpec;
 use serde::Deserialize;
 
 /// `profiles[]` as written.

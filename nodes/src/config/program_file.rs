@@ -4,7 +4,7 @@ use super::job_files::JobFiles;
 use super::nc_file::NcSettings;
 use super::yaml::Document;
 use super::{ConfigError, Place};
-use camwright::nc::{Dialect, Motion, ProgramFile, read as read_program};
+use camwright::gcode::{Dialect, Motion, ProgramFile, read as read_program};
 use std::path::{Path, PathBuf};
 
 /// What files of programs are.

@@ -2,7 +2,7 @@
 
 use super::ConfigError;
 use super::yaml::Document;
-use camwright::job::LobeSpec;
+use camwright::job::grinding::LobeSpec;
 use serde::Deserialize;
 
 /// Name of a lobe, or its number from 1 in the order in which they are ground.

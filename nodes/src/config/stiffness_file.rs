@@ -3,8 +3,8 @@
 use super::ConfigError;
 use super::contact_file::PER_MM;
 use super::yaml::Document;
-use camwright::runout::stiffness::Measured;
-use camwright::runout::stiffness_map::{SAME_PLACE_MM, StiffnessMap, StiffnessMapError, StiffnessPlace};
+use camwright::gauging::stiffness::Measured;
+use camwright::gauging::stiffness_map::{SAME_PLACE_MM, StiffnessMap, StiffnessMapError, StiffnessPlace};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 

@@ -3,7 +3,7 @@
 //! An STL file says neither its unit nor where the axis of the part is; the job does. Normals are not read: the corners say all.
 
 use super::{ConfigError, Place};
-use camwright::surface::mesh::Triangle;
+use camwright::cam::surface::mesh::Triangle;
 use std::path::Path;
 use std::str::SplitAsciiWhitespace;
 

@@ -2,11 +2,11 @@
 
 use super::ConfigError;
 use super::yaml::Document;
-use camwright::dressing::DressingSpec;
-use camwright::job::{ObstacleSpec, WheelPower, WheelWish};
+use camwright::job::dressing::DressingSpec;
+use camwright::job::grinding::{ObstacleSpec, WheelPower, WheelWish};
 use camwright::machine::description::ThermalDescription;
 use camwright::machine::fixture::{Dresser, Extent};
-use camwright::units::mm_from_um;
+use camwright::math::units::mm_from_um;
 use serde::Deserialize;
 
 /// Bound on the power of the wheel's spindle.

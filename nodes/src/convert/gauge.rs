@@ -1,10 +1,10 @@
 //! What a gauge reads: from the machine's report to the message, and from the message to what journals are measured with.
 
 use super::{m_from_mm, mm_from_m, si_from_counts};
-use camwright::cycle::Contact;
+use camwright::gauging::journal::Gauged;
 use camwright::machine::description::{Axis, GaugeKind, MachineDescription};
-use camwright::machine::report::TickReport;
-use camwright::runout::journal::Gauged;
+use camwright::planner::Contact;
+use camwright::simulation::tick_report::TickReport;
 use camwright_msgs::camwright_msgs::msg::GaugeReading;
 
 /// The readings of a tick, of the first gauge before the second; without their time and the name of the lobe.

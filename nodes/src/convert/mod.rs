@@ -12,7 +12,7 @@ pub mod setpoints;
 pub mod time;
 
 use camwright::machine::description::{Axis, Scale};
-use camwright::units::um_from_mm;
+use camwright::math::units::um_from_mm;
 use camwright_msgs::camwright_msgs::msg::AxisDescription;
 
 /// Millimetres to metres.
@@ -55,7 +55,7 @@ pub fn core_from_si(axis: Axis, value: f64) -> f64 {
 #[must_use]
 pub fn si_from_file(axis: Axis, value: f64) -> f64 {
     match axis {
-        Axis::C => camwright::units::rad_from_deg(value),
+        Axis::C => camwright::math::units::rad_from_deg(value),
         Axis::X | Axis::Z => m_from_mm(value),
     }
 }

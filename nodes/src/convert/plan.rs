@@ -4,9 +4,9 @@ pub use super::plan_segment::{phase_from, phase_name};
 use super::plan_segment::{segment_from, segment_to};
 use super::{m_from_mm, mm_from_m};
 use camwright::machine::description::MachineDescription;
-use camwright::numeric::hermite::{HermiteSpline, Knot};
-use camwright::numeric::periodic_spline::PeriodicSpline;
-use camwright::plan::{Half, Plan};
+use camwright::math::hermite::{HermiteSpline, Knot};
+use camwright::math::periodic_spline::PeriodicSpline;
+use camwright::motion::plan::{Half, Plan};
 use camwright_msgs::camwright_msgs::msg::{PlanHeader, PlanPage, PlanSegment, PlanSpline};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -255,7 +255,7 @@ mod tests {
     use super::*;
     use camwright::machine::description::Axis;
     use camwright::machine::reference::cam_grinder;
-    use camwright::plan::{AxisTarget, Phase, Segment, SegmentKind, SpiralSegment};
+    use camwright::motion::plan::{AxisTarget, Phase, Segment, SegmentKind, SpiralSegment};
 
     /// A spiral with a move before it; its laws, longer than a page.
     fn turned() -> Plan {

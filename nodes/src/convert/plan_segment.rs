@@ -3,7 +3,7 @@
 use super::plan::{SplinePlace, count};
 use super::{core_from_si, m_from_mm, mm_from_m, si_from_core};
 use camwright::machine::description::{Axis, MachineDescription, MotionLimits};
-use camwright::plan::{AxisTarget, Command, CutSegment, Phase, Plan, Segment, SegmentKind, SpiralSegment};
+use camwright::motion::plan::{AxisTarget, Command, CutSegment, Phase, Plan, Segment, SegmentKind, SpiralSegment};
 use camwright_msgs::camwright_msgs::msg::{MachineCommand, PlanSegment, PlanSpline};
 
 /// A step as a message.

@@ -6,9 +6,9 @@
 
 use super::time::{TickClock, duration_from_ns, ns_from_duration};
 use super::{core_from_si, counts_from_si, si_from_core, si_from_counts};
-use camwright::machine::buffer::{Chunk, TailPoint};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
-use camwright::setpoint::Setpoint;
+use camwright::machine::setpoint::Setpoint;
+use camwright::simulation::buffer::{Chunk, TailPoint};
 use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
 use thiserror::Error;
 

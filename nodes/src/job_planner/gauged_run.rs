@@ -4,8 +4,8 @@ use super::execution::Failure;
 use super::grinding_run::GrindingRun;
 use super::lock;
 use crate::planning::{self, MeasuredContacts, PreparedCorrection};
-use camwright::cycle::{Contact, rests_rad};
-use camwright::runout::journal::LOG_ENDS_RAD;
+use camwright::gauging::journal::LOG_ENDS_RAD;
+use camwright::planner::{Contact, rests_rad};
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use std::time::Duration;
 

@@ -2,7 +2,7 @@
 
 use super::{lock, wait_for};
 use crate::convert::gauge;
-use camwright::cycle::Contact;
+use camwright::planner::Contact;
 use camwright_msgs::camwright_msgs::msg::GaugeReading;
 use std::collections::BTreeMap;
 use std::sync::{Condvar, Mutex};

@@ -4,7 +4,7 @@ use super::execution::{Execution, Failure, Share};
 use super::{identify, lock};
 use crate::config::stiffness_file::KeptPlace;
 use crate::planning::{self, MeasuredContacts, PreparedJob, hash_of};
-use camwright::speed_plan::SpeedPlan;
+use camwright::motion::speed_plan::SpeedPlan;
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe};
 use std::time::Duration;

@@ -8,7 +8,7 @@ use crate::config::job_file;
 use crate::config::stiffness_file::KeptPlace;
 use crate::convert::{m_from_mm, mm_from_m};
 use crate::ros::{Responder, RosError, ServiceHandle};
-use camwright::runout::stiffness::Measured;
+use camwright::gauging::stiffness::Measured;
 use camwright_msgs::camwright_msgs::msg::JournalStiffness;
 use camwright_msgs::camwright_msgs::srv::{
     GetStiffness, GetStiffnessRequest, GetStiffnessResponse, IdentifyStiffness, IdentifyStiffnessRequest,

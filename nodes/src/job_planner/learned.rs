@@ -98,7 +98,7 @@ mod tests {
     fn what_was_learned_survives_a_restart_and_belongs_to_one_machine_and_job() {
         let set = ["form_compensation={}", "infeed.total_mm=0.072", "stock_mm=0.06"].map(str::to_owned);
         let prepared = prepare("four_lobe_camshaft", &set, None).unwrap();
-        let part = |lobe: &camwright::cycle::PlannedLobe| {
+        let part = |lobe: &camwright::planner::PlannedLobe| {
             let radius = |i: u32| lobe.design.radius_at(f64::from(i) * std::f64::consts::TAU / 720.0) + 0.001;
             let radius = (0..720).map(|i| m_from_mm(radius(i))).collect();
             PartLobe { name: lobe.design.name.clone(), radius, ..PartLobe::default() }

@@ -9,9 +9,9 @@ use crate::convert::plan::{Provenance, pages_from_plan};
 use crate::convert::{m_from_mm, mm_from_m, si_from_core};
 use crate::planning::{AnyPrepared, MachineNow, PreparedJob};
 use crate::ros::{ActionClient, GoalStatus, Node, Responder, RosError, ServiceHandle};
-use camwright::cycle::plan_dress;
 use camwright::machine::description::{Axis, MachineDescription};
-use camwright::units::{TURN_RAD, deg_from_rad, um_from_mm};
+use camwright::math::units::{TURN_RAD, deg_from_rad, um_from_mm};
+use camwright::planner::plan_dress;
 use camwright_msgs::camwright_msgs::action::{
     ExecutePlanGoal, Home, HomeGoal, MoveTo, MoveToGoal, Probe, ProbeGoal, ProbeResult,
 };

@@ -65,10 +65,10 @@ impl StiffnessStore {
 mod tests {
     use super::*;
     use crate::planning::prepare;
-    use camwright::contact_law::ContactLaw;
-    use camwright::runout::decay::Comparison;
-    use camwright::runout::identify::{Identified, KnownTo};
-    use camwright::runout::stiffness::{GrindingStiffness, Measured, OneFeed};
+    use camwright::gauging::decay::Comparison;
+    use camwright::gauging::identify::{Identified, KnownTo};
+    use camwright::gauging::stiffness::{GrindingStiffness, Measured, OneFeed};
+    use camwright::machine::contact_law::ContactLaw;
 
     fn contact(n_mm: f64) -> Option<Identified> {
         let of = |value: f64| Measured { value, uncertainty: 0.01 * value };

@@ -2,7 +2,7 @@
 
 use super::{lock, wait_for};
 use crate::convert::mm_from_m;
-use camwright::machine::turned_part::{MOST_CELLS, PartGrid, TurnedPart, TurnedPartError};
+use camwright::simulation::turned_part::{MOST_CELLS, PartGrid, TurnedPart, TurnedPartError};
 use camwright_msgs::camwright_msgs::msg::TurnedPage;
 use std::sync::{Condvar, Mutex};
 use std::time::Duration;

@@ -4,7 +4,7 @@ use super::pump::StreamState;
 use crate::convert::time::TickClock;
 use camwright::machine::alarm::Alarm as CoreAlarm;
 use camwright::machine::description::Axis;
-use camwright::machine::report::TickReport;
+use camwright::simulation::tick_report::TickReport;
 use camwright_msgs::camwright_msgs::msg::Alarm;
 
 /// Alarms in the order in which they were raised.

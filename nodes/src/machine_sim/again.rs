@@ -13,11 +13,11 @@ use super::traffic::{Inbound, Outbound};
 use super::work_area::AreaOrder;
 use crate::convert::setpoints::ChunkBuffer;
 use crate::cyclic::{Receiver, Sender, Waker, ring};
-use camwright::keyframe::{Kept, Tape};
-use camwright::machine::Machine;
 use camwright::machine::description::MachineDescription;
-use camwright::machine::report::TickReport;
-use camwright::machine::state::LastingState;
+use camwright::machine::persistent_state::LastingState;
+use camwright::math::snapshot::{Kept, Tape};
+use camwright::simulation::Machine;
+use camwright::simulation::tick_report::TickReport;
 use camwright_msgs::camwright_msgs::msg::{MachineCommand, MachineInput, MachineKeyframe};
 use std::sync::Arc;
 

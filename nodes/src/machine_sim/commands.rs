@@ -3,9 +3,9 @@
 use super::pump::{input_name, input_named};
 use super::traffic::{Order, TimedCommand};
 use crate::convert::time::TickClock;
-use camwright::machine::MachineCommand;
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{Axis, MachineDescription, Scale};
+use camwright::simulation::MachineCommand;
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::MachineCommand as CommandMessage;
 
@@ -139,7 +139,7 @@ pub(super) fn message(command: &TimedCommand, machine: &MachineDescription) -> C
 mod tests {
     use super::*;
     use camwright::machine::reference::cam_grinder;
-    use camwright::setpoint::Input;
+    use camwright::machine::setpoint::Input;
 
     #[test]
     fn every_order_comes_back_from_its_message() {

@@ -2,8 +2,8 @@
 
 use super::traffic::AskedFault;
 use camwright::machine::description::MachineDescription;
-use camwright::machine::fault::{Fault, FaultError};
-use camwright::numeric::fixed_list::FixedList;
+use camwright::math::fixed_list::FixedList;
+use camwright::simulation::fault::{Fault, FaultError};
 use camwright_msgs::camwright_msgs::srv::InjectFaultRequest;
 
 /// Faults of one tick; more wait for the next.

@@ -6,7 +6,7 @@
 use super::ticker::{Pace, Ticker};
 use super::traffic::Outbound;
 use crate::ros::{Parameter, Parameters};
-use camwright::keyframe::{Kept, Place, Tape, TapeError};
+use camwright::math::snapshot::{Kept, Place, Tape, TapeError};
 
 /// Form of the state: it grows with every change of what a keyframe holds, and only the same form can be read.
 pub(crate) const FORM: u32 = 1;

@@ -3,7 +3,7 @@
 use crate::config::names::is_name;
 use crate::config::{ConfigError, Place};
 use camwright::machine::description::MachineDescription;
-use camwright::machine::state::{LastingState, Tally};
+use camwright::machine::persistent_state::{LastingState, Tally};
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::{Path, PathBuf};

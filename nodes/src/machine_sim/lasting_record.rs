@@ -1,6 +1,6 @@
 //! What outlives a run, as it was when a run began, in a form that reads back to the bit.
 
-use camwright::machine::state::{LastingState, Tally};
+use camwright::machine::persistent_state::{LastingState, Tally};
 use serde::{Deserialize, Serialize};
 
 /// All of a machine's lasting state; lengths in mm. Tallies are total, good, bad.

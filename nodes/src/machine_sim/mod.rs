@@ -47,10 +47,10 @@ use crate::ros::{
     Responder, RosArgs, ServiceHandle, SpinThread, Subscription, TimerHandle, system_time_ns,
 };
 use crate::running::{NodeError, Threads, autostart};
-use camwright::machine::Machine;
 use camwright::machine::description::{Axis, MachineDescription, Scale};
-use camwright::machine::fault::{FAULTS, Fault};
-use camwright::machine::state::LastingState;
+use camwright::machine::persistent_state::LastingState;
+use camwright::simulation::Machine;
+use camwright::simulation::fault::{FAULTS, Fault};
 use camwright_msgs::camwright_msgs::msg::{
     AxisDescription, MachineCommand as CommandMessage, MachineDescription as DescriptionMessage, MachineStream,
     RecorderStatus, StationDescription,
@@ -150,7 +150,7 @@ fn parameters() -> Vec<Parameter> {
             )
             .range(0.0, 1000.0)
             .read_only(),
-        Parameter::double(REST_RATE, 50.0)
+        Parameter::double(REST_RATE, 20.0)
             .describe("joint_states of a machine at pace realtime that rests and runs no job (Hz); every tick is published otherwise")
             .range(1.0, 10_000.0)
             .read_only(),

@@ -1,7 +1,7 @@
 //! The part while it is cut, for those who watch: fewer radii than it has, copied in the cyclic thread into room that was made before.
 
 use crate::convert::m_from_mm;
-use camwright::machine::Machine;
+use camwright::simulation::Machine;
 
 /// Radii of a lobe: half a degree.
 const LOBE_AZIMUTHS: usize = 720;

@@ -5,8 +5,8 @@
 use super::pump::StreamState;
 use crate::convert::setpoints::ChunkBuffer;
 use crate::digest::Digest;
-use camwright::machine::report::TickReport;
-use camwright::setpoint::{Input, Setpoint};
+use camwright::machine::setpoint::{Input, Setpoint};
+use camwright::simulation::tick_report::TickReport;
 
 /// Ticks between two digests that are told: one second at 1 ms.
 const PERIOD_TICKS: u64 = 1000;

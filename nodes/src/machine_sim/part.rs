@@ -2,10 +2,10 @@
 
 use crate::convert::time::TickClock;
 use crate::convert::{m_from_mm, mm_from_m};
-use camwright::machine::Machine;
-use camwright::machine::turned_part::{MOST_CELLS, PartGrid, TurnedPart, TurnedPartError};
-use camwright::machine::work_area::LoadingRefused;
-use camwright::machine::workpiece::{CutRecord, LobeError};
+use camwright::simulation::Machine;
+use camwright::simulation::turned_part::{MOST_CELLS, PartGrid, TurnedPart, TurnedPartError};
+use camwright::simulation::work_area::LoadingRefused;
+use camwright::simulation::workpiece::{CutRecord, LobeError};
 use camwright_msgs::camwright_msgs::msg::TurnedPage;
 use camwright_msgs::camwright_msgs::srv::{LoadBarRequest, LoadLobeRequest};
 use thiserror::Error;

@@ -20,10 +20,10 @@ use crate::ros::{Drops, Node, Publisher, Qos, RosError, Telemetry};
 use crate::supervised::injected;
 use camwright::machine::alarm::{Alarm as CoreAlarm, Severity};
 use camwright::machine::description::{Axis, MachineDescription};
-use camwright::machine::report::{IoState, MotionState, TickReport};
-use camwright::machine::state::LastingState;
-use camwright::machine::workpiece::CutRecord;
-use camwright::setpoint::{Input, Latch as CoreLatch};
+use camwright::machine::persistent_state::LastingState;
+use camwright::machine::setpoint::{Input, Latch as CoreLatch};
+use camwright::simulation::tick_report::{IoState, MotionState, TickReport};
+use camwright::simulation::workpiece::CutRecord;
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::{
     GaugeReading, Latch, MachineAlarms, MachineIo, MachineStream, PartLobe, TurnedPage,
@@ -262,9 +262,10 @@ impl Pump {
 
     /// Samples of every tick, which are dropped and counted where a subscriber leaves no room.
     fn samples(&mut self, report: &TickReport, state: &StreamState, stamp: &Time) -> Result<(), RosError> {
-        let mut sent = self.joint_states(report, state);
+        let rest_ticks = self.rest_ticks(report, state);
+        let mut sent = self.joint_states(report, rest_ticks);
         sent = sent.and(self.gauge(report));
-        sent = sent.and(self.scene.tick(report, stamp));
+        sent = sent.and(self.scene.tick(report, stamp, rest_ticks));
         if let Some(clock) = self.outlets.clock.as_mut().filter(|_| report.tick.is_multiple_of(CLOCK_PERIOD_TICKS)) {
             sent = sent.and(clock.tell(stamp.clone()));
         }
@@ -307,15 +308,20 @@ impl Pump {
         }
     }
 
+    /// Returns the period of the samples while no job runs and no axis moves.
+    fn rest_ticks(&self, report: &TickReport, state: &StreamState) -> Option<u64> {
+        let is_at_rest = state.job_tick == 0 && joint_values(&self.context.description, report) == self.last_joints;
+        is_at_rest.then_some(self.context.rest_period_ticks)
+    }
+
     /// Every tick of a job and of what moves is published; what rests is repeated less often. The last tick of a rest is published with the
     /// first one that differs, so that a change never lies between two ticks that are far apart.
-    fn joint_states(&mut self, report: &TickReport, state: &StreamState) -> Result<(), RosError> {
-        let values = joint_values(&self.context.description, report);
-        let is_repeated = state.job_tick == 0 && values == self.last_joints;
-        if is_repeated && !report.tick.is_multiple_of(self.context.rest_period_ticks) {
+    fn joint_states(&mut self, report: &TickReport, rest_ticks: Option<u64>) -> Result<(), RosError> {
+        if rest_ticks.is_some_and(|period| !report.tick.is_multiple_of(period)) {
             self.skipped_tick = Some(report.tick);
             return Ok(());
         }
+        let values = joint_values(&self.context.description, report);
         if let Some(tick) = self.skipped_tick.take().filter(|_| values != self.last_joints) {
             self.publish_joints(tick)?;
         }

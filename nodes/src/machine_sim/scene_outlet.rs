@@ -9,7 +9,7 @@ use crate::ros::{Drops, Node, Parameter, Publisher, Qos, RosError, Telemetry};
 use crate::running::NodeError;
 use crate::scene::{self, Colour, Place, Tree};
 use camwright::machine::description::{Axis, MachineDescription};
-use camwright::machine::report::TickReport;
+use camwright::simulation::tick_report::TickReport;
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::PartLobe;
 use camwright_msgs::control_msgs::msg::{DynamicJointState, InterfaceValue};
@@ -129,14 +129,15 @@ impl SceneOutlet {
         self.draw(wheel)
     }
 
-    /// What a tick moves, and now and then what it cuts.
-    pub(super) fn tick(&mut self, report: &TickReport, stamp: &Time) -> Result<(), RosError> {
+    /// Publishes the transforms and states of a tick, and now and then the part. `rest_ticks` is the period of a machine at rest.
+    pub(super) fn tick(&mut self, report: &TickReport, stamp: &Time, rest_ticks: Option<u64>) -> Result<(), RosError> {
         let cuts = report.removal.area_mm2 > 0.0 || report.turned.volume_mm3 > 0.0;
         let period = if self.machine.is_lathe() { SLICED_PERIOD } else { OUTLINE_PERIOD };
         if cuts && !self.is_asked && self.asked.elapsed() >= period {
             self.ask(report.lobe.unwrap_or(0));
         }
-        if !report.tick.is_multiple_of(self.period_ticks) {
+        let period_ticks = rest_ticks.map_or(self.period_ticks, |rest_ticks| rest_ticks.max(self.period_ticks));
+        if !report.tick.is_multiple_of(period_ticks) {
             return Ok(());
         }
         let position = |joint: &str| match Axis::from_joint(joint) {

@@ -6,10 +6,10 @@ use super::ticker::{PENDING_COMMANDS, Ticker};
 use super::traffic::{Inbound, Order, Outbound, Taken, TimedCommand};
 use super::work_area::AreaOrder;
 use crate::convert::setpoints::ChunkBuffer;
-use camwright::machine::MachineCommand;
 use camwright::machine::alarm::{AlarmKind, NO_TICK};
-use camwright::machine::buffer::ChunkError;
-use camwright::machine::work_area::LoadingRefused;
+use camwright::simulation::MachineCommand;
+use camwright::simulation::buffer::ChunkError;
+use camwright::simulation::work_area::LoadingRefused;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 

@@ -8,12 +8,12 @@ use super::pump::StreamState;
 use super::work_area::AreaOrder;
 use crate::convert::setpoints::ChunkBuffer;
 use camwright::machine::alarm::AlarmKind;
-use camwright::machine::buffer::ChunkError;
-use camwright::machine::fault::Fault;
-use camwright::machine::report::TickReport;
-use camwright::machine::state::LastingState;
-use camwright::machine::work_area::LoadingRefused;
-use camwright::machine::{MachineCommand, ResetRefused};
+use camwright::machine::persistent_state::LastingState;
+use camwright::simulation::buffer::ChunkError;
+use camwright::simulation::fault::Fault;
+use camwright::simulation::tick_report::TickReport;
+use camwright::simulation::work_area::LoadingRefused;
+use camwright::simulation::{MachineCommand, ResetRefused};
 use camwright_msgs::camwright_msgs::srv::InjectFaultRequest;
 
 /// An order with its place in the sender's sequence and the tick at which it takes effect.

@@ -4,7 +4,7 @@ use super::feed::Known;
 use super::words::{self, SILENCE, Tone, Word};
 use crate::convert::plan::{phase_from, phase_name};
 use crate::convert::{mm_from_m, um_from_m as um};
-use camwright::units::{deg_from_rad, rpm_from_rad_s};
+use camwright::math::units::{deg_from_rad, rpm_from_rad_s};
 use camwright_msgs::camwright_msgs::msg::{Alarm, LobeForm, MachineDescription, PartLobe};
 use camwright_msgs::control_msgs::msg::InterfaceValue;
 use serde::Serialize;

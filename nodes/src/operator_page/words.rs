@@ -2,7 +2,7 @@
 
 use super::feed::Known;
 use crate::convert::plan::{phase_from, phase_name};
-use camwright::plan::Phase;
+use camwright::motion::plan::Phase;
 use camwright_msgs::camwright_msgs::msg::{Alarm, InterpolatorState, JobStatus, MachineStream};
 use serde::Serialize;
 use std::time::{Duration, Instant};

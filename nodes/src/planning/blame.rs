@@ -3,13 +3,13 @@
 use crate::config::ConfigError;
 use crate::config::job_file::Job;
 use crate::config::profile_file::contour_key;
-use camwright::cycle::PlanError;
-use camwright::dressing::DressError;
-use camwright::job::JobError;
+use camwright::job::dressing::DressError;
+use camwright::job::grinding::JobError;
 use camwright::machine::WHEEL_TOLERANCE_MM;
 use camwright::machine::description::Axis;
-use camwright::speed_plan::SpeedPlanError;
-use camwright::tool_path::ToolPathError;
+use camwright::motion::speed_plan::SpeedPlanError;
+use camwright::planner::PlanError;
+use camwright::toolpath::wheel_path::ToolPathError;
 
 /// A refusal of the core as one sentence with the file and the line of the key that causes it.
 #[must_use]

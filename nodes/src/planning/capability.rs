@@ -2,9 +2,9 @@
 
 use super::FORM_TOLERANCE_MM;
 use crate::convert::mm_from_m;
-use camwright::capability::{Capability, CapabilityError};
-use camwright::cycle::LobeDesign;
-use camwright::form::{Form, FormError};
+use camwright::cam::capability::{Capability, CapabilityError};
+use camwright::cam::form::{Form, FormError};
+use camwright::planner::LobeDesign;
 use camwright_msgs::camwright_msgs::msg::PartLobe;
 
 /// A lobe of one part of a batch.
@@ -68,7 +68,7 @@ pub fn capability(parts: &[Vec<MeasuredLobe>]) -> Result<Vec<LobeCapability>, Ca
 mod tests {
     use super::*;
     use crate::convert::m_from_mm;
-    use camwright::contour::Contour;
+    use camwright::cam::contour::Contour;
 
     /// Discs larger by 1, 2 and 3 µm: mean 2, s = 1, Cp = 10/6, Cpk = (5 − 2)/3 for size and form.
     #[test]

@@ -131,7 +131,7 @@ mod tests {
     use super::*;
     use crate::convert::mm_from_m;
     use crate::planning::prepare;
-    use camwright::units::um_from_mm;
+    use camwright::math::units::um_from_mm;
 
     /// The default machine lags, gives way and counts; without any of it it grinds within 0.05 µm. Drives and stiffness leave more each,
     /// counts hardly anything; good drives less than the ordinary ones.

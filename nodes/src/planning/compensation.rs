@@ -4,10 +4,10 @@ use super::{PreparedJob, rehearse_outlines_on};
 use crate::config::compensation_file::CurveFile;
 use crate::config::job_file::{self, Job};
 use crate::planning::{self, RehearsalFailed};
-use camwright::compensation::{CompensationSpec, FormCurve, Learned, LearnedError, LobeLearning};
-use camwright::cycle::{LobeDesign, designs};
+use camwright::cam::compensation::{CompensationSpec, FormCurve, Learned, LearnedError, LobeLearning};
 use camwright::machine::description::MachineDescription;
-use camwright::units::um_from_mm;
+use camwright::math::units::um_from_mm;
+use camwright::planner::{LobeDesign, designs};
 use camwright_msgs::camwright_msgs::msg::LobeResult;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -244,7 +244,7 @@ pub fn rehearse_learned(
     let failed = |reason: String| RehearsalFailed { job: prepared.job.spec.name.clone(), reason };
     let mut kept = LearnedJob::new(&description.name, &prepared.job.spec.name);
     let mut job = prepared.job.clone();
-    let compensation = job.spec.compensation.get_or_insert_with(|| camwright::compensation::Compensation {
+    let compensation = job.spec.compensation.get_or_insert_with(|| camwright::cam::compensation::Compensation {
         spec: CompensationSpec::default(),
         learned: Vec::new(),
         afresh: false,
@@ -343,7 +343,7 @@ mod tests {
     fn a_lobe_of_another_design_is_not_corrected_by_what_was_learned() {
         let set = short(&["form_compensation={}"]);
         let prepared = prepare("four_lobe_camshaft", &set, None).unwrap();
-        let radii = |lobe: &camwright::cycle::PlannedLobe| {
+        let radii = |lobe: &camwright::planner::PlannedLobe| {
             (0..720).map(|i| lobe.design.radius_at(f64::from(i) * std::f64::consts::TAU / 720.0) + 0.001).collect()
         };
         let outlines: Vec<Vec<f64>> = prepared.planned.lobes.iter().map(radii).collect();

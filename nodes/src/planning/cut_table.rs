@@ -1,10 +1,10 @@
 //! What happens in a cut, period by period, for tables and figures.
 
 use super::PreparedJob;
-use camwright::cut_motion::CutMotion;
-use camwright::cycle::PlannedLobe;
 use camwright::machine::description::Axis;
-use camwright::units::{TURN_RAD, deg_from_rad};
+use camwright::math::units::{TURN_RAD, deg_from_rad};
+use camwright::motion::cut_motion::CutMotion;
+use camwright::planner::PlannedLobe;
 
 /// Most rows of the cuts of a job, some 200 MB of text: beyond them only every second, third … period has a row. 1000 s at 1 ms have one each.
 const MAX_ROWS: u64 = 1_000_000;

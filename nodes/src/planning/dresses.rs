@@ -1,8 +1,8 @@
 //! The dresses of a job, for people and for `summary.json`.
 
 use super::PreparedJob;
-use camwright::dressing::KeptPath;
-use camwright::units::{deg_from_rad, um_from_mm};
+use camwright::job::dressing::KeptPath;
+use camwright::math::units::{deg_from_rad, um_from_mm};
 use serde::Serialize;
 use std::fmt;
 
@@ -47,7 +47,7 @@ pub fn dresses(prepared: &PreparedJob) -> Vec<DressSummary> {
         error_um: um_from_mm(kept.error.value),
         cam_angle_deg: deg_from_rad(kept.error.angle_rad),
     };
-    let summary = |planned: &camwright::dressing::PlannedDress| DressSummary {
+    let summary = |planned: &camwright::job::dressing::PlannedDress| DressSummary {
         before_lobe: job.lobes.get(planned.dress.before_lobe).map(|lobe| lobe.name.clone()).unwrap_or_default(),
         reason: planned.dress.reason.to_string(),
         old_radius_mm: planned.dress.old_radius_mm,

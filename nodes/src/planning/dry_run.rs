@@ -24,7 +24,7 @@ mod tests {
     use super::super::{prepare, raw_lobe, rehearse_job, rehearse_outlines_on};
     use crate::convert::mm_from_m;
     use camwright::machine::description::Effect;
-    use camwright::units::um_from_mm;
+    use camwright::math::units::um_from_mm;
 
     /// Both halves of a job that corrects runout, and a job that dresses its wheel: every plan passes its check, and nothing is cut.
     #[test]

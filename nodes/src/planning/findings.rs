@@ -8,11 +8,11 @@ use crate::config::any_job::{self, AnyJob};
 use crate::config::job_file::Job;
 use crate::config::lift_file;
 use crate::config::locate::{Located, locate};
-use camwright::cycle::PlannedLobe;
-use camwright::cycle::{PlanError, plan_job};
-use camwright::job::{JobError, LobeSpec};
-use camwright::units::{deg_from_rad, um_from_mm};
-use camwright::wheel::WheelNow;
+use camwright::job::grinding::{JobError, LobeSpec};
+use camwright::machine::wheel_state::WheelNow;
+use camwright::math::units::{deg_from_rad, um_from_mm};
+use camwright::planner::PlannedLobe;
+use camwright::planner::{PlanError, plan_job};
 use std::fmt;
 use std::path::{Path, PathBuf};
 

@@ -1,9 +1,9 @@
 //! What wheel and part giving way leaves of every lobe, and how many turns of spark-out it would take.
 
 use super::PreparedJob;
-use camwright::contact_law::ContactLaw;
-use camwright::giving_way::Deflections;
-use camwright::units::um_from_mm;
+use camwright::machine::contact_law::ContactLaw;
+use camwright::math::units::um_from_mm;
+use camwright::planner::deflection::Deflections;
 use serde::Serialize;
 
 /// Largest form error with which a part is good (mm).

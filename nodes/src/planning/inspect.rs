@@ -2,9 +2,9 @@
 
 use crate::config::ConfigError;
 use crate::config::job_file::Job;
-use camwright::cycle::PlannedJob;
-use camwright::inspection::Inspection;
-use camwright::units::{deg_from_rad, rad_from_deg, wrap_turn};
+use camwright::cam::inspection::Inspection;
+use camwright::math::units::{deg_from_rad, rad_from_deg, wrap_turn};
+use camwright::planner::PlannedJob;
 use std::io::{self, Write};
 
 /// Every lobe under the gauge of its profile; none where the profile has none.
@@ -12,7 +12,7 @@ use std::io::{self, Write};
 /// # Errors
 /// A gauge that cannot lie on the base circle, or cannot reach over the cam at a cam angle of the job's blocks.
 pub fn inspections(job: &Job, planned: &PlannedJob) -> Result<Vec<Option<Inspection>>, ConfigError> {
-    let under_gauge = |(index, lobe): (usize, &camwright::cycle::PlannedLobe)| {
+    let under_gauge = |(index, lobe): (usize, &camwright::planner::PlannedLobe)| {
         let profile = job.spec.lobes[index].profile;
         let Some(gauge) = job.gauges[profile] else { return Ok(None) };
         let refuse = |message: String| {

@@ -6,15 +6,15 @@ use crate::config::ConfigError;
 use crate::config::job_file::Job;
 use crate::convert::mm_from_m;
 use crate::convert::plan::{Provenance, pages_from_plan};
-use camwright::cycle::{
+use camwright::gauging::identify::Identified;
+use camwright::gauging::journal::{JournalCorrection, JournalError};
+use camwright::machine::description::MachineDescription;
+use camwright::machine::wheel_state::WheelNow;
+use camwright::math::units::um_from_mm;
+use camwright::planner::{
     Contact, MeasuredJob, NotCorrected, PlannedCorrection, PlannedJob, PlannedMeasuring, decide_corrections, identify,
     measured_stocks, plan_corrections, plan_measured_job, plan_measuring,
 };
-use camwright::machine::description::MachineDescription;
-use camwright::runout::identify::Identified;
-use camwright::runout::journal::{JournalCorrection, JournalError};
-use camwright::units::um_from_mm;
-use camwright::wheel::WheelNow;
 use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe, PlanPage};
 use thiserror::Error;
 
@@ -83,7 +83,7 @@ impl PreparedCorrection {
             let measured = self.measured.contacts.get(index).and_then(Option::as_ref).map(|contact| contact.law);
             if let Some((law, from)) = lobe.contact(&prepared.job.spec, &prepared.machine, measured) {
                 // N/mm and N/um differ as um and mm do.
-                let n_um = |n_mm: f64| camwright::units::mm_from_um(n_mm);
+                let n_um = |n_mm: f64| camwright::math::units::mm_from_um(n_mm);
                 told.push(format!(
                     "lobe {name}: corrected by the stiffness {from}: machine {:.3} N/um, grinding {:.2} N/um, {:.1} N to begin",
                     n_um(law.machine_n_mm()),
@@ -273,7 +273,7 @@ mod tests {
     use super::*;
     use crate::planning::{prepare, rehearse_job};
     use camwright::machine::description::Effect;
-    use camwright::units::um_from_mm;
+    use camwright::math::units::um_from_mm;
 
     /// The shipped journals, rehearsed as a whole: rounder and nearer to size than sparking out leaves them.
     #[test]

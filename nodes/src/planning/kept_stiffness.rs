@@ -4,10 +4,10 @@ use super::{MeasuredContacts, PreparedJob};
 use crate::config::job_file::Job;
 use crate::config::journal_file::contact_flow;
 use crate::config::stiffness_file::{KeptPlace, KeptStiffness};
-use camwright::job::{KnownContact, StiffnessSource};
+use camwright::gauging::stiffness::Measured;
+use camwright::gauging::stiffness_map::StiffnessPlace;
+use camwright::job::grinding::{KnownContact, StiffnessSource};
 use camwright::machine::description::MachineDescription;
-use camwright::runout::stiffness::Measured;
-use camwright::runout::stiffness_map::StiffnessPlace;
 
 /// What a job takes of what is kept.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -1,11 +1,11 @@
 //! Lobes as messages: the blank that is put between the centres, and the form of what was ground.
 
 use crate::convert::{m_from_mm, mm_from_m};
-use camwright::contour::Contour;
-use camwright::cycle::LobeDesign;
-use camwright::form::{Form, FormError};
-use camwright::numeric::range::least_and_most;
-use camwright::units::{TURN_RAD, wrap_turn};
+use camwright::cam::contour::Contour;
+use camwright::cam::form::{Form, FormError};
+use camwright::math::range::least_and_most;
+use camwright::math::units::{TURN_RAD, wrap_turn};
+use camwright::planner::LobeDesign;
 use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe};
 use thiserror::Error;
 

@@ -70,10 +70,10 @@ use crate::config::job_file::{self, Job};
 use crate::config::limits::MAX_JOB_S;
 use crate::config::yaml::Document;
 use crate::convert::plan::{Provenance, pages_from_plan};
-use camwright::cycle::{PlannedCorrection, PlannedJob, plan_job};
-use camwright::inspection::Inspection;
+use camwright::cam::inspection::Inspection;
 use camwright::machine::description::MachineDescription;
-use camwright::wheel::WheelNow;
+use camwright::machine::wheel_state::WheelNow;
+use camwright::planner::{PlannedCorrection, PlannedJob, plan_job};
 use camwright_msgs::camwright_msgs::msg::PlanPage;
 
 /// Largest difference between the wheel a job was written for and the wheel that is mounted.

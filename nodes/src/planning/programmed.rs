@@ -4,9 +4,9 @@ use super::program::refuse_what_needs_the_machine;
 use crate::config::ConfigError;
 use crate::config::job_file::Job;
 use crate::config::program_file::JobProgram;
-use camwright::cycle::{PlanStart, PlannedJob, ProgramLobe, ProgramRequest, plan_program};
 use camwright::machine::description::MachineDescription;
-use camwright::program_motion::ProgramSetup;
+use camwright::planner::program_motion::ProgramSetup;
+use camwright::planner::{PlanStart, PlannedJob, ProgramLobe, ProgramRequest, plan_program};
 
 /// The job's plan, or that of its program where it names one: lobes and what they are measured against stay the job's.
 pub(super) fn with_program(

@@ -8,7 +8,7 @@ use crate::config::locate::{Located, locate};
 use crate::config::machine_file;
 use crate::convert::mm_from_m;
 use camwright::machine::description::MachineDescription;
-use camwright::wheel::WheelNow;
+use camwright::machine::wheel_state::WheelNow;
 use camwright_msgs::camwright_msgs::msg::{JobStatus, MachineDescription as DescriptionMessage};
 use std::path::{Path, PathBuf};
 

@@ -5,15 +5,15 @@ use super::{PreparedJob, correct, lobe_result, raw_lobe};
 use crate::convert::gauge::{log, readings};
 use crate::convert::{m_from_mm, mm_from_m, plan::plan_from_pages};
 use crate::machine_sim::cut_of;
-use camwright::cycle::Contact;
-use camwright::cycle::PlannedLobe;
 use camwright::interpolator::{Interpolator, Motion, Prepared};
-use camwright::machine::Machine;
 use camwright::machine::description::{Effect, MachineDescription};
-use camwright::machine::report::TickReport;
-use camwright::machine::state::LastingState;
-use camwright::rehearsal::{Rehearsed, rehearse};
-use camwright::setpoint::Setpoint;
+use camwright::machine::persistent_state::LastingState;
+use camwright::machine::setpoint::Setpoint;
+use camwright::planner::Contact;
+use camwright::planner::PlannedLobe;
+use camwright::simulation::Machine;
+use camwright::simulation::rehearsal::{Rehearsed, rehearse};
+use camwright::simulation::tick_report::TickReport;
 use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe, PlanPage};
 use std::sync::Arc;
 use thiserror::Error;
@@ -178,7 +178,7 @@ mod tests {
     use super::*;
     use crate::convert::mm_from_m;
     use crate::planning::prepare;
-    use camwright::units::um_from_mm;
+    use camwright::math::units::um_from_mm;
 
     /// The default job on an ideal machine is ground within 1 µm of the design, on its own honestly worse.
     #[test]
@@ -235,7 +235,7 @@ mod tests {
     fn a_dressed_batch_is_off_by_the_wear_that_is_predicted() {
         let job = crate::config::job_file::load("dressed_batch", &[]).unwrap();
         let machine = job.machine.description.clone();
-        let mut wheel = camwright::wheel::WheelNow::dressed(59.5);
+        let mut wheel = camwright::machine::wheel_state::WheelNow::dressed(59.5);
         (wheel.wear_mm, wheel.lobes_since_dress) = (0.0002, 1);
         let now = crate::planning::MachineNow { description: machine, wheel };
         let prepared = crate::planning::plan(job, Some(&now)).unwrap();

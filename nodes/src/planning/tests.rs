@@ -1,6 +1,6 @@
 use super::*;
 use crate::config::locate::locate;
-use camwright::units::rad_from_deg;
+use camwright::math::units::rad_from_deg;
 
 fn machine_now() -> MachineNow {
     let job = job_file::load("four_lobe_camshaft", &[]).unwrap();
@@ -53,7 +53,7 @@ fn jobs_of_repeated_shapes_are_planned_and_repeat() {
 #[test]
 fn one_lobe_starts_on_its_flank() {
     let prepared = prepare("four_lobe_camshaft", &[], None).unwrap();
-    let lift = |lobe: &camwright::cycle::PlannedLobe| lobe.design.contour.lift().sample(lobe.start_rad).value;
+    let lift = |lobe: &camwright::planner::PlannedLobe| lobe.design.contour.lift().sample(lobe.start_rad).value;
     assert!(prepared.planned.lobes.iter().any(|lobe| lift(lobe) > 0.5), "a flank");
     assert!((prepared.planned.lobes[0].design.phase_rad - rad_from_deg(210.0)).abs() < 1e-12);
 }
@@ -87,7 +87,7 @@ fn a_job_takes_an_oscillating_follower() {
     let on_arm = "{kind: oscillating_roller, radius_mm: 8.5, arm_mm: 42, pivot_mm: 48, side: ahead}";
     let prepared = with_follower(on_arm).unwrap();
     let contour = &prepared.planned.lobes[0].design.contour;
-    assert!(matches!(contour.follower(), camwright::follower::Follower::OscillatingRoller { .. }));
+    assert!(matches!(contour.follower(), camwright::cam::follower::Follower::OscillatingRoller { .. }));
     // The contact leads the pivot by most of a quarter turn.
     assert!(contour.azimuth(0.0) > 1.0, "{}", contour.azimuth(0.0));
     with_follower("{kind: mushroom, radius_mm: 8.5}").unwrap();

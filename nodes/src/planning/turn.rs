@@ -2,10 +2,10 @@
 
 use super::PreparedJob;
 use camwright::machine::description::{Axis, MotionLimits};
-use camwright::numeric::hermite::Sample;
-use camwright::numeric::periodic_spline::PeriodicSpline;
-use camwright::speed_plan::{Bound, Cutting, TurnBounds};
-use camwright::units::{TURN_RAD, deg_from_rad, wrap_turn};
+use camwright::math::hermite::Sample;
+use camwright::math::periodic_spline::PeriodicSpline;
+use camwright::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
+use camwright::motion::speed_plan::{Bound, Cutting, TurnBounds};
 
 /// Points of a turn: 0.1°, a tenth of what a plan can change within.
 const POINTS: u32 = 3600;

@@ -2,7 +2,7 @@
 
 use super::PreparedJob;
 use super::turn::Turn;
-use camwright::units::rpm_from_rad_s;
+use camwright::math::units::rpm_from_rad_s;
 
 /// One point of a turn with its whole infeed, at the programmed speed.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,8 +1,8 @@
 //! A turn in a few figures: how long it removes how much, and what sets its speed where.
 
 use super::turn::{Turn, TurnPoint};
-use camwright::job::SpeedLaw;
-use camwright::speed_plan::Bound;
+use camwright::job::grinding::SpeedLaw;
+use camwright::motion::speed_plan::Bound;
 use serde::Serialize;
 
 /// Most classes of a histogram.
@@ -187,7 +187,7 @@ mod tests {
     use super::*;
     use crate::planning::{PreparedJob, prepare, summary};
     use camwright::machine::description::Axis;
-    use camwright::speed_plan::Quantity;
+    use camwright::motion::speed_plan::Quantity;
 
     fn prepared(set: &[&str]) -> PreparedJob {
         prepare("four_lobe_camshaft", &set.iter().map(ToString::to_string).collect::<Vec<_>>(), None).unwrap()

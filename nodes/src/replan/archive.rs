@@ -6,7 +6,7 @@ use crate::convert::job_files::files_from_pages;
 use crate::convert::plan::plan_from_pages;
 use crate::ros::message_from_sample;
 use camwright::machine::description::MachineDescription;
-use camwright::plan::Plan;
+use camwright::motion::plan::Plan;
 use camwright_msgs::Message as _;
 use camwright_msgs::camwright_msgs::msg::{JobFilePage, JobStatus, MachineDescription as DescriptionMessage, PlanPage};
 use std::path::{Path, PathBuf};

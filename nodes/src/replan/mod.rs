@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! bag ─► archive (job, machine, plan as they were) ─┬─► old plan ─┐
-//!                                                   └─► planning ─┴─► camwright::plan_difference ─► outcome
+//!                                                   └─► planning ─┴─► camwright::planner::plan_difference ─► outcome
 //! ```
 
 mod archive;

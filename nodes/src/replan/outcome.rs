@@ -4,9 +4,9 @@ use super::archive::ArchivedJob;
 use crate::convert::plan::{phase_name, plan_from_pages};
 use crate::planning::{plan_recorded, recorded_machine};
 use camwright::machine::description::Axis;
-use camwright::plan::{Plan, Segment};
-use camwright::plan_difference::{Difference, Moved, PlanDifference, compare};
-use camwright::units::{deg_from_rad, rpm_from_rad_s, um_from_mm};
+use camwright::math::units::{deg_from_rad, rpm_from_rad_s, um_from_mm};
+use camwright::motion::plan::{Plan, Segment};
+use camwright::planner::plan_difference::{Difference, Moved, PlanDifference, compare};
 use std::fmt;
 
 /// Something that moved.

@@ -6,7 +6,7 @@ use crate::config::locate::locate;
 use crate::config::machine_file;
 use crate::machine_sim::description_message;
 use crate::planning::{AnyPrepared, prepare_any};
-use camwright::machine::state::LastingState;
+use camwright::machine::persistent_state::LastingState;
 use camwright_msgs::camwright_msgs::msg::JobStatus;
 
 /// A job as a bag has it: on the machine that it names, with the wheel that it names.

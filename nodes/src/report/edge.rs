@@ -13,9 +13,9 @@ use super::lag::{MARGIN_TICKS, swung};
 use super::motion::{Motion, Sample};
 use crate::convert::mm_from_m;
 use crate::planning::PreparedTurning;
+use camwright::cam::surface::SurfacePoint;
 use camwright::machine::description::{Axis, InsertDescription, MachineDescription, Structure};
-use camwright::surface::SurfacePoint;
-use camwright::units::{TURN_RAD, um_from_mm, wrap_turn};
+use camwright::math::units::{TURN_RAD, um_from_mm, wrap_turn};
 use camwright_msgs::camwright_msgs::msg::TurnedResult;
 use std::f64::consts::PI;
 

@@ -7,8 +7,8 @@ use super::head::COLUMNS;
 use super::page::table;
 use super::text::{escape, fixed, um};
 use crate::convert::m_from_mm;
-use camwright::numeric::range::least_and_most;
-use camwright::units::{TURN_RAD, deg_from_rad, mm_from_um, wrap_turn};
+use camwright::math::range::least_and_most;
+use camwright::math::units::{TURN_RAD, deg_from_rad, mm_from_um, wrap_turn};
 use camwright_msgs::camwright_msgs::msg::{GaugeReading, LobeResult};
 
 pub(super) fn write(out: &mut String, findings: &Findings<'_>) {

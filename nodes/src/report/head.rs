@@ -10,7 +10,7 @@ use super::text::{escape, fixed, signed, um};
 use super::turned;
 use crate::bag::info::utc;
 use crate::convert::mm_from_m;
-use camwright::units::{deg_from_rad, wrap_turn};
+use camwright::math::units::{deg_from_rad, wrap_turn};
 use camwright_msgs::camwright_msgs::msg::LobeForm;
 use std::fmt::Write as _;
 

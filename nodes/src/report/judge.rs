@@ -7,7 +7,7 @@ use super::story::Story;
 use super::text::{fixed, signed, um};
 use super::turned_cause;
 use crate::convert::mm_from_m;
-use camwright::units::{deg_from_rad, wrap_turn};
+use camwright::math::units::{deg_from_rad, wrap_turn};
 use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus, LobeForm, LobeResult, PlanHeader, TurnedResult};
 
 /// An error is said to come from one source if that explains all of it but this share.

@@ -12,9 +12,9 @@ use super::columns::Columns;
 use super::motion::{Motion, Sample};
 use super::text::um;
 use camwright::machine::description::{Axis, MachineDescription, Structure};
-use camwright::numeric::hermite::{cubic_slope, cubic_way};
-use camwright::numeric::range::least_and_most;
-use camwright::units::{deg_from_rad, wrap_turn};
+use camwright::math::hermite::{cubic_slope, cubic_way};
+use camwright::math::range::least_and_most;
+use camwright::math::units::{deg_from_rad, wrap_turn};
 
 /// Columns over a turn: a degree, so that at every speed in use some tick falls into each.
 const TURN_COLUMNS: usize = 360;
@@ -262,7 +262,7 @@ mod tests {
     /// A slide that is accelerated evenly: what it carries hangs back by a/ω² once the swing has died down.
     #[test]
     fn what_a_slide_carries_hangs_back_by_its_acceleration() {
-        let (acceleration, w) = (3.0_f64, 110.0 * camwright::units::TURN_RAD);
+        let (acceleration, w) = (3.0_f64, 110.0 * camwright::math::units::TURN_RAD);
         let samples: Vec<Sample> = (0..1000_u32)
             .map(|i| {
                 let t = f64::from(i) * 1e-3;

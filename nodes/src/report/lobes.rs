@@ -9,7 +9,7 @@ use super::page::table as html_table;
 use super::text::{escape, fixed, signed, um};
 use crate::convert::{j_mm3_from_j_m3, mm_from_m};
 use crate::planning::{AnyPrepared, Summary, compare_times, summary, turn_curve};
-use camwright::units::{deg_from_rad, rad_from_deg, rpm_from_rad_s, wrap_turn};
+use camwright::math::units::{deg_from_rad, rad_from_deg, rpm_from_rad_s, wrap_turn};
 use camwright_msgs::camwright_msgs::msg::{LobeForm, LobeResult, PartLobe};
 use std::fmt::Write as _;
 

@@ -7,7 +7,7 @@ use crate::bag::Bag;
 use crate::convert::time::ns_from_time;
 use crate::convert::{mm_from_m, setpoints};
 use crate::ros::message_from_sample;
-use camwright::units::rpm_from_rad_s;
+use camwright::math::units::rpm_from_rad_s;
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 use std::collections::BTreeMap;
@@ -130,7 +130,7 @@ impl Motion {
     pub(super) fn last_turn(&self, within: (u64, u64)) -> &[Sample] {
         let samples = self.within(within);
         let Some(last) = samples.last() else { return samples };
-        let turn = camwright::units::TURN_RAD;
+        let turn = camwright::math::units::TURN_RAD;
         let start = samples.iter().rposition(|sample| (last.position[0] - sample.position[0]).abs() > turn);
         &samples[start.unwrap_or(0)..]
     }

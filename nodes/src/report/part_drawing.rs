@@ -1,8 +1,8 @@
 //! A section of the part as it shall be and, magnified, how far it is off.
 
 use super::text::{escape, fixed, signed};
-use camwright::numeric::range::least_and_most;
-use camwright::units::{TURN_RAD, rad_from_deg, um_from_mm};
+use camwright::math::range::least_and_most;
+use camwright::math::units::{TURN_RAD, rad_from_deg, um_from_mm};
 use std::fmt::Write as _;
 
 /// Half the width of the drawing (its own pixels).

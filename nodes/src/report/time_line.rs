@@ -7,7 +7,7 @@ use super::story::Stretch;
 use super::text::{escape, fixed};
 use crate::convert::plan::{phase_from, phase_name};
 use crate::planning::{AnyPrepared, PassSummary, TurnedPassSummary, summary, turning_summary};
-use camwright::plan::Phase;
+use camwright::motion::plan::Phase;
 use camwright_msgs::camwright_msgs::msg::AppliedInput;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

@@ -10,7 +10,7 @@ use super::text::{escape, fixed, signed, um};
 use super::turned_cause;
 use crate::convert::mm_from_m;
 use crate::planning::AnyPrepared;
-use camwright::units::{deg_from_rad, rpm_from_rad_s};
+use camwright::math::units::{deg_from_rad, rpm_from_rad_s};
 use camwright_msgs::camwright_msgs::msg::{FormMap, TurnedPage};
 use std::fmt::Write as _;
 

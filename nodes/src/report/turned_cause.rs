@@ -8,9 +8,9 @@ use super::page::table;
 use super::text::{escape, fixed, signed, um};
 use crate::convert::mm_from_m;
 use crate::planning::AnyPrepared;
-use camwright::insert_path::Feed;
 use camwright::machine::description::Axis;
-use camwright::units::{deg_from_rad, um_from_mm, wrap_turn};
+use camwright::math::units::{deg_from_rad, um_from_mm, wrap_turn};
+use camwright::toolpath::insert_path::Feed;
 use camwright_msgs::camwright_msgs::msg::TurnedResult;
 use std::fmt::Write as _;
 

@@ -8,7 +8,7 @@ use crate::bag::Bag;
 use crate::convert::keyframes::check;
 use crate::convert::setpoints::ChunkBuffer;
 use crate::machine_sim::{KEYFRAME_FORM, MachineAgain, Ticked, Told, kind_name, of_chunk};
-use camwright::keyframe::Tape;
+use camwright::math::snapshot::Tape;
 use camwright_msgs::camwright_msgs::msg::{MachineInput, MachineKeyframe};
 use std::collections::{HashMap, HashSet, VecDeque};
 

@@ -114,7 +114,7 @@ impl<'a> InterpolatorAgain<'a> {
     }
 
     /// One tick, with the inputs that it applied.
-    fn tick(&mut self, tick: u64) -> Result<camwright::setpoint::Setpoint, Box<Difference>> {
+    fn tick(&mut self, tick: u64) -> Result<camwright::machine::setpoint::Setpoint, Box<Difference>> {
         let mut given: Vec<Applied> = Vec::new();
         let mut requests: Vec<Request> = Vec::new();
         while let Some(message) = self.recorded.interpolator_inputs.get(self.next).filter(|input| input.tick <= tick) {

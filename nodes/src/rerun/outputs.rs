@@ -6,7 +6,7 @@ use crate::convert::si_from_core;
 use crate::convert::time::TickClock;
 use crate::machine_sim::{Ticked, io_message, joint_values, latch_message, motion_number};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription, Scale};
-use camwright::machine::report::TickReport;
+use camwright::simulation::tick_report::TickReport;
 use camwright_msgs::camwright_msgs::msg::{Alarm, GaugeReading, MachineAlarms, MachineIo, MachineStream};
 use camwright_msgs::sensor_msgs::msg::JointState;
 

@@ -10,7 +10,7 @@ use crate::machine_sim;
 use crate::planning::recorded_machine;
 use crate::ros::message_from_sample;
 use camwright::machine::description::MachineDescription;
-use camwright::plan::Plan;
+use camwright::motion::plan::Plan;
 use camwright_msgs::Message as _;
 use camwright_msgs::camwright_msgs::msg::{
     AppliedInput, MachineDescription as DescriptionMessage, MachineInput, MachineKeyframe, MachineStream, PlanPage,

@@ -42,8 +42,8 @@ use session::{Outlets, Session};
 pub(crate) use settings::MIN_FREE_MB;
 use settings::Settings;
 
-/// How often `~/status` is published at least.
-const STATUS_PERIOD: Duration = Duration::from_millis(100);
+/// Period of the checks of a recording.
+const ATTEND_PERIOD: Duration = Duration::from_millis(100);
 /// How long what was published before a deactivation may take to arrive.
 const LAST_ARRIVALS: Duration = Duration::from_millis(100);
 
@@ -111,13 +111,13 @@ impl Shared {
                 }
             }
         });
-        let status = self.node.timer(STATUS_PERIOD, {
+        let status = self.node.timer(ATTEND_PERIOD, {
             let (session, logger) = (Arc::downgrade(&session), self.node.logger().clone());
             let mut has_told_fault = false;
             move || {
                 let Some(session) = session.upgrade() else { return };
                 session.attend();
-                session.tell();
+                session.tell_if_due();
                 if let Some(fault) = session.fault().filter(|_| !has_told_fault) {
                     has_told_fault = true;
                     logger.error(&format!("the recording has ended: {fault}"));

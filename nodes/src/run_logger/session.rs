@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use camwright_msgs::camwright_msgs::msg::{Alarm, MachineAlarms, RecorderStatus, TopicRecord};
 use camwright_msgs::rosbag2_interfaces::msg::WriteSplitEvent;
@@ -26,6 +26,8 @@ const READ_BYTES: usize = 16 << 20;
 
 /// Subscriptions made before those that exist get their turn: a fast topic must not wait until all are made.
 const SUBSCRIBED_AT_ONCE: usize = 4;
+/// Longest time between two status messages.
+const STATUS_INTERVAL: Duration = Duration::from_millis(250);
 
 /// What a topic means to the recorder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,6 +65,7 @@ struct Held {
 struct Progress {
     watch: TickWatch,
     told_tick: u64,
+    told_at: Option<Instant>,
 }
 
 /// What a recording tells about itself.
@@ -381,6 +384,14 @@ impl Session {
         }
     }
 
+    /// Publishes the status if it was not published lately.
+    pub(super) fn tell_if_due(&self) {
+        let is_due = lock(&self.progress).told_at.is_none_or(|at| at.elapsed() >= STATUS_INTERVAL);
+        if is_due {
+            self.tell();
+        }
+    }
+
     /// Publishes the status.
     pub(super) fn tell(&self) {
         let mut status = RecorderStatus {
@@ -394,6 +405,7 @@ impl Session {
             let mut progress = lock(&self.progress);
             status.last_tick = progress.watch.last_tick();
             progress.told_tick = status.last_tick;
+            progress.told_at = Some(Instant::now());
         }
         let counts = self.counts();
         (status.bytes, status.received) = (counts.bytes, counts.received);

@@ -1,6 +1,6 @@
 //! Points of what markers are made of, in m.
 
-use camwright::units::TURN_RAD;
+use camwright::math::units::TURN_RAD;
 use camwright_msgs::geometry_msgs::msg::Point;
 
 /// Distance from the axis at an azimuth, from radii at equal steps of a turn.

@@ -5,7 +5,7 @@ use super::bodies;
 use crate::convert::{m_from_mm, si_from_core};
 use crate::machine_sim::WHEEL_JOINT;
 use camwright::machine::description::{Axis, MachineDescription};
-use camwright::units::TURN_RAD;
+use camwright::math::units::TURN_RAD;
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::geometry_msgs::msg::{Quaternion, Transform, TransformStamped, Vector3};
 use camwright_msgs::std_msgs::msg::Header;

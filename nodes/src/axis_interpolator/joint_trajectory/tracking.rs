@@ -5,7 +5,7 @@ use crate::convert::setpoints::joint_names;
 use crate::convert::time::TickClock;
 use crate::convert::{si_from_core, si_from_counts};
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
-use camwright::setpoint::Setpoint;
+use camwright::machine::setpoint::Setpoint;
 use camwright_msgs::control_msgs::action::FollowJointTrajectoryFeedback;
 use camwright_msgs::control_msgs::msg::JointTrajectoryControllerState;
 use camwright_msgs::control_msgs::srv::QueryTrajectoryStateResponse;

@@ -1,6 +1,6 @@
 use super::*;
-use camwright::follower::{ArmSide, Pivot, SwingLift};
-use camwright::units::rad_from_deg;
+use camwright::cam::follower::{ArmSide, Pivot, SwingLift};
+use camwright::math::units::rad_from_deg;
 use std::f64::consts::TAU;
 
 /// Lift of the tests over the cam angle: a raised cosine of 6 mm over the whole turn, nose at 180 deg.

@@ -1,5 +1,5 @@
 use super::*;
-use camwright::milling_job::GrooveKind;
+use camwright::job::milling::GrooveKind;
 
 const PLATE: &str = "\
 schema: camwright/milling_job/1

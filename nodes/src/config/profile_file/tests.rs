@@ -1,8 +1,8 @@
 //! Kinds of cams that a profile can be, and what is refused of each.
 
 use super::*;
-use camwright::contour::Contour;
-use camwright::units::{TURN_RAD, rad_from_deg};
+use camwright::cam::contour::Contour;
+use camwright::math::units::{TURN_RAD, rad_from_deg};
 use std::path::PathBuf;
 
 /// Files in a folder of their own beside a job.

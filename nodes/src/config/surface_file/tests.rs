@@ -4,8 +4,8 @@ use super::*;
 use crate::config::locate::{Located, locate};
 use crate::config::stl::tests::{binary_of, text_of};
 use crate::config::turning_file::{TurnedJob, read};
-use camwright::surface::mesh::Triangle;
-use camwright::units::TURN_RAD;
+use camwright::cam::surface::mesh::Triangle;
+use camwright::math::units::TURN_RAD;
 use std::path::Path;
 
 /// A folder of a test that is removed at its end.

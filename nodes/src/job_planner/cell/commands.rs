@@ -6,7 +6,7 @@ use super::devices::Asked;
 use super::production::{Phase, Run};
 use crate::job_planner::settings;
 use crate::ros::Responder;
-use camwright::packml::{Command, Mode};
+use camwright::cell::packml::{Command, Mode};
 use camwright_msgs::camwright_msgs::msg::InterpolatorState;
 use camwright_msgs::camwright_msgs::srv::{
     CellCommand, CellCommandRequest, CellCommandResponse, SetCellMode, SetCellModeResponse,

@@ -3,7 +3,7 @@
 use super::Shared;
 use super::brain::Brain;
 use crate::ros::{Node, Publisher, Qos, RosError};
-use camwright::loading::Handshake;
+use camwright::cell::loading::Handshake;
 use camwright_msgs::Message;
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::{CellState, LoadingState};
@@ -101,7 +101,7 @@ impl Brain {
 
     fn loading_state(&self, shared: &Shared) -> LoadingState {
         let area = self.area.clone().unwrap_or_default();
-        let asks = matches!(self.unit.state(), camwright::packml::State::Suspended);
+        let asks = matches!(self.unit.state(), camwright::cell::packml::State::Suspended);
         let handshake = self.handshake.as_ref();
         LoadingState {
             request: handshake.filter(|_| asks).map_or(LoadingState::NONE, |handshake| handshake.request() as u8),

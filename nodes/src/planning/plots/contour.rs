@@ -6,8 +6,8 @@ use super::super::turn_summary::{arcs, round_step};
 use super::chart::{Frame, SMALL};
 use super::{Cut, PassSummary, Sheet, colour};
 use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Point};
-use camwright::cycle::PlannedLobe;
-use camwright::units::{TURN_RAD, rad_from_deg};
+use camwright::math::units::{TURN_RAD, rad_from_deg};
+use camwright::planner::PlannedLobe;
 
 /// The lobe by itself, large, and with its wheel, small.
 const LARGE: Frame = Frame { left: 12.0, top: 27.0, width: 166.0, height: 162.0 };

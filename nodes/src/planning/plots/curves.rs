@@ -6,9 +6,9 @@ use super::chart::{CURVE_MM, Chart, Frame, SMALL, Scale};
 use super::{Cut, ROOM, Sheet, colour};
 use crate::drawing::{Anchor, Colour, Drawing, Lettering, Pen};
 use camwright::machine::description::{Axis, MotionLimits};
-use camwright::numeric::hermite::Sample;
-use camwright::speed_plan::Quantity;
-use camwright::units::{TURN_RAD, rad_from_deg};
+use camwright::math::hermite::Sample;
+use camwright::math::units::{TURN_RAD, rad_from_deg};
+use camwright::motion::speed_plan::Quantity;
 
 /// Gap between two charts on a sheet (mm).
 const BETWEEN_MM: f64 = 5.0;

@@ -23,7 +23,7 @@ use super::turn::Turn;
 use super::turn_summary::{Arc, arcs, bound_name};
 use crate::drawing::{Anchor, Colour, Drawing, Lettering, Pen};
 use camwright::machine::description::Axis;
-use camwright::speed_plan::{Bound, Quantity};
+use camwright::motion::speed_plan::{Bound, Quantity};
 use chart::{CURVE_MM, Frame, SMALL};
 
 /// Paper: A4, broadside (mm).

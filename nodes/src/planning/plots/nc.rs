@@ -6,9 +6,9 @@ use super::contour::View;
 use super::curves::{ALLOWED, frame};
 use super::{Plot, ROOM, legend_entry, sheet};
 use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Point};
-use camwright::cutter_path::CarriageAxis;
-use camwright::post::{Posted, PostedTurn};
-use camwright::units::{TURN_RAD, deg_from_rad, rad_from_deg, um_from_mm};
+use camwright::gcode::post::{Posted, PostedTurn};
+use camwright::math::units::{TURN_RAD, deg_from_rad, rad_from_deg, um_from_mm};
+use camwright::toolpath::cutter_path::CarriageAxis;
 
 /// Segments, one after the other.
 const SEGMENTS: [Pen; 3] =

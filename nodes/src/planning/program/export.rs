@@ -17,9 +17,9 @@ use super::{ToPost, ground, milled};
 use crate::config::any_job::{self, AnyJob};
 use crate::config::milling_file::MilledJob;
 use crate::config::{ConfigError, Place};
-use camwright::nc::{Action, NcAxis, Pose, ProgramFile, read};
-use camwright::post::{Compared, PostError, PostedTurn, Ran, compare, post};
-use camwright::units::{deg_from_rad, um_from_mm};
+use camwright::gcode::post::{Compared, PostError, PostedTurn, Ran, compare, post};
+use camwright::gcode::{Action, NcAxis, Pose, ProgramFile, read};
+use camwright::math::units::{deg_from_rad, um_from_mm};
 use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
@@ -130,12 +130,14 @@ fn file_name(name: &str) -> String {
 fn header(to_post: &ToPost<'_>) -> Vec<String> {
     let (request, settings) = (&to_post.request, &to_post.settings);
     let x = match (settings.x_of_edge, settings.control.format.x_values()) {
-        (false, camwright::nc::XValues::Radius) => "X is the distance of the centre of the cutter from the axis of C",
-        (false, camwright::nc::XValues::Diameter) => {
+        (false, camwright::gcode::XValues::Radius) => {
+            "X is the distance of the centre of the cutter from the axis of C"
+        }
+        (false, camwright::gcode::XValues::Diameter) => {
             "X is twice the distance of the centre of the cutter from the axis of C"
         }
-        (true, camwright::nc::XValues::Radius) => "X is the distance of the cutting edge from the axis of C",
-        (true, camwright::nc::XValues::Diameter) => "X is twice the distance of the cutting edge from the axis of C",
+        (true, camwright::gcode::XValues::Radius) => "X is the distance of the cutting edge from the axis of C",
+        (true, camwright::gcode::XValues::Diameter) => "X is twice the distance of the cutting edge from the axis of C",
     };
     let mut tolerances: Vec<String> = Vec::new();
     for pass in request.features.iter().flat_map(|of| &of.passes) {

@@ -6,13 +6,13 @@ use super::ToPost;
 use crate::config::ConfigError;
 use crate::config::job_file::Job;
 use crate::config::nc_file::NcSettings;
-use camwright::cutter_path::{CarriageAxis, CutterPath, Travel};
-use camwright::cycle::PlannedLobe;
-use camwright::job::PassSpec;
-use camwright::nc::{Direction, Tool};
-use camwright::post::{FeatureRequest, Lead, PassRequest, ProgramRequest, TurnSpeed};
-use camwright::speed_plan::SpeedPlan;
-use camwright::units::{TURN_RAD, rpm_from_rad_s};
+use camwright::gcode::post::{FeatureRequest, Lead, PassRequest, ProgramRequest, TurnSpeed};
+use camwright::gcode::{Direction, Tool};
+use camwright::job::grinding::PassSpec;
+use camwright::math::units::{TURN_RAD, rpm_from_rad_s};
+use camwright::motion::speed_plan::SpeedPlan;
+use camwright::planner::PlannedLobe;
+use camwright::toolpath::cutter_path::{CarriageAxis, CutterPath, Travel};
 
 /// Points of a drawn contour.
 const OUTLINE_POINTS: u32 = 720;

@@ -5,15 +5,15 @@ use super::ToPost;
 use crate::config::ConfigError;
 use crate::config::milling_file::MilledJob;
 use crate::config::nc_file::NcSettings;
-use camwright::contour::Contour;
-use camwright::cutter_path::{CarriageAxis, CutterPath};
-use camwright::groove::barrel::BarrelGroove;
-use camwright::groove::wall_error::WallError;
-use camwright::groove::{Coverage, Wall};
-use camwright::milling_job::{CutsWith, GrooveKind, MilledCam, MilledGroove, MillingJob, MillingPass};
-use camwright::nc::{Direction, Tool};
-use camwright::post::{FeatureRequest, Lead, PassRequest, ProgramRequest, TurnSpeed};
-use camwright::units::{TURN_RAD, deg_from_rad, rpm_from_rad_s, um_from_mm};
+use camwright::cam::contour::Contour;
+use camwright::gcode::post::{FeatureRequest, Lead, PassRequest, ProgramRequest, TurnSpeed};
+use camwright::gcode::{Direction, Tool};
+use camwright::job::milling::{CutsWith, GrooveKind, MilledCam, MilledGroove, MillingJob, MillingPass};
+use camwright::math::units::{TURN_RAD, deg_from_rad, rpm_from_rad_s, um_from_mm};
+use camwright::toolpath::cutter_path::{CarriageAxis, CutterPath};
+use camwright::toolpath::groove::barrel::BarrelGroove;
+use camwright::toolpath::groove::wall_error::WallError;
+use camwright::toolpath::groove::{Coverage, Wall};
 
 /// Points of a drawn contour.
 const OUTLINE_POINTS: u32 = 720;

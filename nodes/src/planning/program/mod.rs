@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! PreparedJob ─► ground ─┐
-//! MilledJob ───► milled ─┴► ProgramRequest ─► camwright::post ─► Program ─► files ─► read back from the disk ─► compared with the paths
+//! MilledJob ───► milled ─┴► ProgramRequest ─► camwright::gcode::post ─► Program ─► files ─► read back from the disk ─► compared with the paths
 //! ```
 
 mod export;
@@ -19,7 +19,7 @@ pub use summary::{ProgramSummary, TurnSummary as ProgrammedTurn};
 use super::plots::nc::Outline;
 use crate::config::nc_file::NcSettings;
 use crate::config::yaml::Document;
-use camwright::post::ProgramRequest;
+use camwright::gcode::post::ProgramRequest;
 
 /// A program that is to be made, and what is told of it.
 pub(super) struct ToPost<'a> {

@@ -1,9 +1,9 @@
 //! What is known of a program, for people and scripts.
 
 use super::ToPost;
-use camwright::nc::ProgramFile;
-use camwright::post::{Compared, Posted, PostedTurn};
-use camwright::units::{deg_from_rad, um_from_mm};
+use camwright::gcode::ProgramFile;
+use camwright::gcode::post::{Compared, Posted, PostedTurn};
+use camwright::math::units::{deg_from_rad, um_from_mm};
 use serde::Serialize;
 
 /// A shortest block that is as good as none (s).

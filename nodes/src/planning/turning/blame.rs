@@ -3,12 +3,12 @@
 use super::clearance_map;
 use crate::config::ConfigError;
 use crate::config::turning_file::TurnedJob;
-use camwright::cycle::{PlanError, TurningError};
-use camwright::insert_clearance::{InsertClearanceError, beside_centre};
-use camwright::insert_path::{Feed, InsertPathError};
 use camwright::machine::description::{Axis, MachineDescription};
-use camwright::plan_check::{PlanCheckError, PlanFault};
-use camwright::rake_section::RakeSectionError;
+use camwright::planner::plan_check::{PlanCheckError, PlanFault};
+use camwright::planner::{PlanError, TurningError};
+use camwright::toolpath::insert_clearance::{InsertClearanceError, beside_centre};
+use camwright::toolpath::insert_path::{Feed, InsertPathError};
+use camwright::toolpath::rake_section::RakeSectionError;
 
 /// Where the height of the insert stands in a machine file.
 const HEIGHT: &str = "insert.height_mm";

@@ -6,7 +6,7 @@ use crate::config::ConfigError;
 use crate::config::turning_file::TurnedJob;
 use crate::planning::findings::{Finding, Report, warning};
 use crate::planning::{MachineNow, lifts};
-use camwright::insert_clearance::{OFFSET_DEG, beside_centre};
+use camwright::toolpath::insert_clearance::{OFFSET_DEG, beside_centre};
 use std::path::Path;
 
 /// Checks a turning job that has been read, planning it to the end.

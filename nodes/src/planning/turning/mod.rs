@@ -29,11 +29,11 @@ use super::{MachineNow, fits_cell, hash_of, not_too_long};
 use crate::config::ConfigError;
 use crate::config::turning_file::TurnedJob;
 use crate::convert::plan::{Provenance, pages_from_plan};
-use camwright::cycle::{PlannedPass, PlannedTurning, plan_turning};
-use camwright::insert_clearance::{ClearanceMap, Flank, InsertClearanceError};
-use camwright::insert_path::Cusp;
 use camwright::machine::description::{InsertDescription, MachineDescription};
-use camwright::units::rpm_from_rad_s;
+use camwright::math::units::rpm_from_rad_s;
+use camwright::planner::{PlannedPass, PlannedTurning, plan_turning};
+use camwright::toolpath::insert_clearance::{ClearanceMap, Flank, InsertClearanceError};
+use camwright::toolpath::insert_path::Cusp;
 use camwright_msgs::camwright_msgs::msg::PlanPage;
 
 /// A turning job, planned and ready to send.

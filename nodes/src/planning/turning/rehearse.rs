@@ -4,9 +4,9 @@ use super::PreparedTurning;
 use crate::convert::plan::plan_from_pages;
 use crate::planning::RehearsalFailed;
 use camwright::machine::description::{Effect, MachineDescription};
-use camwright::machine::turned_part::{FormMap, FormMapError, TurnedPart};
-use camwright::rehearsal::Rehearsed;
-use camwright::turning_drives::{form_of, turn};
+use camwright::simulation::lathe_drives::{form_of, turn};
+use camwright::simulation::rehearsal::Rehearsed;
+use camwright::simulation::turned_part::{FormMap, FormMapError, TurnedPart};
 use std::sync::Arc;
 
 /// Runs a job on its machine without these effects; the part as it was turned.

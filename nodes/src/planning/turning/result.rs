@@ -2,8 +2,8 @@
 
 use super::{PreparedTurning, highest_cusp};
 use crate::convert::m_from_mm;
-use camwright::machine::turned_part::FormMap;
-use camwright::units::TURN_RAD;
+use camwright::math::units::TURN_RAD;
+use camwright::simulation::turned_part::FormMap;
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::{FormMap as FormMapMessage, TurnedResult};
 use camwright_msgs::camwright_msgs::srv::LoadBarRequest;
@@ -100,7 +100,7 @@ mod tests {
     use crate::convert::mm_from_m;
     use crate::planning::{plan_turned, rehearse_turned, turned_form};
     use camwright::machine::description::Effect;
-    use camwright::units::um_from_mm;
+    use camwright::math::units::um_from_mm;
 
     fn prepared(set: &[&str]) -> PreparedTurning {
         let set: Vec<String> = set.iter().map(|text| (*text).to_owned()).collect();

@@ -2,15 +2,15 @@
 
 use super::walk::points;
 use super::{PreparedTurning, clearance_map, highest_cusp};
-use camwright::cycle::PlannedPass;
-use camwright::insert_clearance::{AngleAt, Flank, OFFSET_DEG};
-use camwright::insert_path::{BoundShare, Feed};
+use camwright::cam::surface::mesh::MeshReading;
 use camwright::machine::description::{Axis, InsertDescription};
-use camwright::numeric::hermite::Sample;
-use camwright::point_to_point::MOVE_SHARE;
-use camwright::speed_plan::Quantity;
-use camwright::surface::mesh::MeshReading;
-use camwright::units::{deg_from_rad, rpm_from_rad_s, um_from_mm, wrap_turn};
+use camwright::math::hermite::Sample;
+use camwright::math::units::{deg_from_rad, rpm_from_rad_s, um_from_mm, wrap_turn};
+use camwright::motion::point_to_point::MOVE_SHARE;
+use camwright::motion::speed_plan::Quantity;
+use camwright::planner::PlannedPass;
+use camwright::toolpath::insert_clearance::{AngleAt, Flank, OFFSET_DEG};
+use camwright::toolpath::insert_path::{BoundShare, Feed};
 use serde::Serialize;
 use std::path::Path;
 

@@ -2,12 +2,12 @@ use super::*;
 use crate::config::locate::{Located, locate};
 use crate::config::turning_file;
 use crate::planning::{AnyPrepared, prepare_any};
-use camwright::cycle::MAX_SURFACE_LOOKS;
 use camwright::interpolator::Outcome;
 use camwright::machine::description::Effect;
-use camwright::machine::turned_part::{PartGrid, TurnedPart};
-use camwright::units::um_from_mm;
-use camwright::wheel::WheelNow;
+use camwright::machine::wheel_state::WheelNow;
+use camwright::math::units::um_from_mm;
+use camwright::planner::MAX_SURFACE_LOOKS;
+use camwright::simulation::turned_part::{PartGrid, TurnedPart};
 use std::path::Path;
 
 fn prepared(overrides: &[&str]) -> Result<PreparedTurning, ConfigError> {

@@ -1,8 +1,8 @@
 //! A pass as it is executed: all three axes over time.
 
-use camwright::cut_motion::chain;
-use camwright::cycle::PlannedPass;
-use camwright::numeric::hermite::Sample;
+use camwright::math::hermite::Sample;
+use camwright::motion::cut_motion::chain;
+use camwright::planner::PlannedPass;
 
 /// The axes at a time of a pass.
 #[derive(Debug, Clone, Copy)]

@@ -1,0 +1,145 @@
+//! Form: how far a measured part lies from the contour it should have.
+
+use crate::cam::contour::Contour;
+use crate::math::range::least_and_most;
+use crate::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
+use alloc::vec::Vec;
+use thiserror::Error;
+
+/// Why a form cannot be judged.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum FormError {
+    /// Nothing was measured.
+    #[error("no radii were measured")]
+    NoRadii,
+    /// A radius that is none.
+    #[error("radius {radius_mm} mm at azimuth {azimuth_deg:.3} deg is not a positive number")]
+    BadRadius {
+        /// What was measured (mm).
+        radius_mm: f64,
+        /// Where (deg).
+        azimuth_deg: f64,
+    },
+}
+
+/// One deviation from the contour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deviation {
+    /// Distance along the contour's normal (mm), positive where material is left.
+    pub deviation_mm: f64,
+    /// Azimuth of the measured point in the part's frame (rad).
+    pub azimuth_rad: f64,
+    /// Cam angle of the contour's nearest point (rad), in 0..2π.
+    pub cam_angle_rad: f64,
+}
+
+/// A lift below this is none (mm): half of the last digit of a table in thousandths.
+const RESTS_MM: f64 = 0.000_5;
+
+/// Shortest base circle that is one (rad): 20°.
+pub const LEAST_BASE_RAD: f64 = TURN_RAD / 18.0;
+
+/// The form of one lobe.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Form {
+    /// Deviation along the normal at every azimuth (mm), in the order measured.
+    pub deviations_mm: Vec<f64>,
+    /// The deviation largest in size, with its sign.
+    pub largest: Deviation,
+    /// Root mean square over the azimuths (mm).
+    pub rms_mm: f64,
+}
+
+impl Form {
+    /// Compares radii measured at the azimuths i·2π/n of the part with a contour turned by `phase_rad` (its cam angle 0
+    /// lies at that azimuth).
+    ///
+    /// # Errors
+    /// No radii, or one that is not a positive number.
+    pub fn measure(radii_mm: &[f64], contour: &Contour, phase_rad: f64) -> Result<Self, FormError> {
+        let mut deviations_mm = Vec::with_capacity(radii_mm.len());
+        let mut largest: Option<Deviation> = None;
+        for (i, &radius_mm) in radii_mm.iter().enumerate() {
+            #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
+            let azimuth_rad = i as f64 * TURN_RAD / radii_mm.len() as f64;
+            if !radius_mm.is_finite() || radius_mm <= 0.0 {
+                return Err(FormError::BadRadius { radius_mm, azimuth_deg: deg_from_rad(azimuth_rad) });
+            }
+            let (deviation_mm, cam_angle) = contour.distance(radius_mm, azimuth_rad - phase_rad);
+            deviations_mm.push(deviation_mm);
+            if largest.is_none_or(|largest| deviation_mm.abs() > largest.deviation_mm.abs()) {
+                largest = Some(Deviation { deviation_mm, azimuth_rad, cam_angle_rad: wrap_turn(cam_angle) });
+            }
+        }
+        let largest = largest.ok_or(FormError::NoRadii)?;
+        #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
+        let mean_square = deviations_mm.iter().map(|d| d * d).sum::<f64>() / deviations_mm.len() as f64;
+        Ok(Self { deviations_mm, largest, rms_mm: libm::sqrt(mean_square) })
+    }
+
+    /// What the follower's lift is off by, from the place where it is least to the one where it is most (mm, or deg where the lift is
+    /// one): what is left along the normal, times what the follower makes of it. Size, which lifts the follower everywhere, is no part of
+    /// it. See [`Contour::lift_per_depth`].
+    #[must_use]
+    pub fn lift_error(&self, contour: &Contour, phase_rad: f64) -> f64 {
+        #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
+        let azimuth = |i: usize| i as f64 * TURN_RAD / self.deviations_mm.len() as f64;
+        let errors = self.deviations_mm.iter().enumerate().map(|(i, deviation_mm)| {
+            deviation_mm * contour.lift_per_depth(contour.cam_angle_at(azimuth(i) - phase_rad))
+        });
+        let (low, high) = least_and_most(errors);
+        if low <= high { high - low } else { 0.0 }
+    }
+
+    /// Size: the mean deviation (mm) over the base circle, where the lift is 0 but for the last digit of a table. What has no base
+    /// circle of at least [`LEAST_BASE_RAD`] (an eccentric) or is nothing else (a journal) is as large as it is all round.
+    #[must_use]
+    pub fn size_mm(&self, contour: &Contour, phase_rad: f64) -> f64 {
+        #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
+        let azimuth = |i: usize| i as f64 * TURN_RAD / self.deviations_mm.len() as f64;
+        let rests =
+            |i: usize| contour.lift().sample(contour.cam_angle_at(azimuth(i) - phase_rad)).value.abs() < RESTS_MM;
+        let all = || self.deviations_mm.iter().copied().enumerate();
+        #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
+        let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
+        let base: Vec<f64> = all().filter(|(i, _)| rests(*i)).map(|(_, deviation)| deviation).collect();
+        #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
+        let share = base.len() as f64 / self.deviations_mm.len() as f64;
+        mean(if share * TURN_RAD < LEAST_BASE_RAD { self.deviations_mm.clone() } else { base })
+    }
+}
+
+impl Contour {
+    /// Signed distance of a point (polar, in the cam's frame) from the contour along its normal (mm, positive outside),
+    /// and the cam angle of the nearest point. Exact for points nearer than the radius of curvature.
+    #[must_use]
+    pub fn distance(&self, radius_mm: f64, azimuth_rad: f64) -> (f64, f64) {
+        let mut cam_angle = self.cam_angle_at(azimuth_rad);
+        // Newton's method on (P − Q)·T = 0, whose rate is −dl/dφ (1 + κ d); from the point at the same azimuth it needs
+        // two or three steps for deviations of a machined part.
+        for _ in 0..20 {
+            let frame = self.local(cam_angle);
+            let (x, y) = (
+                radius_mm * libm::cos(azimuth_rad - cam_angle) - frame.along,
+                radius_mm * libm::sin(azimuth_rad - cam_angle) - frame.across,
+            );
+            let outside = x * frame.normal_along + y * frame.normal_across;
+            let beside = -x * frame.normal_across + y * frame.normal_along;
+            let rate = frame.arc + frame.turning * outside;
+            if rate <= 0.0 {
+                return (outside, cam_angle);
+            }
+            let change = beside / rate;
+            if change.abs() <= 1e-12 {
+                return (outside, cam_angle);
+            }
+            cam_angle += change.clamp(-0.1, 0.1);
+        }
+        let frame = self.local(cam_angle);
+        let (x, y) = (
+            radius_mm * libm::cos(azimuth_rad - cam_angle) - frame.along,
+            radius_mm * libm::sin(azimuth_rad - cam_angle) - frame.across,
+        );
+        (x * frame.normal_along + y * frame.normal_across, cam_angle)
+    }
+}

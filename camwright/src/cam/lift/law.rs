@@ -1,0 +1,308 @@
+//! The lift law: lift and its derivatives at any cam angle, with what it was made from.
+
+use super::program::{MotionProgram, ProgramError};
+use super::reading::{Reading, TableReading};
+use super::table::LiftTable;
+use crate::math::extremum::smallest_over_turn;
+use crate::math::periodic_cubic::PeriodicCubic;
+use crate::math::periodic_spline::{PeriodicSpline, Sample};
+use crate::math::tube::{TubeError, smoothest_within};
+use crate::math::units::{TURN_RAD, deg_from_rad};
+use alloc::vec::Vec;
+use thiserror::Error;
+
+/// Why there is no lift law.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum LiftLawError {
+    /// The table has no curve within half a digit, in this arithmetic.
+    #[error("no curve within half a digit of the table: {0}")]
+    NoCurve(#[from] TubeError),
+    /// A smoothing tolerance that is none.
+    #[error(
+        "smoothing within {tolerance_mm} mm asks for less than reading the table does: within half a digit, \
+         {half_digit_mm} mm"
+    )]
+    ToleranceTooSmall {
+        /// What was asked for (mm).
+        tolerance_mm: f64,
+        /// Half the table's resolution (mm).
+        half_digit_mm: f64,
+    },
+    /// Segments that make no lift.
+    #[error(transparent)]
+    Program(#[from] ProgramError),
+    /// A number of a formula is out of its range.
+    #[error("{what} is {value}, it must be {bound}")]
+    BadNumber {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        bound: &'static str,
+    },
+    /// A formula gives a value that is not finite.
+    #[error("the lift at {angle_deg:.4} deg is not a finite number")]
+    NotFinite {
+        /// Cam angle (deg).
+        angle_deg: f64,
+    },
+    /// A sampled formula is not smooth enough for a spline.
+    #[error("{knots} knots leave {error_mm:e} mm between them, allowed are {bound_mm:e} mm")]
+    Unresolved {
+        /// Largest number of knots tried.
+        knots: usize,
+        /// Remaining error (mm).
+        error_mm: f64,
+        /// Allowed (mm).
+        bound_mm: f64,
+    },
+    /// The lift falls below the base circle.
+    #[error("the lift at {angle_deg:.3} deg is {lift_mm:.6} mm, below the base circle by more than {bound_mm} mm")]
+    BelowBase {
+        /// Cam angle (deg).
+        angle_deg: f64,
+        /// Lift (mm).
+        lift_mm: f64,
+        /// Allowed (mm).
+        bound_mm: f64,
+    },
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Shape {
+    Spline(PeriodicSpline),
+    Cubic(PeriodicCubic),
+    Program(MotionProgram),
+    EccentricFlat { eccentricity_mm: f64, nose_rad: f64 },
+    EccentricRound { eccentricity_mm: f64, pitch_radius_mm: f64, nose_rad: f64 },
+}
+
+/// Lift over the cam angle, periodic over one turn: s (mm) and its derivatives (mm/rad, …).
+#[derive(Debug, Clone, PartialEq)]
+pub struct LiftLaw {
+    shape: Shape,
+    max_lift_mm: f64,
+    reading: Option<TableReading>,
+}
+
+/// A sampled formula is resolved when the spline between its knots is right to this (mm): a hundredth of what the
+/// contour promises.
+const SAMPLED_ERROR_MM: f64 = 1e-10;
+
+/// Knots tried for a sampled formula, doubling.
+const SAMPLED_KNOTS: (usize, usize) = (360, 46_080);
+
+/// What a formula may fall below the base circle (mm): nothing but rounding.
+const BELOW_BASE_MM: f64 = 1e-9;
+
+impl LiftLaw {
+    /// The smoothest periodic curve (least ∫ s‴² dφ) within half a digit of every point of a table: a periodic quintic
+    /// spline with a knot at each. That is reading the table, not smoothing it: any curve within half a digit prints
+    /// the same table, and the one through the rounded figures themselves has hundreds of times the true jerk.
+    ///
+    /// # Errors
+    /// If evaluation of the result at every point does not confirm it.
+    pub fn from_table(table: &LiftTable) -> Result<Self, LiftLawError> {
+        Self::read_table(table, Reading::Smoothest)
+    }
+
+    /// A table read in a way of one's choice.
+    ///
+    /// # Errors
+    /// If evaluation of the result at every point does not confirm it; a smoothing tolerance below half a digit.
+    pub fn read_table(table: &LiftTable, reading: Reading) -> Result<Self, LiftLawError> {
+        let half_digit_mm = 0.5 * table.resolution_mm();
+        let within_mm = match reading {
+            Reading::Smoothest => half_digit_mm,
+            Reading::CubicSpline => {
+                let spline = PeriodicCubic::interpolate(table.lifts_mm()).ok_or(TubeError::NotFinite { index: 0 })?;
+                let mut law = Self::new(Shape::Cubic(spline), f64::INFINITY)?;
+                law.reading = Some(TableReading::measure(&law, table, reading, 0.0));
+                return Ok(law);
+            }
+            Reading::SmoothWithin { tolerance_mm } if tolerance_mm.is_finite() && tolerance_mm >= half_digit_mm => {
+                tolerance_mm
+            }
+            Reading::SmoothWithin { tolerance_mm } => {
+                return Err(LiftLawError::ToleranceTooSmall { tolerance_mm, half_digit_mm });
+            }
+        };
+        let tube = smoothest_within(&table.lifts_mm(), within_mm)?;
+        let mut law = Self::new(Shape::Spline(tube.spline), f64::INFINITY)?;
+        law.reading = Some(TableReading {
+            max_deviation_mm: tube.max_deviation,
+            relative_gap: tube.relative_gap,
+            iterations: tube.iterations,
+            ..TableReading::measure(&law, table, reading, within_mm)
+        });
+        Ok(law)
+    }
+
+    /// Motion laws one after the other, evaluated exactly.
+    ///
+    /// # Errors
+    /// A blend that falls below the base circle between its ends.
+    pub fn from_program(program: MotionProgram) -> Result<Self, LiftLawError> {
+        Self::new(Shape::Program(program), BELOW_BASE_MM)
+    }
+
+    /// A formula of period 2π, sampled so densely that the spline between the samples is right to 1e-10 mm.
+    ///
+    /// # Errors
+    /// Values that are not finite, a formula with corners, a lift below the base circle.
+    pub fn from_fn(formula: impl Fn(f64) -> f64) -> Result<Self, LiftLawError> {
+        Self::sampled(formula, BELOW_BASE_MM)
+    }
+
+    /// The same for a formula that may fall below the base circle by so much, as the reading of a printed table may.
+    pub(crate) fn sampled(formula: impl Fn(f64) -> f64, below_base_mm: f64) -> Result<Self, LiftLawError> {
+        let at = |i: usize, count: usize| i as f64 * TURN_RAD / count as f64;
+        let mut knots = SAMPLED_KNOTS.0;
+        loop {
+            let values: Vec<f64> = (0..knots).map(|i| formula(at(i, knots))).collect();
+            let spline = PeriodicSpline::interpolate(&values).map_err(|_| {
+                let index = values.iter().position(|value| !value.is_finite()).unwrap_or(0);
+                LiftLawError::NotFinite { angle_deg: deg_from_rad(at(index, knots)) }
+            })?;
+            let error_mm = (0..knots)
+                .map(|i| at(2 * i + 1, 2 * knots))
+                .map(|angle| (spline.sample(angle).value - formula(angle)).abs())
+                .fold(0.0, |a: f64, b| if b.is_nan() { b } else { a.max(b) });
+            if error_mm <= SAMPLED_ERROR_MM {
+                return Self::new(Shape::Spline(spline), below_base_mm);
+            }
+            if 2 * knots > SAMPLED_KNOTS.1 {
+                return Err(LiftLawError::Unresolved { knots, error_mm, bound_mm: SAMPLED_ERROR_MM });
+            }
+            knots *= 2;
+        }
+    }
+
+    /// What a flat follower does on a disc: s = e(1 + cos(φ − nose)). Base radius: disc radius − e.
+    ///
+    /// # Errors
+    /// Numbers that are not finite, a negative eccentricity.
+    pub fn eccentric_flat(eccentricity_mm: f64, nose_rad: f64) -> Result<Self, LiftLawError> {
+        finite_eccentric(eccentricity_mm, nose_rad)?;
+        Self::new(Shape::EccentricFlat { eccentricity_mm, nose_rad }, BELOW_BASE_MM)
+    }
+
+    /// What a roller on the cam's centre line does on a disc: s = e cos γ + √(p² − e² sin² γ) − (p − e), γ = φ − nose,
+    /// p = disc radius + roller radius (the disc radius alone for a knife edge). Base radius: disc radius − e.
+    ///
+    /// # Errors
+    /// Numbers that are not finite, an eccentricity that is negative or not below p.
+    pub fn eccentric_round(eccentricity_mm: f64, pitch_radius_mm: f64, nose_rad: f64) -> Result<Self, LiftLawError> {
+        finite_eccentric(eccentricity_mm, nose_rad)?;
+        if !pitch_radius_mm.is_finite() || pitch_radius_mm <= eccentricity_mm {
+            let (what, bound) = ("the pitch radius (mm)", "larger than the eccentricity");
+            return Err(LiftLawError::BadNumber { what, value: pitch_radius_mm, bound });
+        }
+        Self::new(Shape::EccentricRound { eccentricity_mm, pitch_radius_mm, nose_rad }, BELOW_BASE_MM)
+    }
+
+    fn new(shape: Shape, below_base_mm: f64) -> Result<Self, LiftLawError> {
+        let mut law = Self { shape, max_lift_mm: 0.0, reading: None };
+        let least = smallest_over_turn(law.grid(), &law.breaks(), |angle| law.sample(angle).value);
+        if least.value.is_nan() || least.value < -below_base_mm {
+            let angle_deg = deg_from_rad(least.angle_rad);
+            return Err(LiftLawError::BelowBase { angle_deg, lift_mm: least.value, bound_mm: below_base_mm });
+        }
+        law.max_lift_mm = -smallest_over_turn(law.grid(), &law.breaks(), |angle| -law.sample(angle).value).value;
+        Ok(law)
+    }
+
+    /// Lift (mm) and its derivatives (mm/rad, mm/rad², mm/rad³) at a cam angle (rad).
+    #[must_use]
+    pub fn sample(&self, angle_rad: f64) -> Sample {
+        match &self.shape {
+            Shape::Spline(spline) => spline.sample(angle_rad),
+            Shape::Cubic(spline) => spline.sample(angle_rad),
+            Shape::Program(program) => program.sample(angle_rad),
+            Shape::EccentricFlat { eccentricity_mm: e, nose_rad } => {
+                let (sin, cos) = (libm::sin(angle_rad - nose_rad), libm::cos(angle_rad - nose_rad));
+                Sample { value: e * (1.0 + cos), first: -e * sin, second: -e * cos, third: e * sin }
+            }
+            Shape::EccentricRound { eccentricity_mm: e, pitch_radius_mm: p, nose_rad } => {
+                let (sin, cos) = (libm::sin(angle_rad - nose_rad), libm::cos(angle_rad - nose_rad));
+                let root = libm::sqrt(p * p - e * e * sin * sin);
+                // With q = root²: q' = −2e² sin cos, q'' = −2e²(cos² − sin²), q''' = 8e² sin cos.
+                let (q1, q2, q3) =
+                    (-2.0 * e * e * sin * cos, -2.0 * e * e * (cos * cos - sin * sin), 8.0 * e * e * sin * cos);
+                let root1 = q1 / (2.0 * root);
+                let root2 = (0.5 * q2 - root1 * root1) / root;
+                let root3 = (0.5 * q3 - 3.0 * root1 * root2) / root;
+                Sample {
+                    value: e * cos + root - (p - e),
+                    first: -e * sin + root1,
+                    second: -e * cos + root2,
+                    third: e * sin + root3,
+                }
+            }
+        }
+    }
+
+    /// Largest lift (mm).
+    #[must_use]
+    pub fn max_lift_mm(&self) -> f64 {
+        self.max_lift_mm
+    }
+
+    /// How closely a table was read; `None` if the law is a formula.
+    #[must_use]
+    pub fn reading(&self) -> Option<TableReading> {
+        self.reading
+    }
+
+    /// Largest size of the third derivative (mm/rad³): the jerk of the follower at 1 rad/s.
+    #[must_use]
+    pub fn peak_jerk_mm_rad3(&self) -> f64 {
+        -smallest_over_turn(2 * self.grid(), &self.breaks(), |angle| -self.sample(angle).third.abs()).value
+    }
+
+    /// The law as a spline, where it is one.
+    #[must_use]
+    pub fn spline(&self) -> Option<&PeriodicSpline> {
+        match &self.shape {
+            Shape::Spline(spline) => Some(spline),
+            _ => None,
+        }
+    }
+
+    /// Cam angles at which acceleration or jerk may jump (rad).
+    #[must_use]
+    pub fn breaks(&self) -> Vec<f64> {
+        match &self.shape {
+            Shape::Program(program) => program.joints().collect(),
+            #[allow(clippy::cast_precision_loss, reason = "at most as many knots as rows")]
+            Shape::Cubic(spline) => {
+                (0..spline.knots()).map(|knot| knot as f64 * TURN_RAD / spline.knots() as f64).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// Steps of a grid over one turn that sees every feature of the law: at least two per knot.
+    #[must_use]
+    pub fn grid(&self) -> usize {
+        const LEAST: usize = 7200;
+        match &self.shape {
+            Shape::Spline(spline) => (2 * spline.coefficients().len()).max(LEAST),
+            Shape::Cubic(spline) => (2 * spline.knots()).max(LEAST),
+            _ => LEAST,
+        }
+    }
+}
+
+fn finite_eccentric(eccentricity_mm: f64, nose_rad: f64) -> Result<(), LiftLawError> {
+    if !eccentricity_mm.is_finite() || eccentricity_mm < 0.0 {
+        let (what, bound) = ("the eccentricity (mm)", "finite and not negative");
+        return Err(LiftLawError::BadNumber { what, value: eccentricity_mm, bound });
+    }
+    if !nose_rad.is_finite() {
+        let (what, bound) = ("the angle of the nose (rad)", "finite");
+        return Err(LiftLawError::BadNumber { what, value: nose_rad, bound });
+    }
+    Ok(())
+}

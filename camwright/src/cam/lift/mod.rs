@@ -1,0 +1,26 @@
+//! Lift: what the follower does over one turn of the cam, as a printed table, as a formula, and as the law both give.
+//!
+//! ```text
+//! rows ─► division ─► check ─► LiftTable ─► reading ─► LiftLaw ◄─ program (motion laws), formula
+//! half tables ─┤        ├─ outliers
+//! points ──────┘        └─ doubt
+//! ```
+
+mod check;
+mod error;
+pub mod halves;
+pub mod law;
+mod outliers;
+pub mod points;
+pub mod program;
+pub mod reading;
+mod row_spacing;
+pub mod table;
+mod warning;
+
+pub use error::LiftError;
+pub use law::{LiftLaw, LiftLawError};
+pub use program::{MotionProgram, MotionSegment, ProgramError};
+pub use reading::{Reading, TableReading};
+pub use table::{AngleUnit, LengthUnit, LiftDeclaration, LiftForm, LiftRow, LiftTable};
+pub use warning::LiftDoubt;

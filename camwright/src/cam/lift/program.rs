@@ -1,0 +1,291 @@
+//! A lift put together from motion laws, segment by segment over one turn.
+
+use crate::cam::motion_law::MotionLaw;
+use crate::math::hermite::Sample;
+use crate::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
+use alloc::vec::Vec;
+use thiserror::Error;
+
+/// One segment of a [`MotionProgram`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionSegment {
+    /// How the follower moves.
+    pub law: MotionLaw,
+    /// Cam angle it takes (rad), more than 0.
+    pub angle_rad: f64,
+    /// Change of lift (mm): positive rises, negative falls, 0 for a dwell.
+    pub rise_mm: f64,
+}
+
+/// Why segments make no lift.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ProgramError {
+    /// No segments, or too many.
+    #[error("a motion program has {count} segments, 1 to {most} are allowed")]
+    SegmentCount {
+        /// Number of segments.
+        count: usize,
+        /// Largest number.
+        most: usize,
+    },
+    /// A number that is not finite, or an angle that is not positive.
+    #[error("segment {segment}: {what} is {value}")]
+    BadNumber {
+        /// Number of the segment, from 1.
+        segment: usize,
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A dwell with a rise.
+    #[error("segment {segment}: a dwell cannot rise by {rise_mm} mm")]
+    DwellRises {
+        /// Number of the segment, from 1.
+        segment: usize,
+        /// Its rise (mm).
+        rise_mm: f64,
+    },
+    /// The angles are not one turn.
+    #[error("the segments cover {covered_deg:.6} deg, one turn is 360 deg")]
+    AngleSpan {
+        /// Sum of the angles (deg).
+        covered_deg: f64,
+    },
+    /// The lift after one turn is not the lift before.
+    #[error("after one turn {misclosure_mm:.9} mm of lift remain, allowed are {bound_mm:e} mm")]
+    Misclosure {
+        /// Remaining lift (mm).
+        misclosure_mm: f64,
+        /// Allowed (mm).
+        bound_mm: f64,
+    },
+    /// Lift below the base circle.
+    #[error("after segment {segment} the lift is {lift_mm:.6} mm, below the base circle")]
+    BelowBase {
+        /// Number of the segment, from 1.
+        segment: usize,
+        /// Lift at its end (mm).
+        lift_mm: f64,
+    },
+    /// Two segments meet with different velocities.
+    #[error(
+        "segment {segment} begins at {begins_mm_rad:.6} mm/rad where the one before ends at {ends_mm_rad:.6} mm/rad; \
+         a blend between them would take this up"
+    )]
+    VelocityJump {
+        /// Number of the segment, from 1.
+        segment: usize,
+        /// Velocity at the end of the one before (mm/rad).
+        ends_mm_rad: f64,
+        /// Velocity at its own start (mm/rad).
+        begins_mm_rad: f64,
+    },
+    /// Two segments meet with different accelerations.
+    #[error(
+        "segment {segment} ({law}) begins with an acceleration of {begins_mm_rad2:.6} mm/rad2 where the one before \
+         ({law_before}) ends with {ends_mm_rad2:.6}: the jerk of the X axis would be unbounded there at any speed; \
+         a law whose acceleration vanishes at its ends, or a blend between the two, keeps it finite"
+    )]
+    AccelerationJump {
+        /// Number of the segment, from 1.
+        segment: usize,
+        /// Name of its law.
+        law: &'static str,
+        /// Name of the law before.
+        law_before: &'static str,
+        /// Acceleration at the end of the one before (mm/rad²).
+        ends_mm_rad2: f64,
+        /// Acceleration at its own start (mm/rad²).
+        begins_mm_rad2: f64,
+    },
+}
+
+/// Most segments of a program.
+const MOST_SEGMENTS: usize = 1000;
+
+/// Sums of decimal figures of people may be off by this much (rad, mm) and still mean what they say.
+const CLOSURE: f64 = 1e-9;
+
+/// Accelerations that meet may differ by this share of the largest of the two segments: blends are solved to some 1e-12.
+const ACCELERATION_CLOSURE: f64 = 1e-8;
+
+/// Lift over one turn as a chain of motion laws. Its velocity and acceleration are continuous; its jerk is finite.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MotionProgram {
+    start_rad: f64,
+    pieces: Vec<Piece>,
+}
+
+/// A segment in place: lift(x) for x from its start, up to its length.
+#[derive(Debug, Clone, PartialEq)]
+struct Piece {
+    begins_rad: f64,
+    length_rad: f64,
+    lift_mm: f64,
+    shape: Shape,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Shape {
+    /// A law between dwells, scaled.
+    Law { law: MotionLaw, rise_mm: f64 },
+    /// Σ cᵢ uⁱ, u = x/length.
+    Polynomial([f64; 8]),
+}
+
+impl MotionProgram {
+    /// A program whose first segment begins at cam angle `start_rad` with lift 0. Where segments carry nothing over to
+    /// their neighbours (laws between dwells), their velocities are 0 there.
+    ///
+    /// # Errors
+    /// Angles that are not one turn, rises that do not close, a lift below the base circle at the end of a segment,
+    /// velocities or accelerations that do not meet, numbers that are not finite.
+    pub fn new(start_rad: f64, segments: &[MotionSegment]) -> Result<Self, ProgramError> {
+        if segments.is_empty() || segments.len() > MOST_SEGMENTS {
+            return Err(ProgramError::SegmentCount { count: segments.len(), most: MOST_SEGMENTS });
+        }
+        if !start_rad.is_finite() {
+            return Err(ProgramError::BadNumber { segment: 1, what: "the start angle", value: start_rad });
+        }
+        let mut pieces = Vec::with_capacity(segments.len());
+        let (mut angle, mut lift) = (0.0, 0.0);
+        for (i, segment) in segments.iter().enumerate() {
+            let number = i + 1;
+            if !segment.angle_rad.is_finite() || segment.angle_rad <= 0.0 {
+                let what = "the angle";
+                return Err(ProgramError::BadNumber { segment: number, what, value: segment.angle_rad });
+            }
+            if !segment.rise_mm.is_finite() {
+                return Err(ProgramError::BadNumber { segment: number, what: "the rise", value: segment.rise_mm });
+            }
+            if segment.law == MotionLaw::Dwell && segment.rise_mm.abs() > 0.0 {
+                return Err(ProgramError::DwellRises { segment: number, rise_mm: segment.rise_mm });
+            }
+            pieces.push(Piece {
+                begins_rad: angle,
+                length_rad: segment.angle_rad,
+                lift_mm: lift,
+                shape: Shape::Law { law: segment.law, rise_mm: segment.rise_mm },
+            });
+            angle += segment.angle_rad;
+            lift += segment.rise_mm;
+            if lift < -CLOSURE {
+                return Err(ProgramError::BelowBase { segment: number, lift_mm: lift });
+            }
+        }
+        if (angle - TURN_RAD).abs() > CLOSURE {
+            return Err(ProgramError::AngleSpan { covered_deg: deg_from_rad(angle) });
+        }
+        if lift.abs() > CLOSURE {
+            return Err(ProgramError::Misclosure { misclosure_mm: lift, bound_mm: CLOSURE });
+        }
+        let fixed = pieces.clone();
+        for (i, piece) in pieces.iter_mut().enumerate() {
+            let Shape::Law { law, rise_mm } = piece.shape else { continue };
+            if law.is_blend() {
+                let before = &fixed[(i + fixed.len() - 1) % fixed.len()];
+                let after = &fixed[(i + 1) % fixed.len()];
+                let (before, after) = (before.brings(before.length_rad), after.brings(0.0));
+                piece.shape = Shape::Polynomial(blend(law, piece.length_rad, rise_mm, before, after));
+            }
+        }
+        for i in 0..pieces.len() {
+            let before = &pieces[(i + pieces.len() - 1) % pieces.len()];
+            let (ends, begins) = (before.sample(before.length_rad).first, pieces[i].sample(0.0).first);
+            if (ends - begins).abs() > CLOSURE * (1.0 + ends.abs()) {
+                let (ends_mm_rad, begins_mm_rad) = (ends, begins);
+                return Err(ProgramError::VelocityJump { segment: i + 1, ends_mm_rad, begins_mm_rad });
+            }
+        }
+        for i in 0..pieces.len() {
+            let earlier = (i + pieces.len() - 1) % pieces.len();
+            let (before, piece) = (&pieces[earlier], &pieces[i]);
+            let (ends_mm_rad2, begins_mm_rad2) = (before.sample(before.length_rad).second, piece.sample(0.0).second);
+            let scale = 1.0 + before.largest_acceleration().max(piece.largest_acceleration());
+            if (ends_mm_rad2 - begins_mm_rad2).abs() > ACCELERATION_CLOSURE * scale {
+                let (law, law_before) = (segments[i].law.name(), segments[earlier].law.name());
+                let segment = i + 1;
+                return Err(ProgramError::AccelerationJump { segment, law, law_before, ends_mm_rad2, begins_mm_rad2 });
+            }
+        }
+        Ok(Self { start_rad, pieces })
+    }
+
+    /// Lift and derivatives at a cam angle (mm over rad).
+    #[must_use]
+    pub fn sample(&self, angle_rad: f64) -> Sample {
+        let x = wrap_turn(angle_rad - self.start_rad);
+        let index = self.pieces.partition_point(|piece| piece.begins_rad <= x).max(1) - 1;
+        let piece = &self.pieces[index];
+        piece.sample(x - piece.begins_rad)
+    }
+
+    /// Cam angles at which segments meet (rad); acceleration or jerk may jump there.
+    pub fn joints(&self) -> impl Iterator<Item = f64> {
+        self.pieces.iter().map(|piece| wrap_turn(self.start_rad + piece.begins_rad))
+    }
+}
+
+impl Piece {
+    fn sample(&self, x: f64) -> Sample {
+        let per_rad = 1.0 / self.length_rad;
+        let u = (x * per_rad).clamp(0.0, 1.0);
+        let (normal, scale) = match &self.shape {
+            Shape::Law { law, rise_mm } => (law.sample(u), *rise_mm),
+            Shape::Polynomial(c) => (polynomial(c, u), 1.0),
+        };
+        Sample {
+            value: self.lift_mm + scale * normal.value,
+            first: scale * normal.first * per_rad,
+            second: scale * normal.second * per_rad * per_rad,
+            third: scale * normal.third * per_rad * per_rad * per_rad,
+        }
+    }
+
+    /// Roughly, from seventeen places: a scale for rounding.
+    fn largest_acceleration(&self) -> f64 {
+        (0..=16).map(|i| self.sample(self.length_rad * f64::from(i) / 16.0).second.abs()).fold(0.0, f64::max)
+    }
+
+    /// What this piece imposes on a blend beside it; two blends meet at rest.
+    fn brings(&self, x: f64) -> Sample {
+        match self.shape {
+            Shape::Law { law, .. } if !law.is_blend() => self.sample(x),
+            _ => Sample::default(),
+        }
+    }
+}
+
+/// Coefficients over u of the Hermite polynomial from 0 to `rise` with given velocity and acceleration at both ends; a
+/// septic has no jerk at either.
+fn blend(law: MotionLaw, length: f64, rise: f64, before: Sample, after: Sample) -> [f64; 8] {
+    let (c1, c2) = (before.first * length, 0.5 * before.second * length * length);
+    let d0 = rise - c1 - c2;
+    let d1 = after.first * length - c1 - 2.0 * c2;
+    let d2 = after.second * length * length - 2.0 * c2;
+    if law == MotionLaw::QuinticBlend {
+        let c3 = 10.0 * d0 - 4.0 * d1 + 0.5 * d2;
+        let c4 = -15.0 * d0 + 7.0 * d1 - d2;
+        let c5 = 6.0 * d0 - 3.0 * d1 + 0.5 * d2;
+        [0.0, c1, c2, c3, c4, c5, 0.0, 0.0]
+    } else {
+        let c4 = 35.0 * d0 - 15.0 * d1 + 2.5 * d2;
+        let c5 = -84.0 * d0 + 39.0 * d1 - 7.0 * d2;
+        let c6 = 70.0 * d0 - 34.0 * d1 + 6.5 * d2;
+        let c7 = -20.0 * d0 + 10.0 * d1 - 2.0 * d2;
+        [0.0, c1, c2, 0.0, c4, c5, c6, c7]
+    }
+}
+
+/// Value and derivatives over u, by Horner's rule.
+fn polynomial(c: &[f64; 8], u: f64) -> Sample {
+    let mut sample = Sample::default();
+    for &coefficient in c.iter().rev() {
+        sample.third = sample.third * u + 3.0 * sample.second;
+        sample.second = sample.second * u + 2.0 * sample.first;
+        sample.first = sample.first * u + sample.value;
+        sample.value = sample.value * u + coefficient;
+    }
+    sample
+}

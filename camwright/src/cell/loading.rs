@@ -1,0 +1,362 @@
+//! The handshake between the cell and the robot that loads it, as the cell sees it: what it asks for, when the robot may enter, what it
+//! makes of what the sensors show afterwards.
+//!
+//! ```text
+//!  step    OPEN_DOOR ───────────► ENTER ──────► INSIDE ─────────────────────────► CLOSE_DOOR ─────► done
+//!  cell    orders the door,       clear to      clear to enter; the chuck obeys    orders the door
+//!          waits for axes, wheel  enter         the robot
+//!  robot   outside                outside       inside, or outside and busy        outside
+//!  ends    door open, axes in     it is inside  outside and not busy, and the      door closed
+//!          their safe place                     sensors show what was asked for
+//! ```
+//! A robot that is not heard of, not available or reports a fault is waited for; a step that takes too long, or sensors that show
+//! something else, end the handshake with a reason, and it can be begun again. Nothing here orders an axis.
+
+use crate::simulation::work_area::Place;
+use core::fmt;
+
+/// What the cell wants in its chuck.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Goal {
+    /// A raw part, in the place of a machined one if there is one.
+    RawPart,
+    /// Nothing.
+    Empty,
+}
+
+/// What the robot is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u8)]
+pub enum Request {
+    /// Nothing.
+    #[default]
+    None = 0,
+    /// Put a raw part in.
+    Load = 1,
+    /// Take the part out.
+    Unload = 2,
+    /// Take the part out and put a raw one in.
+    Exchange = 3,
+}
+
+impl Request {
+    /// What brings a chuck from what it holds to the goal.
+    #[must_use]
+    pub const fn for_goal(goal: Goal, part_present: bool, is_machined: bool) -> Self {
+        match (goal, part_present) {
+            (Goal::RawPart, false) => Request::Load,
+            (Goal::RawPart, true) if is_machined => Request::Exchange,
+            (Goal::Empty, true) => Request::Unload,
+            (Goal::RawPart, true) | (Goal::Empty, false) => Request::None,
+        }
+    }
+
+    /// For people.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Request::None => "nothing",
+            Request::Load => "load",
+            Request::Unload => "unload",
+            Request::Exchange => "exchange",
+        }
+    }
+}
+
+/// Longest times of the steps (s).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Timeouts {
+    /// For the door, the axes and the wheel.
+    pub machine_s: f64,
+    /// From the leave to enter until the robot is inside.
+    pub enter_s: f64,
+    /// For its work, until it has left.
+    pub inside_s: f64,
+}
+
+/// What a robot says of itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LoaderSeen {
+    /// It can take a request.
+    pub available: bool,
+    /// It is in the work area.
+    pub inside: bool,
+    /// It works on a request.
+    pub busy: bool,
+    /// It reports a fault.
+    pub has_fault: bool,
+}
+
+/// What machine and robot show.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// Now (s, of a clock that does not go back).
+    pub now_s: f64,
+    /// The door.
+    pub door: Place,
+    /// The chuck.
+    pub chuck: Place,
+    /// The sensor of the part.
+    pub part_present: bool,
+    /// Somebody is inside, says the machine.
+    pub entered: bool,
+    /// The axes stand still in their safe place, the wheel has stopped, the door is open.
+    pub is_safe: bool,
+    /// The robot, as long as it is heard.
+    pub loader: Option<LoaderSeen>,
+}
+
+/// A step of the handshake.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Step {
+    /// The wheel runs down, the door opens.
+    OpenDoor,
+    /// The robot may enter.
+    Enter,
+    /// It is inside, or fetches the next part.
+    Inside,
+    /// It has left, the door closes.
+    CloseDoor,
+}
+
+impl Step {
+    /// For people.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Step::OpenDoor => "open door",
+            Step::Enter => "enter",
+            Step::Inside => "inside",
+            Step::CloseDoor => "close door",
+        }
+    }
+}
+
+/// What the robot is waited for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wait {
+    /// It is not heard of.
+    Silent,
+    /// It is not available.
+    Unavailable,
+    /// It reports a fault.
+    Fault,
+}
+
+/// Why a handshake ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Failure {
+    /// A step took longer than it may (s).
+    TooLong(Step, f64),
+    /// No part after it was loaded.
+    PartMissing,
+    /// The part is still there after it was unloaded.
+    PartStillThere,
+    /// The part was not changed.
+    NotExchanged,
+    /// The chuck does not hold the part that was loaded.
+    ChuckNotClosed,
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Failure::TooLong(Step::OpenDoor, s) => {
+                write!(
+                    f,
+                    "the machine was not ready to be loaded within {s} s: the door has to be open, the wheel to stand still and x_axis to be \
+                     in its safe place; after an alarm in a cut it is moved there by hand, with the door closed"
+                )
+            }
+            Failure::TooLong(Step::Enter, s) => write!(f, "the loader did not enter within {s} s"),
+            Failure::TooLong(Step::Inside, s) => write!(f, "the loader did not leave the work area within {s} s"),
+            Failure::TooLong(Step::CloseDoor, s) => write!(f, "the door did not close within {s} s"),
+            Failure::PartMissing => f.write_str("the part is missing after it was loaded"),
+            Failure::PartStillThere => f.write_str("the part is still in the chuck after it was unloaded"),
+            Failure::NotExchanged => f.write_str("the machined part is still in the chuck after the exchange"),
+            Failure::ChuckNotClosed => f.write_str("the chuck does not hold the part that was loaded"),
+        }
+    }
+}
+
+/// What the cell is to do for it now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Order {
+    /// Open the door.
+    OpenDoor,
+    /// Close it.
+    CloseDoor,
+}
+
+/// Where the handshake is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Progress {
+    /// Going on; what is to be done for it.
+    Going(Option<Order>),
+    /// Waiting for the robot, for as long as it takes.
+    Waiting(Wait),
+    /// The chuck holds what was wanted, nobody is inside, the door is closed.
+    Done,
+    /// It came to nothing.
+    Failed(Failure),
+    /// The robot is inside without leave.
+    Uncleared,
+}
+
+/// One exchange of parts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Handshake {
+    request: Request,
+    timeouts: Timeouts,
+    step: Step,
+    since_s: f64,
+    /// The chuck was seen empty since the robot entered.
+    was_empty: bool,
+    waits: bool,
+}
+
+impl Handshake {
+    /// Begins one.
+    #[must_use]
+    pub fn begin(request: Request, timeouts: Timeouts, now_s: f64) -> Self {
+        Self { request, timeouts, step: Step::OpenDoor, since_s: now_s, was_empty: false, waits: false }
+    }
+
+    /// What the robot is asked for.
+    #[must_use]
+    pub fn request(&self) -> Request {
+        match self.step {
+            Step::CloseDoor => Request::None,
+            Step::OpenDoor | Step::Enter | Step::Inside => self.request,
+        }
+    }
+
+    /// The step it is in.
+    #[must_use]
+    pub fn step(&self) -> Step {
+        self.step
+    }
+
+    /// Whether the robot may enter.
+    #[must_use]
+    pub fn clear_to_enter(&self) -> bool {
+        matches!(self.step, Step::Enter | Step::Inside)
+    }
+
+    /// How long this step may still take (s); `None`: for ever.
+    #[must_use]
+    pub fn timeout_left_s(&self, now_s: f64) -> Option<f64> {
+        (!self.waits).then_some((self.longest_s() - (now_s - self.since_s)).max(0.0))
+    }
+
+    fn longest_s(&self) -> f64 {
+        match self.step {
+            Step::OpenDoor | Step::CloseDoor => self.timeouts.machine_s,
+            Step::Enter => self.timeouts.enter_s,
+            Step::Inside => self.timeouts.inside_s,
+        }
+    }
+
+    fn enter(&mut self, step: Step, now_s: f64) -> Progress {
+        (self.step, self.since_s, self.waits) = (step, now_s, false);
+        Progress::Going(None)
+    }
+
+    /// Looks at what machine and robot show now.
+    pub fn look(&mut self, seen: &Seen) -> Progress {
+        let inside = seen.entered || seen.loader.is_some_and(|loader| loader.inside);
+        if inside && !self.clear_to_enter() {
+            return Progress::Uncleared;
+        }
+        let progress = match self.step {
+            Step::OpenDoor => self.open_door(seen),
+            // Both say so, so that both let it work the chuck.
+            Step::Enter if seen.entered && seen.loader.is_some_and(|loader| loader.inside) => {
+                self.was_empty = !seen.part_present;
+                self.enter(Step::Inside, seen.now_s)
+            }
+            Step::Enter => Self::waiting(seen).map_or(Progress::Going(None), Progress::Waiting),
+            Step::Inside => self.inside(seen, inside),
+            Step::CloseDoor => match seen.door {
+                Place::Closed => Progress::Done,
+                Place::Closing => Progress::Going(None),
+                Place::Open | Place::Opening => Progress::Going(Some(Order::CloseDoor)),
+            },
+        };
+        self.in_time(progress, seen.now_s)
+    }
+
+    fn in_time(&mut self, progress: Progress, now_s: f64) -> Progress {
+        let waits = matches!(progress, Progress::Waiting(_));
+        if waits || self.waits {
+            // Who has come back has its time from then on.
+            self.since_s = now_s;
+        }
+        self.waits = waits;
+        let longest_s = self.longest_s();
+        match progress {
+            Progress::Going(_) if now_s - self.since_s > longest_s => {
+                Progress::Failed(Failure::TooLong(self.step, longest_s))
+            }
+            other => other,
+        }
+    }
+
+    fn open_door(&mut self, seen: &Seen) -> Progress {
+        match seen.door {
+            Place::Open if seen.is_safe => self.enter(Step::Enter, seen.now_s),
+            Place::Open | Place::Opening => Progress::Going(None),
+            Place::Closed | Place::Closing => Progress::Going(Some(Order::OpenDoor)),
+        }
+    }
+
+    /// Why a robot outside cannot be counted on.
+    fn waiting(seen: &Seen) -> Option<Wait> {
+        match seen.loader {
+            None => Some(Wait::Silent),
+            Some(loader) if loader.has_fault => Some(Wait::Fault),
+            Some(loader) if !loader.available && !loader.busy => Some(Wait::Unavailable),
+            Some(_) => None,
+        }
+    }
+
+    fn inside(&mut self, seen: &Seen, inside: bool) -> Progress {
+        self.was_empty |= !seen.part_present;
+        if let Some(wait) = Self::waiting(seen).filter(|wait| *wait != Wait::Unavailable) {
+            return Progress::Waiting(wait);
+        }
+        if inside || seen.loader.is_some_and(|loader| loader.busy) {
+            return Progress::Going(None);
+        }
+        match self.fault_of_result(seen) {
+            Some(failure) => Progress::Failed(failure),
+            None => self.enter(Step::CloseDoor, seen.now_s),
+        }
+    }
+
+    /// What is wrong with the chuck that the robot has left.
+    fn fault_of_result(&self, seen: &Seen) -> Option<Failure> {
+        match (self.request, seen.part_present) {
+            (Request::Load | Request::Exchange, false) => Some(Failure::PartMissing),
+            (Request::Unload, true) => Some(Failure::PartStillThere),
+            (Request::Exchange, true) if !self.was_empty => Some(Failure::NotExchanged),
+            (Request::Load | Request::Exchange, true) if seen.chuck != Place::Closed => Some(Failure::ChuckNotClosed),
+            _ => None,
+        }
+    }
+
+    /// Why the chuck may not be worked now; `None`: it may.
+    #[must_use]
+    pub fn chuck_refused(handshake: Option<&Self>, seen: &Seen) -> Option<&'static str> {
+        let inside = seen.loader.is_some_and(|loader| loader.inside) && seen.entered;
+        match handshake {
+            None => Some("no loading is asked for"),
+            Some(handshake) if handshake.step != Step::Inside => Some("the loader is not cleared and inside"),
+            Some(_) if !inside => Some("the loader is not in the work area"),
+            Some(_) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,4 @@
+//! Room cell.
+
+pub mod loading;
+pub mod packml;

@@ -1,0 +1,378 @@
+//! The turn that makes the part round.
+//!
+//! A phase at r that is to leave the wheel at r* must meet it at
+//!
+//! ```text
+//!  L = [r* (kg + km) − kg r − F0]/km = r* − F0/km − (kg/km)(r − r*):
+//! ```
+//! where r − r* more is to be cut, (kg/km)(r − r*) more is given way. Every phase is cut if r* is no larger than the least radius.
+//!
+//! Over the turn from C0 on, the radii to be met are r(C − 2π), and they differ between its begin and its end by the last depth of cut
+//! there: a phase beside C0 has just been cut, one beyond it has not since a turn. So L ends farther out than it began, and with C0 where
+//! the least radius has just been left, all fits together. L begins where the wheel stands, without a step and without slope, and ends
+//! at r* − F0/km, where the wheel takes nothing: it can stay, or leave at leisure.
+//!
+//! ```text
+//! x  ──────╮          ╭──────╮ ╭───── ends at r* − F0/km
+//!  stays   ╰──╮    ╭──╯      ╰─╯
+//!             ╰────╯
+//!          C0                C0 + 2π
+//! ```
+//! As the paths of a plan are periodic, it is told in two parts: a periodic path over C, and a ramp over the angle since C0, from that
+//! difference to 0, that is added as an infeed is.
+
+use super::Mode;
+use super::runout::PhasesError;
+use super::runout::RadiusByPhase;
+use super::state::{PartState, StateError, phase_rad};
+use crate::machine::contact_law::ContactLaw;
+use crate::machine::description::MotionLimits;
+use crate::math::extremum::golden_section;
+use crate::math::hermite::{HermiteError, HermiteSpline, Knot};
+use crate::math::periodic_spline::{PeriodicSpline, PeriodicSplineError, Sample};
+use crate::math::units::{TURN_RAD, um_from_mm, wrap_turn};
+use alloc::vec::Vec;
+use thiserror::Error;
+
+/// Places per phase at which a correction is proven and its derivatives are looked at.
+const PARTS: u32 = 4;
+
+/// Share of the runout that may be left where the path is looked at between phases: as much as is promised without noise. With noise
+/// as much as it is: a curve through noisy phases has no truth between them.
+pub(super) const LEFT_SHARE: f64 = 0.01;
+
+/// What may be left in any case (mm): what a good gauge resolves.
+pub(super) const LEFT_MM: f64 = 1e-4;
+
+/// To which radius the turn cuts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Target {
+    /// To the least radius, less a depth (mm, 0 or more) that every phase loses besides. At 0 the turn begins and ends without a step.
+    LeastRadius {
+        /// The depth (mm).
+        extra_depth_mm: f64,
+    },
+    /// To this radius (mm): size and runout in one turn.
+    Radius(f64),
+}
+
+/// Where the turn begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Start {
+    /// Where the least radius leaves the wheel, at the first such angle of the headstock from this one on (rad): when the correction can
+    /// be ready. The part turns forward to it, with the wheel where it was logged last.
+    AtLeastRadius {
+        /// Earliest (rad).
+        from_rad: f64,
+    },
+    /// At this angle (rad), whatever step that costs: for a wheel that is clear of the part.
+    At(f64),
+}
+
+/// Why there is no correction.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum CorrectionError {
+    /// The correction would begin while the log still runs, or somewhere that is no angle.
+    #[error("correction from C = {start_rad} rad, but wheel positions are logged up to {logged_rad} rad")]
+    BeforeLogEnds {
+        /// Start wanted (rad).
+        start_rad: f64,
+        /// End of the log (rad).
+        logged_rad: f64,
+    },
+    /// The circle is larger than the part.
+    #[error(
+        "target radius {target_mm:.5} mm is {:.3} um above the least radius {least_mm:.5} mm: that phase would not be cut",
+        um_from_mm(*.target_mm - *.least_mm)
+    )]
+    TargetAboveLeast {
+        /// Target (mm).
+        target_mm: f64,
+        /// Least radius (mm).
+        least_mm: f64,
+    },
+    /// An extra depth that is none.
+    #[error("extra depth {extra_depth_mm} mm must be 0 or more")]
+    ExtraDepth {
+        /// What was given (mm).
+        extra_depth_mm: f64,
+    },
+    /// The path between the phases is not what the part needs.
+    #[error(
+        "correction leaves {:.3} um between its {phases} phases, at most {:.3} um are allowed: the part has a step that no phase shows",
+        um_from_mm(*.left_mm), um_from_mm(*.allowed_mm)
+    )]
+    NotResolved {
+        /// Runout left, found by grinding the path (mm).
+        left_mm: f64,
+        /// Allowed (mm).
+        allowed_mm: f64,
+        /// Phases.
+        phases: usize,
+    },
+    /// A wheel position that is no number.
+    #[error("wheel position {wheel_mm} mm is not a finite number")]
+    Wheel {
+        /// What was given (mm).
+        wheel_mm: f64,
+    },
+    /// Radii that are no numbers.
+    #[error(transparent)]
+    Phases(#[from] PhasesError),
+    /// Radii that make no curve.
+    #[error(transparent)]
+    State(#[from] StateError),
+    /// A path that is none.
+    #[error(transparent)]
+    Path(#[from] PeriodicSplineError),
+    /// A ramp that is none.
+    #[error(transparent)]
+    Ramp(#[from] HermiteError),
+}
+
+/// What grinding the path comes to, by the contact law, phase after phase.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Forecast {
+    /// Runout before (mm).
+    pub before_mm: f64,
+    /// Radius after (mm).
+    pub radius_mm: f64,
+    /// Runout after, as far as the gauge knew the part (mm).
+    pub left_mm: f64,
+    /// Least and largest depth of cut on the way (mm).
+    pub depth_mm: (f64, f64),
+}
+
+/// Largest magnitudes of the derivatives of `x_axis` with respect to C over the turn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Steepness {
+    /// First (mm/rad).
+    pub first_mm_rad: f64,
+    /// Second (mm/rad²).
+    pub second_mm_rad2: f64,
+    /// Third (mm/rad³).
+    pub third_mm_rad3: f64,
+}
+
+impl Steepness {
+    /// The fastest constant work speed (rad/s) at which `x_axis` keeps its limits.
+    #[must_use]
+    pub fn fastest_rad_s(&self, x: MotionLimits) -> f64 {
+        let by_velocity = x.velocity / self.first_mm_rad;
+        let by_acceleration = libm::sqrt(x.acceleration / self.second_mm_rad2);
+        let by_jerk = libm::cbrt(x.jerk / self.third_mm_rad3);
+        by_velocity.min(by_acceleration).min(by_jerk)
+    }
+}
+
+/// One turn of `x_axis` over C.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Correction {
+    mode: Mode,
+    start_rad: f64,
+    path: PeriodicSpline,
+    ramp: HermiteSpline,
+    leaves_mm: f64,
+    forecast: Option<Forecast>,
+}
+
+impl Correction {
+    /// The exact correction of a part, and its proof: the path is ground again by the contact law, on a grid four times finer.
+    ///
+    /// # Errors
+    /// A start before the log ends, a target above the least radius, a path that is not resolved by the state's phases.
+    pub fn exact(state: &PartState<'_>, start: Start, target: Target) -> Result<Self, CorrectionError> {
+        let start_rad = start_of(state, start)?;
+        let law = state.law();
+        // Between phases as well, and at the start itself, which is what the turn ends on: else a place in between would not be cut.
+        let places = state.phases() * PARTS as usize;
+        let met = (0..=places).map(|place| state.radius_mm(start_rad + phase_rad(place, places) - TURN_RAD));
+        let least_mm = met.fold(f64::INFINITY, f64::min);
+        let target_mm = match target {
+            Target::LeastRadius { extra_depth_mm } if extra_depth_mm >= 0.0 && extra_depth_mm.is_finite() => {
+                least_mm - extra_depth_mm
+            }
+            Target::LeastRadius { extra_depth_mm } => return Err(CorrectionError::ExtraDepth { extra_depth_mm }),
+            Target::Radius(target_mm) if target_mm <= least_mm => target_mm,
+            Target::Radius(target_mm) => return Err(CorrectionError::TargetAboveLeast { target_mm, least_mm }),
+        };
+        let (ratio, leaves_mm) =
+            (law.grinding_n_mm() / law.machine_n_mm(), target_mm - law.threshold_n() / law.machine_n_mm());
+        let wheel_mm = |c_rad: f64| leaves_mm - ratio * (state.radius_mm(c_rad - TURN_RAD) - target_mm);
+        let ramp = ramp(wheel_mm(start_rad) - wheel_mm(start_rad + TURN_RAD))?;
+        let count = state.phases();
+        let path = (0..count).map(|index| {
+            let since_rad = wrap_turn(phase_rad(index, count) - start_rad);
+            wheel_mm(start_rad + since_rad) - ramp.sample(since_rad).value
+        });
+        let path = PeriodicSpline::interpolate(&path.collect::<Vec<f64>>())?;
+        let mut correction = Self { mode: Mode::Exact, start_rad, path, ramp, leaves_mm, forecast: None };
+        let forecast = correction.ground(state);
+        let allowed_mm = (LEFT_SHARE * forecast.before_mm).max(LEFT_MM).max(state.scatter_mm().unwrap_or(0.0));
+        if forecast.left_mm > allowed_mm {
+            return Err(CorrectionError::NotResolved { left_mm: forecast.left_mm, allowed_mm, phases: count });
+        }
+        correction.forecast = Some(forecast);
+        Ok(correction)
+    }
+
+    /// The published correction: the wheel, at `wheel_mm` when measuring ended, is fed by ΔV = IR (1 + kg/km), from the first angle
+    /// after `from_rad` on at which the phase of least IR stands at it.
+    ///
+    /// # Errors
+    /// Numbers that are none.
+    pub fn published(
+        runout: &RadiusByPhase,
+        law: &ContactLaw,
+        wheel_mm: f64,
+        from_rad: f64,
+    ) -> Result<Self, CorrectionError> {
+        if !(wheel_mm.is_finite() && from_rad.is_finite()) {
+            return Err(CorrectionError::Wheel { wheel_mm });
+        }
+        let factor = 1.0 + law.grinding_n_mm() / law.machine_n_mm();
+        let path: Vec<f64> = runout.runout_mm().iter().map(|ir_mm| wheel_mm - factor * ir_mm).collect();
+        let start_rad = from_rad + wrap_turn(runout.phase_rad(runout.least_index()) - from_rad);
+        let path = PeriodicSpline::interpolate(&path)?;
+        Ok(Self { mode: Mode::Published, start_rad, path, ramp: ramp(0.0)?, leaves_mm: wheel_mm, forecast: None })
+    }
+
+    /// Which law made it.
+    #[must_use]
+    pub const fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// Angle of the headstock at which the turn begins (rad).
+    #[must_use]
+    pub const fn start_rad(&self) -> f64 {
+        self.start_rad
+    }
+
+    /// `x_axis` over C modulo a turn (mm over rad), the ramp apart: the path of a cut that begins at [`Correction::start_rad`] and takes one
+    /// turn.
+    #[must_use]
+    pub const fn path(&self) -> &PeriodicSpline {
+        &self.path
+    }
+
+    /// What is added to the path over the angle since the start (mm over rad); 0 at the end of the turn.
+    #[must_use]
+    pub const fn ramp(&self) -> &HermiteSpline {
+        &self.ramp
+    }
+
+    /// Where the wheel may stay when the turn is done (mm). Of an exact correction: where it takes nothing from the new circle.
+    #[must_use]
+    pub const fn leaves_mm(&self) -> f64 {
+        self.leaves_mm
+    }
+
+    /// What it will come to; nothing of a published correction, which does not know.
+    #[must_use]
+    pub const fn forecast(&self) -> Option<&Forecast> {
+        self.forecast.as_ref()
+    }
+
+    /// `x_axis` and its derivatives with respect to C (mm, rad), at an angle since the start of 0 to 2π (rad).
+    #[must_use]
+    pub fn at(&self, since_rad: f64) -> Sample {
+        let (path, ramp) = (self.path.sample(self.start_rad + since_rad), self.ramp.sample(since_rad));
+        Sample {
+            value: path.value + ramp.value,
+            first: path.first + ramp.first,
+            second: path.second + ramp.second,
+            third: path.third + ramp.third,
+        }
+    }
+
+    /// How steep it is, on a grid four times finer than its phases.
+    #[must_use]
+    pub fn steepness(&self) -> Steepness {
+        let mut most = Steepness { first_mm_rad: 0.0, second_mm_rad2: 0.0, third_mm_rad3: 0.0 };
+        for since_rad in self.places() {
+            let sample = self.at(since_rad);
+            most.first_mm_rad = most.first_mm_rad.max(sample.first.abs());
+            most.second_mm_rad2 = most.second_mm_rad2.max(sample.second.abs());
+            most.third_mm_rad3 = most.third_mm_rad3.max(sample.third.abs());
+        }
+        most
+    }
+
+    /// Places over the turn.
+    fn places(&self) -> impl Iterator<Item = f64> {
+        let count = self.path.coefficients().len() * PARTS as usize;
+        (0..=count).map(move |place| phase_rad(place, count))
+    }
+
+    /// What the contact law makes of it.
+    fn ground(&self, state: &PartState<'_>) -> Forecast {
+        let (mut before, mut after, mut depth) = (Range::EMPTY, Range::EMPTY, Range::EMPTY);
+        for since_rad in self.places() {
+            let before_mm = state.radius_mm(self.start_rad + since_rad - TURN_RAD);
+            let after_mm = state.law().radius_after_mm(before_mm, self.at(since_rad).value);
+            before.take(before_mm);
+            after.take(after_mm);
+            depth.take(before_mm - after_mm);
+        }
+        Forecast {
+            before_mm: before.most - before.least,
+            radius_mm: after.least,
+            left_mm: after.most - after.least,
+            depth_mm: (depth.least, depth.most),
+        }
+    }
+}
+
+/// Least and largest.
+struct Range {
+    least: f64,
+    most: f64,
+}
+
+impl Range {
+    const EMPTY: Self = Self { least: f64::INFINITY, most: f64::NEG_INFINITY };
+
+    fn take(&mut self, value: f64) {
+        self.least = self.least.min(value);
+        self.most = self.most.max(value);
+    }
+}
+
+/// From a difference to 0 over a turn. With neither slope nor curvature at its ends, so that it goes on smoothly before and after the
+/// turn, as an infeed does; what of slope the path lacks to be periodic is nothing where the turn begins at the least radius.
+fn ramp(difference_mm: f64) -> Result<HermiteSpline, HermiteError> {
+    let knot = |at: f64, value: f64| Knot { at, value, first: 0.0, second: 0.0 };
+    HermiteSpline::new(Vec::from([knot(0.0, difference_mm), knot(TURN_RAD, 0.0)]))
+}
+
+/// C at which the turn begins.
+fn start_of(state: &PartState<'_>, start: Start) -> Result<f64, CorrectionError> {
+    let (Start::AtLeastRadius { from_rad: wanted_rad } | Start::At(wanted_rad)) = start;
+    let logged_rad = state.logged_until_rad().unwrap_or(f64::NEG_INFINITY);
+    if !(wanted_rad >= logged_rad && wanted_rad.is_finite()) {
+        return Err(CorrectionError::BeforeLogEnds { start_rad: wanted_rad, logged_rad });
+    }
+    Ok(match start {
+        Start::At(start_rad) => start_rad,
+        Start::AtLeastRadius { from_rad } => least_radius_from(state, from_rad),
+    })
+}
+
+/// First C from an angle on at which a radius leaves the wheel that is the least of the turn before it, if possible at a place where it
+/// has no slope.
+fn least_radius_from(state: &PartState<'_>, from_rad: f64) -> f64 {
+    let count = state.phases();
+    let at = |place: usize| from_rad - TURN_RAD + phase_rad(place, count);
+    let radii: Vec<f64> = (0..=2 * count + 1).map(|place| state.radius_mm(at(place))).collect();
+    // Of a part that nothing is cut from, a turn before is the same but for rounding.
+    let is_least = |place: &usize| radii[place - count..*place].iter().all(|radius| radii[*place] <= radius + 1e-12);
+    let is_low = |place: &usize| radii[*place] <= radii[place - 1] && radii[*place] <= radii[place + 1];
+    let Some(place) = (count..=2 * count).find(|place| is_low(place) && is_least(place)) else {
+        // The part is rounder than a dwell turn is deep: every place is less than all before it.
+        return (count..=2 * count).find(is_least).map_or(from_rad, at);
+    };
+    let step_rad = phase_rad(1, count);
+    let (low_rad, _) = golden_section(at(place) - step_rad, at(place) + step_rad, &|c_rad| state.radius_mm(c_rad));
+    low_rad.max(from_rad)
+}

@@ -1,0 +1,101 @@
+//! Runout: radii of a part by phase.
+
+use super::harmonics::Series;
+use crate::math::units::TURN_RAD;
+use alloc::vec::Vec;
+use thiserror::Error;
+
+/// Fewest phases that a runout is told at.
+pub const FEWEST_PHASES: usize = 8;
+
+/// Why radii are no runout.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum PhasesError {
+    /// Too few.
+    #[error("radii at {count} phases, at least {least} are needed")]
+    TooFew {
+        /// Phases given.
+        count: usize,
+        /// Least.
+        least: usize,
+    },
+    /// A radius that is no number.
+    #[error("radius {index} is not a finite number")]
+    NotFinite {
+        /// Its index.
+        index: usize,
+    },
+}
+
+/// Radii from the axis of rotation at equal steps of the phase, beginning with phase 0.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RadiusByPhase {
+    radii_mm: Vec<f64>,
+}
+
+impl RadiusByPhase {
+    /// From radii (mm), or radii but for a constant.
+    ///
+    /// # Errors
+    /// Too few, or one that is no number.
+    pub fn new(radii_mm: Vec<f64>) -> Result<Self, PhasesError> {
+        if radii_mm.len() < FEWEST_PHASES {
+            return Err(PhasesError::TooFew { count: radii_mm.len(), least: FEWEST_PHASES });
+        }
+        match radii_mm.iter().position(|radius| !radius.is_finite()) {
+            Some(index) => Err(PhasesError::NotFinite { index }),
+            None => Ok(Self { radii_mm }),
+        }
+    }
+
+    /// Radii by phase (mm).
+    #[must_use]
+    pub fn radii_mm(&self) -> &[f64] {
+        &self.radii_mm
+    }
+
+    /// Phase of a radius (rad).
+    #[must_use]
+    pub fn phase_rad(&self, index: usize) -> f64 {
+        #[allow(clippy::cast_precision_loss, reason = "counts of phases are far below 2^53")]
+        let (index, count) = (index as f64, self.radii_mm.len() as f64);
+        TURN_RAD * index / count
+    }
+
+    /// Index of the least radius.
+    #[must_use]
+    pub fn least_index(&self) -> usize {
+        let mut least = 0;
+        for (index, radius) in self.radii_mm.iter().enumerate() {
+            if *radius < self.radii_mm[least] {
+                least = index;
+            }
+        }
+        least
+    }
+
+    /// Least radius (mm).
+    #[must_use]
+    pub fn least_mm(&self) -> f64 {
+        self.radii_mm[self.least_index()]
+    }
+
+    /// IR of every phase: by how much its radius exceeds the least (mm).
+    #[must_use]
+    pub fn runout_mm(&self) -> Vec<f64> {
+        let least = self.least_mm();
+        self.radii_mm.iter().map(|radius| radius - least).collect()
+    }
+
+    /// TIR, the total indicated runout: largest less least radius (mm).
+    #[must_use]
+    pub fn total_mm(&self) -> f64 {
+        self.radii_mm.iter().fold(f64::NEG_INFINITY, |most, radius| most.max(*radius)) - self.least_mm()
+    }
+
+    /// Amplitude of a harmonic (mm): of the first the eccentricity, of the third that of a three-lobed part.
+    #[must_use]
+    pub fn harmonic_mm(&self, harmonic: u32) -> f64 {
+        Series::of(&self.radii_mm, harmonic as usize).amplitude(harmonic as usize)
+    }
+}

@@ -1,0 +1,366 @@
+//! The part by phase: what radius every phase has, from the depths of cut that the gauge saw and the wheel positions that were logged.
+//!
+//! A phase that was at r(C − 2π) meets the wheel at L(C) and leaves it at
+//!
+//! ```text
+//!  r(C) = λ r(C − 2π) + (1 − λ)(L(C) + F0/km),   λ = kg/(kg + km).
+//! ```
+//! Of one such motion, q, that begins with a constant, everything is known but the start; the rest obeys r − q = λ of itself a turn
+//! before, so that (r − q)·λ^(−C/2π) = g is periodic. It has no step where the wheel is just cutting, as the radii have, nor one where
+//! the infeed ended, and a cut of its harmonics smooths nothing that is there. The depths are linear in it:
+//!
+//! ```text
+//!  U(C) = r(C − 2π) − r(C) = U_q(C) + a(C) g(φ),   a(C) = (1 − λ) λ^((C − 2π)/2π)
+//! ```
+//! and so are readings; g is their least-squares answer ([`Fit`]). At constant L, in a dwell, that is `U_j` = `U_0` λ^j with one number `U_0`
+//! per phase, but cuts with infeed count as well. Of one cut alone it is the published r = L + F0/km + (kg/km) U. After the last cut
+//! that the gauge knows, every phase is followed by the contact law itself, with the wheel where it was logged, and staying where it
+//! was last.
+//!
+//! What harmonics cannot show is a wheel that was moved abruptly while it cut: it leaves a step on the part that decays by λ a turn.
+
+use super::fit::{self, Fit};
+use super::record::GaugeRecord;
+use super::reference_motion::Known;
+use super::runout::{FEWEST_PHASES, PhasesError, RadiusByPhase};
+use super::wheel_log::WheelLog;
+use crate::machine::contact_law::ContactLaw;
+use crate::math::periodic_spline::{PeriodicSpline, PeriodicSplineError};
+use crate::math::units::{TURN_RAD, deg_from_rad, um_from_mm, wrap_turn};
+use thiserror::Error;
+
+/// Harmonics that a measurement keeps unless told otherwise. Noise of a reading enters a radius √2·kg/km-fold, spread over all
+/// harmonics alike; what bends and clamps a part lies in the lowest. More follow a rougher part and let through more noise: 30 instead
+/// of 15 √2 times as much.
+pub const USUAL_HARMONICS: u32 = 15;
+
+/// Depth (mm) below which a phase counts as not cut unless told otherwise: the resolution of a usual gauge.
+pub const USUAL_LEAST_DEPTH_MM: f64 = 1e-4;
+
+/// Scatter of the readings (mm) above which they are not believed unless told otherwise: ten times the noise of a usual gauge. A gauge
+/// that jumped or a wheel that was not where the log says are above it. A stiffness wrong by half is not, it scatters a dwell of three
+/// turns by 0.3 µm: that is what [`Decay`](super::decay::Decay) is for.
+pub const USUAL_MOST_SCATTER_MM: f64 = 2e-3;
+
+/// Phases per harmonic kept, and 360 at least: the curve through them errs by 1e-6 of the highest. More resolve what is no harmonic, as
+/// where a wheel left the part; a correction's path has that many knots.
+pub const PHASES_PER_HARMONIC: usize = 24;
+
+/// Most harmonics: a tip of a millimetre and a half bridges the waves of the hundredth on a journal of 25 mm radius.
+pub const MOST_HARMONICS: u32 = 100;
+
+/// Most phases: beyond it a record has hundreds of readings for every harmonic that matters.
+pub const MOST_PHASES: usize = 7200;
+
+/// How far an angle may be off for its rounding (rad).
+pub(super) const ROUNDING_RAD: f64 = 1e-9;
+
+/// How to measure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeasureSettings {
+    /// How radii are found from readings.
+    pub fit: Fit,
+    /// Phases told apart, which a correction's path has as knots; `None` for as many as harmonics need ([`PHASES_PER_HARMONIC`]), or, of a
+    /// fit to depths, as the gauge reads in a turn.
+    pub phases: Option<usize>,
+    /// Cuts before this angle of the headstock are left out (rad): where a dwell began, or the last fault ended.
+    pub from_rad: Option<f64>,
+    /// Depth (mm) that every phase must have lost at every cut. Where the wheel takes nothing, nothing is known.
+    pub least_depth_mm: f64,
+    /// Largest scatter of the readings about the contact law (mm), see [`PartState::scatter_mm`]; `None` takes any.
+    pub most_scatter_mm: Option<f64>,
+}
+
+impl Default for MeasureSettings {
+    fn default() -> Self {
+        Self {
+            fit: Fit::Readings { harmonics: USUAL_HARMONICS },
+            phases: None,
+            from_rad: None,
+            least_depth_mm: USUAL_LEAST_DEPTH_MM,
+            most_scatter_mm: Some(USUAL_MOST_SCATTER_MM),
+        }
+    }
+}
+
+/// Why readings tell no state of the part.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum StateError {
+    /// Not every phase has a cut in the record.
+    #[error("depths of cut are known over {known_deg:.2} deg of C, a whole turn is needed")]
+    LessThanATurn {
+        /// Angle between the first and the last (deg).
+        known_deg: f64,
+    },
+    /// The wheel's log ends before the readings do.
+    #[error(
+        "wheel positions are logged up to {logged_deg:.3} deg of C, the last cut that the gauge saw is at {needed_deg:.3} deg"
+    )]
+    LogTooShort {
+        /// Last angle of the log (deg).
+        logged_deg: f64,
+        /// Angle needed (deg).
+        needed_deg: f64,
+    },
+    /// Phases too few for the harmonics, or for anything, or too many.
+    #[error("{phases} phases for {harmonics} harmonics: between {least} and {most} are needed")]
+    Phases {
+        /// Phases.
+        phases: usize,
+        /// Harmonics wanted.
+        harmonics: u32,
+        /// Least.
+        least: usize,
+        /// Most.
+        most: usize,
+    },
+    /// More harmonics than any gauge tells.
+    #[error("{harmonics} harmonics, at most {most} are allowed")]
+    Harmonics {
+        /// Harmonics wanted.
+        harmonics: u32,
+        /// Most.
+        most: u32,
+    },
+    /// More unknowns than the readings tell.
+    #[error("{readings} readings while every phase was cut do not tell {harmonics} harmonics")]
+    Undetermined {
+        /// Readings.
+        readings: usize,
+        /// Harmonics.
+        harmonics: u32,
+    },
+    /// The readings do not follow the contact law.
+    #[error(
+        "readings scatter by {:.3} um about the contact law, at most {:.3} um are allowed: gauge, wheel positions or stiffness are wrong",
+        um_from_mm(*.scatter_mm), um_from_mm(*.most_mm)
+    )]
+    Scatter {
+        /// Standard deviation found (mm).
+        scatter_mm: f64,
+        /// Allowed (mm).
+        most_mm: f64,
+    },
+    /// A phase that was not cut.
+    #[error(
+        "phase {phase_deg:.2} deg was not cut at C = {c_deg:.2} deg: depth {:.3} um, more than {:.3} um are needed",
+        um_from_mm(*.depth_mm), um_from_mm(*.least_mm)
+    )]
+    NotCut {
+        /// The phase (deg).
+        phase_deg: f64,
+        /// Angle of the headstock (deg).
+        c_deg: f64,
+        /// Its depth of cut, as measured (mm).
+        depth_mm: f64,
+        /// Least (mm).
+        least_mm: f64,
+    },
+    /// Radii that are no numbers, or too few of them.
+    #[error(transparent)]
+    Phase(#[from] PhasesError),
+    /// Values that make no curve.
+    #[error(transparent)]
+    Spline(#[from] PeriodicSplineError),
+}
+
+/// Where the radii come from.
+#[derive(Debug, Clone, PartialEq)]
+enum Source {
+    /// They are given; nothing has been cut since.
+    Known(PeriodicSpline),
+    /// From cuts between two angles.
+    Measured {
+        /// g.
+        deviation: PeriodicSpline,
+        /// C from which q is followed (rad).
+        from_rad: f64,
+        /// q before that (mm).
+        base_mm: f64,
+        /// C of the last cut that the gauge saw (rad).
+        until_rad: f64,
+        /// Standard deviation of a reading about the law, where there is more to it than unknowns (mm).
+        scatter_mm: Option<f64>,
+    },
+}
+
+/// Every phase's radius, now and while the wheel stays where it is.
+#[derive(Debug, Clone)]
+pub struct PartState<'a> {
+    law: ContactLaw,
+    log: Option<WheelLog<'a>>,
+    phases: usize,
+    source: Source,
+}
+
+impl<'a> PartState<'a> {
+    /// A part whose radii are known, with the wheel clear of it.
+    ///
+    /// # Errors
+    /// Radii that make no curve.
+    pub fn of_known_radii(radii: &RadiusByPhase, law: ContactLaw) -> Result<Self, StateError> {
+        let spline = PeriodicSpline::interpolate(radii.radii_mm())?;
+        Ok(Self { law, log: None, phases: radii.radii_mm().len(), source: Source::Known(spline) })
+    }
+
+    /// From a gauge's record and the wheel's log, whose angles are counted alike. Every phase must be cut in every turn from the first
+    /// cut used to the last that the gauge saw; what comes after it in the log may leave the part.
+    ///
+    /// # Errors
+    /// Less than a turn of depths, a log that ends before them, phases that do not fit, a phase that was not cut.
+    pub fn measure(
+        record: &GaugeRecord<'_>,
+        log: WheelLog<'a>,
+        law: ContactLaw,
+        settings: &MeasureSettings,
+    ) -> Result<Self, StateError> {
+        let phases = phases_of(record, settings)?;
+        // Of a probe that feels the part give way, the cut at the moment of the reading matters too.
+        let (feels, delay_rad) = (record.gauge().feels_deflection(), record.gauge().cut_after_rad());
+        let lead_rad = if feels == 0.0 { 0.0 } else { delay_rad };
+        let first_rad = record
+            .first_cut_rad()
+            .max(log.start_rad() + lead_rad)
+            .max(settings.from_rad.map_or(f64::NEG_INFINITY, |from_rad| from_rad + lead_rad));
+        let until_rad = record.last_cut_rad();
+        let needed_rad = until_rad + if feels == 0.0 { 0.0 } else { TURN_RAD - delay_rad };
+        if needed_rad > log.last().c_rad + ROUNDING_RAD {
+            let (logged_deg, needed_deg) = (deg_from_rad(log.last().c_rad), deg_from_rad(needed_rad));
+            return Err(StateError::LogTooShort { logged_deg, needed_deg });
+        }
+        let from_rad = first_rad - lead_rad;
+        let known = Known::from(law, log, from_rad);
+        if until_rad - first_rad < TURN_RAD * (1.0 - 1.0 / phases_as_number(phases)) - ROUNDING_RAD {
+            return Err(StateError::LessThanATurn { known_deg: deg_from_rad((until_rad - first_rad).max(0.0)) });
+        }
+        let fitted = match settings.fit {
+            Fit::Depths { harmonics } => fit::by_depths(record, &known, (first_rad, until_rad), phases, harmonics)?,
+            Fit::Readings { harmonics } => fit::by_readings(record, &known, until_rad, phases, harmonics)?,
+        };
+        if let (Some(scatter_mm), Some(most_mm)) = (fitted.scatter_mm, settings.most_scatter_mm)
+            && (scatter_mm.is_nan() || scatter_mm > most_mm)
+        {
+            return Err(StateError::Scatter { scatter_mm, most_mm });
+        }
+        for (index, deviation) in fitted.deviations.iter().enumerate() {
+            let phase = phase_rad(index, phases);
+            for c_rad in fit::cuts_of(phase, first_rad, until_rad) {
+                let depth_mm = known.depth_mm(c_rad) + known.weight(c_rad) * deviation;
+                if depth_mm < settings.least_depth_mm {
+                    return Err(StateError::NotCut {
+                        phase_deg: deg_from_rad(phase),
+                        c_deg: deg_from_rad(c_rad),
+                        depth_mm,
+                        least_mm: settings.least_depth_mm,
+                    });
+                }
+            }
+        }
+        let source = Source::Measured {
+            deviation: PeriodicSpline::interpolate(&fitted.deviations)?,
+            from_rad,
+            base_mm: known.base_mm,
+            until_rad,
+            scatter_mm: fitted.scatter_mm,
+        };
+        Ok(Self { law, log: Some(log), phases, source })
+    }
+
+    /// The contact law.
+    #[must_use]
+    pub const fn law(&self) -> &ContactLaw {
+        &self.law
+    }
+
+    /// Phases told apart.
+    #[must_use]
+    pub const fn phases(&self) -> usize {
+        self.phases
+    }
+
+    /// Standard deviation (mm) of a reading about what the contact law makes of the others; nothing where depths were fitted and no phase
+    /// was cut twice. The gauge's noise if all is well, more if kg/km is wrong or the part has more harmonics than were fitted.
+    #[must_use]
+    pub const fn scatter_mm(&self) -> Option<f64> {
+        match &self.source {
+            Source::Known(_) => None,
+            Source::Measured { scatter_mm, .. } => *scatter_mm,
+        }
+    }
+
+    /// Angle of the headstock from which on nothing is logged and the wheel is taken to stay; nothing where it is clear of the part.
+    #[must_use]
+    pub fn logged_until_rad(&self) -> Option<f64> {
+        self.log.map(|log| log.last().c_rad)
+    }
+
+    /// Radius with which a phase leaves the wheel (mm), at an angle of the headstock: no earlier than a turn before the first cut used.
+    #[must_use]
+    pub fn radius_mm(&self, c_rad: f64) -> f64 {
+        let (deviation, from_rad, base_mm, until_rad) = match &self.source {
+            Source::Known(spline) => return spline.sample(wrap_turn(c_rad)).value,
+            Source::Measured { deviation, from_rad, base_mm, until_rad, .. } => {
+                (deviation, *from_rad, *base_mm, *until_rad)
+            }
+        };
+        let Some(log) = self.log else { return base_mm };
+        let beyond = libm::ceil((c_rad - until_rad - ROUNDING_RAD) / TURN_RAD).max(0.0);
+        let seen_rad = c_rad - beyond * TURN_RAD;
+        let known = Known { law: self.law, log, from_rad, base_mm };
+        let mut radius_mm = known.radius_mm(seen_rad)
+            + libm::pow(self.law.decay(), (seen_rad - from_rad) / TURN_RAD)
+                * deviation.sample(wrap_turn(seen_rad)).value;
+        let mut turn = 1.0;
+        while turn <= beyond {
+            radius_mm = self.law.radius_after_mm(radius_mm, log.x_mm(seen_rad + turn * TURN_RAD));
+            turn += 1.0;
+        }
+        radius_mm
+    }
+
+    /// The part as it is when the headstock is at an angle: every phase as it last left the wheel.
+    ///
+    /// # Errors
+    /// None but of numbers that are none.
+    pub fn radii_at(&self, c_rad: f64) -> Result<RadiusByPhase, StateError> {
+        let radii = (0..self.phases).map(|index| {
+            let phase = phase_rad(index, self.phases);
+            self.radius_mm(c_rad - wrap_turn(c_rad - phase))
+        });
+        Ok(RadiusByPhase::new(radii.collect())?)
+    }
+}
+
+/// Phases of a measurement.
+fn phases_of(record: &GaugeRecord<'_>, settings: &MeasureSettings) -> Result<usize, StateError> {
+    let harmonics = settings.fit.harmonics();
+    if harmonics > MOST_HARMONICS {
+        return Err(StateError::Harmonics { harmonics, most: MOST_HARMONICS });
+    }
+    let least = (2 * harmonics as usize + 1).max(FEWEST_PHASES);
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and MOST_PHASES + 1")]
+    let by_readings = || libm::round(record.per_turn()).clamp(0.0, 2.0 * MOST_PHASES as f64) as usize;
+    // A record denser than that is read at as many places as are told apart.
+    let phases = settings.phases.unwrap_or_else(|| match settings.fit {
+        Fit::Depths { .. } => by_readings().min(MOST_PHASES),
+        Fit::Readings { .. } => (PHASES_PER_HARMONIC * harmonics as usize).max(360),
+    });
+    if (least..=MOST_PHASES).contains(&phases) {
+        return Ok(phases);
+    }
+    Err(StateError::Phases { phases, harmonics, least, most: MOST_PHASES })
+}
+
+/// Their number.
+fn phases_as_number(phases: usize) -> f64 {
+    #[allow(clippy::cast_precision_loss, reason = "counts of phases are far below 2^53")]
+    let phases = phases as f64;
+    phases
+}
+
+/// Phase of an index (rad).
+pub(super) fn phase_rad(index: usize, phases: usize) -> f64 {
+    #[allow(clippy::cast_precision_loss, reason = "counts of phases are far below 2^53")]
+    let (index, phases) = (index as f64, phases as f64);
+    TURN_RAD * index / phases
+}

@@ -1,0 +1,31 @@
+//! Programs for machines whose controls read text: a main program, a subprogram for each cam, in the dialect of the control.
+//!
+//! A [`Program`] says what is to be driven, in whole least increments, so that what is written is what was meant. [`Dialect::write`] makes
+//! its text, and [`read`] interprets such text, that of others too, as a control would. In C and X every block is an Archimedean segment: both axes travel in proportion.
+//!
+//! The part is the same on all of them: C is the rotary axis (degrees in text, counted on over whole turns), X, Y and Z are linear (mm), a
+//! feed is given by its time alone (G93), because what a feed in mm/min means for a rotary axis differs from control to control.
+
+pub mod archimedean;
+mod axis;
+mod dialect;
+mod driven;
+mod error;
+mod fitted;
+mod motion;
+pub mod post;
+mod program;
+mod raised_feed;
+mod read;
+mod write;
+
+pub use axis::NcAxis;
+pub use dialect::{Dialect, ProgramFile};
+pub use driven::{DrivenMove, driven};
+pub use error::{BlockPlace, WriteError};
+pub use motion::{Action, CallMade, Done, Motion, Pose};
+pub use program::{
+    Block, Call, Direction, Format, FormatError, MOST_INCREMENTS, Program, Step, Subprogram, Target, Tool, XValues,
+};
+pub use raised_feed::{LEAST_RATE_MM_MIN, RaisedFeed, raised_feeds};
+pub use read::{LONGEST_LINE, MOST_BLOCKS, MOST_DEPTH, MOST_TEXT_BYTES, ReadError, ReadFault, read};

@@ -1,0 +1,213 @@
+//! Why there is no program.
+
+use super::{FeatureRequest, PassRequest, ProgramRequest, TurnSpeed};
+use crate::gcode::archimedean::ChainError;
+use crate::gcode::{FormatError, RaisedFeed};
+use crate::math::units::TURN_RAD;
+use alloc::boxed::Box;
+use alloc::string::String;
+use thiserror::Error;
+
+/// Most turns of one call.
+const MOST_TURNS: u32 = 100;
+
+/// Most calls of a program.
+const MOST_CALLS: usize = 100_000;
+
+/// Why there is no program.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum PostError {
+    /// More blocks in a turn than a program should have.
+    #[error(
+        "a turn takes at least {blocks} blocks, at most {allowed} are allowed: so slow a turn is driven in single increments; a faster \
+         work speed, or fewer decimals"
+    )]
+    TooLongTurn {
+        /// Blocks that the turn takes at least.
+        blocks: u64,
+        /// Allowed.
+        allowed: u64,
+    },
+    /// A number that makes no program.
+    #[error("{what} is {value}; {allowed}")]
+    BadNumber {
+        /// Which number.
+        what: String,
+        /// Its value.
+        value: f64,
+        /// What it may be.
+        allowed: &'static str,
+    },
+    /// Nothing to make.
+    #[error("there is nothing to make: {what}")]
+    Nothing {
+        /// What is missing.
+        what: String,
+    },
+    /// The path cannot be cut into pieces.
+    #[error(transparent)]
+    Chain(#[from] ChainError),
+    /// A coordinate that the control cannot read.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// Something of a pass.
+    #[error("{feature}, pass {pass}: {source}")]
+    Of {
+        /// The feature.
+        feature: String,
+        /// The pass.
+        pass: String,
+        /// What.
+        source: Box<PostError>,
+    },
+    /// More blocks than the control reads.
+    #[error(
+        "{feature}, pass {pass}: {blocks_s:.0} blocks a second with a tolerance of {tolerance_um:.3} um; the control reads {most_s:.0}. It \
+         would at {fits_rpm:.3} rpm, or with a larger tolerance"
+    )]
+    TooManyBlocks {
+        /// The feature.
+        feature: String,
+        /// The pass.
+        pass: String,
+        /// Blocks in a second.
+        blocks_s: f64,
+        /// How many it reads.
+        most_s: f64,
+        /// With which tolerance (um).
+        tolerance_um: f64,
+        /// Speed of C with which it would read them (rpm).
+        fits_rpm: f64,
+    },
+    /// More subprograms than there are numbers.
+    #[error("{count} subprograms are more than there are numbers")]
+    TooManySubprograms {
+        /// How many.
+        count: usize,
+    },
+    /// What was made is not within its tolerance.
+    #[error("the pieces are {error_um:.4} um off at {at_deg:.3} deg, allowed are {allowed_um:.4} um")]
+    OffThePath {
+        /// How far (um).
+        error_um: f64,
+        /// How far it may be (um).
+        allowed_um: f64,
+        /// Where (deg).
+        at_deg: f64,
+    },
+    /// A block that LinuxCNC would drive too fast.
+    #[error(transparent)]
+    RaisedFeed(RaisedFeed),
+    /// Another number of calls came back.
+    #[error("{found} runs of feeds, but {expected} calls")]
+    OtherCalls {
+        /// Runs of feeds.
+        found: usize,
+        /// Calls.
+        expected: usize,
+    },
+    /// A rapid beside the part that is not clear of it.
+    #[error("{feature}: a rapid at {at_mm:.4} mm; it is clear at {clear_mm:.4} mm")]
+    RapidNotClear {
+        /// The feature.
+        feature: String,
+        /// Where the infeed axis is (mm).
+        at_mm: f64,
+        /// Where it is clear (mm).
+        clear_mm: f64,
+    },
+}
+
+impl PostError {
+    /// The same, of a pass of a feature.
+    pub(super) fn within(self, feature: &str, pass: &str) -> Self {
+        PostError::Of { feature: feature.into(), pass: pass.into(), source: Box::new(self) }
+    }
+}
+
+/// Refuses numbers that make no program.
+pub(super) fn check(request: &ProgramRequest<'_>) -> Result<(), PostError> {
+    let control = &request.control;
+    let positive =
+        |what: &str, value: f64| bad_unless(value.is_finite() && value > 0.0, what, value, "it must be above 0");
+    positive("what the control reads in a second", control.most_blocks_s)?;
+    if let Some(mm) = control.path_tolerance_mm {
+        positive("the control's path tolerance in mm", mm)?;
+    }
+    let sense = f64::from(control.rotation_sense);
+    bad_unless(control.rotation_sense.abs() == 1, "the rotation sense", sense, "it must be 1 or -1")?;
+    if request.features.is_empty() {
+        return Err(PostError::Nothing { what: "no cam and no groove".into() });
+    }
+    let calls = request.features.iter().flat_map(|of| &of.passes).map(|pass| pass.leaves_mm.len()).sum::<usize>();
+    #[allow(clippy::cast_precision_loss, reason = "for people")]
+    bad_unless(calls <= MOST_CALLS, "the number of calls", calls as f64, "at most 100000 are made")?;
+    for of in &request.features {
+        check_feature(of)?;
+        for pass in &of.passes {
+            check_pass(pass).map_err(|error| error.within(&of.name, &pass.name))?;
+        }
+    }
+    Ok(())
+}
+
+fn check_feature(of: &FeatureRequest<'_>) -> Result<(), PostError> {
+    let named = |what: &str| alloc::format!("{}: {what}", of.name);
+    if of.passes.iter().all(|pass| pass.leaves_mm.is_empty()) {
+        return Err(PostError::Nothing { what: named("it has no pass") });
+    }
+    let angle = of.lead.angle_rad;
+    bad_unless(
+        angle > 0.0 && angle <= TURN_RAD,
+        &named("the angle in rad over which the cutter comes"),
+        angle,
+        "it must be above 0 and within a turn",
+    )?;
+    let height = of.lead.height_mm;
+    bad_unless(
+        height.is_finite() && height > 0.0,
+        &named("the height in mm from which the cutter comes"),
+        height,
+        "it must be above 0",
+    )?;
+    bad_unless(of.clear_mm.is_finite(), &named("where the cutter is clear"), of.clear_mm, "it must be a number of mm")?;
+    bad_unless(of.phase_rad.is_finite(), &named("the phase in rad"), of.phase_rad, "it must be a number")
+}
+
+fn check_pass(pass: &PassRequest<'_>) -> Result<(), PostError> {
+    bad_unless(
+        pass.tolerance_mm.is_finite() && pass.tolerance_mm > 0.0,
+        "the tolerance in mm",
+        pass.tolerance_mm,
+        "it must be above 0",
+    )?;
+    let widest = pass.widest_tolerance_mm;
+    bad_unless(
+        widest >= pass.tolerance_mm && widest.is_finite(),
+        "the widest tolerance in mm",
+        widest,
+        "it must be no less than the tolerance",
+    )?;
+    let turns = f64::from(pass.turns);
+    bad_unless((1..=MOST_TURNS).contains(&pass.turns), "the number of turns of a call", turns, "it must be 1 to 100")?;
+    for leaves_mm in &pass.leaves_mm {
+        bad_unless(
+            leaves_mm.is_finite() && *leaves_mm >= 0.0,
+            "what is left of the depth in mm",
+            *leaves_mm,
+            "it must not be below 0",
+        )?;
+    }
+    let speeds = match pass.speed {
+        TurnSpeed::WorkSpeed(speed) => alloc::vec![speed],
+        TurnSpeed::AlongPath { feed_mm_s, most_rad_s } => alloc::vec![feed_mm_s, most_rad_s],
+        TurnSpeed::Law(_) => alloc::vec![],
+    };
+    speeds.into_iter().try_for_each(|speed| {
+        bad_unless(speed.is_finite() && speed > 0.0, "the speed (rad/s of C or mm/s)", speed, "it must be above 0")
+    })
+}
+
+fn bad_unless(good: bool, what: &str, value: f64, allowed: &'static str) -> Result<(), PostError> {
+    if good { Ok(()) } else { Err(PostError::BadNumber { what: what.into(), value, allowed }) }
+}

@@ -1,0 +1,85 @@
+//! One trajectory takes the place of another while the axes move, without a step in position, velocity or acceleration.
+
+use super::execution::trajectory_pose;
+use super::path_time::{PathClock, to_ticks, whole};
+use super::pose::Pose;
+use super::trajectory::Start;
+use super::{Following, Interpolator, Mode, Prepared, StartError};
+use crate::machine::description::Axis;
+use crate::machine::setpoint::Setpoint;
+use alloc::boxed::Box;
+
+/// What there is to say about a tick ahead.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Foreseen {
+    /// Where the axes will be, and how they move there by the trajectory's own time, if nobody disturbs it.
+    At(Start),
+    /// No trajectory is executed, or it is over or coming to its end by then.
+    Over,
+    /// It is held.
+    Held,
+}
+
+impl Interpolator {
+    /// Where the trajectory in execution will be at a tick ahead.
+    #[must_use]
+    pub fn foresee(&self, tick: u64) -> Foreseen {
+        let Some(motion) = self.motion.as_deref() else { return Foreseen::Over };
+        let (Mode::Trajectory(clock), Some(trajectory)) = (&self.mode, &motion.trajectory) else {
+            return Foreseen::Over;
+        };
+        let time = clock.at(tick);
+        let ends = self.cancel || self.alarm.is_some() || self.following.broken.is_some();
+        if ends || tick <= self.tick || time.tau >= whole(motion.ticks) {
+            return Foreseen::Over;
+        }
+        if self.hold {
+            return Foreseen::Held;
+        }
+        let waits = tick < clock.begins();
+        let mut start = Start::default();
+        for axis in Axis::ALL {
+            let place = axis.index();
+            match trajectory.law(axis) {
+                Some(law) if !waits => {
+                    let sample = law.sample(to_ticks(time.tau) * self.machine.cycle_time_s());
+                    start.position[place] = sample.value;
+                    start.velocity[place] = sample.first;
+                    start.acceleration[place] = sample.second;
+                }
+                _ => start.position[place] = self.machine.axis(axis).scale.position(self.setpoint.counts[place]),
+            }
+        }
+        Foreseen::At(start)
+    }
+
+    /// Setpoint of the trajectory in execution at a tick ahead, if nobody disturbs it.
+    #[must_use]
+    pub fn planned_at(&self, tick: u64) -> Option<Setpoint> {
+        let (Mode::Trajectory(clock), Some(motion)) = (&self.mode, self.motion.as_deref()) else { return None };
+        let rest = Pose::at_rest(self.setpoint.counts);
+        (tick > self.tick).then(|| trajectory_pose(clock, tick, motion, &self.machine, &rest).setpoint())
+    }
+
+    /// Puts a trajectory in the place of the one in execution; it begins with the next tick, `tick`, at the rate at which time passes.
+    /// The one before it is to be taken as finished.
+    ///
+    /// # Errors
+    /// It does not begin exactly as [`Interpolator::foresee`] tells for that tick; the motion is given back.
+    pub fn splice(&mut self, tick: u64, motion: Box<Prepared>) -> Result<(), (StartError, Box<Prepared>)> {
+        let begins = motion.trajectory.as_ref().map(|trajectory| Foreseen::At(*trajectory.start()));
+        let (Mode::Trajectory(mut clock), true) = (self.mode, begins == Some(self.foresee(tick))) else {
+            return Err((StartError::MovesOtherwise, motion));
+        };
+        if tick < clock.begins() {
+            clock = PathClock::starting(tick, self.feed_override);
+        } else {
+            clock.rewind(clock.at(tick).tau);
+        }
+        self.mode = Mode::Trajectory(clock);
+        self.motion_began = tick;
+        self.following = Following::default();
+        self.finished = self.motion.replace(motion);
+        Ok(())
+    }
+}

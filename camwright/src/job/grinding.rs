@@ -1,0 +1,491 @@
+//! What a job asks for: the lobes of a part, their profiles, and the settings of the grinding cycle. Pure data; files
+//! are read elsewhere.
+//!
+//! The settings are those of the digital switches of JPS6156064B2 (rapid advance R0, total infeed RT, rapid speed F0,
+//! infeed per block ΔR, phase angles α1…αn) and what the patent leaves out: spark-out, stock, work speed.
+//!
+//! Angles. C = 0 is where the origin signal comes: the centre of the key-way faces the wheel. With the machine's
+//! rotation sense σ, the azimuth of the wheel line seen from the part is σ·C, measured from the key-way, and in the
+//! frame of lobe j it is θ = σ·C − αj. Block k of a table of N blocks begins at θ = k·2π/N.
+
+use crate::cam::compensation::Compensation;
+use crate::cam::follower::Follower;
+use crate::cam::lift::LiftLaw;
+use crate::gauging::Mode;
+use crate::job::dressing::DressingSpec;
+use crate::job::raw_part::RawPart;
+use crate::machine::contact_law::ContactLaw;
+use crate::machine::description::ReferenceCut;
+use crate::machine::fixture::Extent;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+pub use crate::job::error::JobError;
+
+/// One profile: the shape that one or more lobes of the part have.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ProfileSpec {
+    /// Name, for people.
+    pub name: String,
+    /// Lift law: follower displacement above the base circle over the cam angle.
+    pub lift: LiftLaw,
+    /// The follower for which the lift is given.
+    pub follower: Follower,
+    /// Radius of the base circle (mm).
+    pub base_radius_mm: f64,
+}
+
+impl ProfileSpec {
+    /// It has no lift: a journal.
+    #[must_use]
+    pub fn is_round(&self) -> bool {
+        self.lift.max_lift_mm() < ROUND_MM
+    }
+}
+
+/// A lift below this is none (mm): what a formula of no lift rounds to.
+const ROUND_MM: f64 = 1e-9;
+
+/// By which stiffness the runout of a journal is corrected that is not measured on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum StiffnessSource {
+    /// What is kept for the machine, where it says something of the journal; else that of the machine's description.
+    #[default]
+    Best,
+    /// What is kept for the machine, or not at all.
+    Kept,
+    /// That of the machine's description.
+    Nominal,
+}
+
+/// The contact of a journal as it was kept for the machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KnownContact {
+    /// Name of the journal.
+    pub lobe: String,
+    /// Its contact.
+    pub law: ContactLaw,
+}
+
+/// How the runout of journals is corrected.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CorrectionSpec {
+    /// By which law.
+    pub mode: Mode,
+    /// Harmonics of the part that are told apart in what the gauge read.
+    pub harmonics: u32,
+    /// Material that the passes leave for the turn that corrects (mm): more than what the part may be smaller than where X stands.
+    pub allowance_mm: f64,
+    /// By which stiffness, where it is not measured.
+    pub stiffness: StiffnessSource,
+    /// What is kept for the machine, as it was when the job was planned.
+    pub contacts: Vec<KnownContact>,
+}
+
+/// How the stiffness of machine and cut is measured on every journal, before it is corrected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IdentificationSpec {
+    /// How far the stopped wheel pushes the ground journal (mm).
+    pub push_mm: f64,
+    /// How fast (mm/s).
+    pub push_speed_mm_s: f64,
+    /// Force at which the machine stops (N).
+    pub most_n: i64,
+    /// It is measured and no more: the journals stay as the passes leave them.
+    pub only: bool,
+    /// What is kept for the machine begins with it.
+    pub afresh: bool,
+}
+
+/// How the stock of every journal is measured before anything is cut.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StockSpec {
+    /// How far above the measured stock the infeed begins at least (mm). Two opposed contacts do not see eccentricity, nor waves of an odd
+    /// count: this is for them.
+    pub margin_mm: f64,
+    /// How fast a journal turns under the gauge (rad/s).
+    pub speed_rad_s: f64,
+}
+
+/// Most that the infeed may begin above the measured stock (mm): what is more is no measurement's to save.
+pub const MOST_MARGIN_MM: f64 = 2.0;
+
+/// Most that may be left for the turn that corrects (mm): it is cut in a single turn.
+pub const MOST_ALLOWANCE_MM: f64 = 0.1;
+
+/// One lobe of the part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LobeSpec {
+    /// Name, for example `I1`.
+    pub name: String,
+    /// Limit switch of the station at which the lobe stands in front of the wheel.
+    pub station: String,
+    /// Phase angle α: from the key-way to cam angle 0 of the lobe (block 0 of its table, with the patent the centre of its
+    /// base), positive in the direction in which the table is read (rad). The patent's own α counts the other way.
+    pub phase_rad: f64,
+    /// Index of its profile in [`JobSpec::profiles`].
+    pub profile: usize,
+    /// Width along the part's axis (mm).
+    pub width_mm: f64,
+}
+
+/// How the headstock's speed over the lobe is chosen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SpeedLaw {
+    /// One work speed for the whole pass, between bounded ramps.
+    ConstantWorkSpeed {
+        /// Headstock speed (rad/s).
+        work_speed_rad_s: f64,
+    },
+    /// The contact runs along the contour at one speed wherever the axes can follow.
+    ConstantFootprintSpeed {
+        /// Speed of the contact along the contour (mm/s).
+        footprint_speed_mm_s: f64,
+        /// Largest headstock speed (rad/s).
+        most_rad_s: f64,
+    },
+    /// One specific removal rate Q′ wherever the axes can follow, for the infeed of a whole turn.
+    ConstantRemovalRate {
+        /// Q′, volume removed per time and wheel width (mm²/s, that is mm³/(mm s)).
+        removal_rate_mm2_s: f64,
+        /// Largest headstock speed (rad/s).
+        most_rad_s: f64,
+    },
+    /// One power of the wheel spindle per width: what chips take and what rubbing takes, P′ = e·Q′ + p·l·v.
+    ConstantPower {
+        /// P′ (W/mm).
+        power_w_mm: f64,
+        /// e, energy that a removed volume takes (J/mm³).
+        specific_energy_j_mm3: f64,
+        /// p, force of rubbing per area of contact (N/mm²).
+        rubbing_n_mm2: f64,
+        /// Largest headstock speed (rad/s).
+        most_rad_s: f64,
+    },
+    /// One largest temperature in the contact, by comparison with a cut that is known to be good.
+    ConstantTemperature {
+        /// The known cut.
+        reference: ReferenceCut,
+        /// Largest headstock speed (rad/s).
+        most_rad_s: f64,
+    },
+    /// As fast as the axes can.
+    TimeOptimal {
+        /// Largest headstock speed (rad/s).
+        most_rad_s: f64,
+    },
+}
+
+/// What the wheel's spindle may give, and what grinding takes of it. It bounds every pass, whatever its speed law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WheelPower {
+    /// Most that the spindle may give to the cut (W).
+    pub most_w: f64,
+    /// Energy that a removed volume takes (J/mm³).
+    pub specific_energy_j_mm3: f64,
+    /// Force of rubbing per area of contact (N/mm²).
+    pub rubbing_n_mm2: f64,
+}
+
+impl WheelPower {
+    /// The law that uses all of it on a lobe of this width (mm).
+    #[must_use]
+    pub fn as_law(&self, width_mm: f64) -> SpeedLaw {
+        SpeedLaw::ConstantPower {
+            power_w_mm: self.most_w / width_mm,
+            specific_energy_j_mm3: self.specific_energy_j_mm3,
+            rubbing_n_mm2: self.rubbing_n_mm2,
+            most_rad_s: f64::INFINITY,
+        }
+    }
+}
+
+impl SpeedLaw {
+    /// The work speed, or the largest one that the law may use (rad/s).
+    #[must_use]
+    pub const fn most_rad_s(&self) -> f64 {
+        match *self {
+            SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => work_speed_rad_s,
+            SpeedLaw::ConstantFootprintSpeed { most_rad_s, .. }
+            | SpeedLaw::ConstantRemovalRate { most_rad_s, .. }
+            | SpeedLaw::ConstantPower { most_rad_s, .. }
+            | SpeedLaw::ConstantTemperature { most_rad_s, .. }
+            | SpeedLaw::TimeOptimal { most_rad_s } => most_rad_s,
+        }
+    }
+
+    /// Its settings by name, for checks.
+    pub(crate) fn settings(&self) -> Vec<(&'static str, f64)> {
+        match *self {
+            SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => alloc::vec![("work_speed_rad_s", work_speed_rad_s)],
+            SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s, most_rad_s } => {
+                alloc::vec![("footprint_speed_mm_s", footprint_speed_mm_s), ("work_speed_rad_s", most_rad_s)]
+            }
+            SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, most_rad_s } => {
+                alloc::vec![("removal_rate_mm2_s", removal_rate_mm2_s), ("work_speed_rad_s", most_rad_s)]
+            }
+            SpeedLaw::ConstantPower { power_w_mm, specific_energy_j_mm3, rubbing_n_mm2, most_rad_s } => alloc::vec![
+                ("power_w_mm", power_w_mm),
+                ("specific_energy_j_mm3", specific_energy_j_mm3),
+                ("rubbing_n_mm2", rubbing_n_mm2),
+                ("work_speed_rad_s", most_rad_s)
+            ],
+            SpeedLaw::ConstantTemperature { reference, most_rad_s } => alloc::vec![
+                ("footprint_speed_mm_s", reference.footprint_speed_mm_s),
+                ("depth_mm", reference.depth_mm),
+                ("equivalent_diameter_mm", reference.equivalent_diameter_mm),
+                ("work_speed_rad_s", most_rad_s)
+            ],
+            SpeedLaw::TimeOptimal { most_rad_s } => alloc::vec![("work_speed_rad_s", most_rad_s)],
+        }
+    }
+}
+
+/// Over what the wheel comes closer to the part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum InfeedCourse {
+    /// By the same amount in every block: a spiral, as JPS6156064B2 has it.
+    #[default]
+    PerAngle,
+    /// Once per turn, on the base circle, by the amount of a whole turn; between two steps the depth stays.
+    PerTurn,
+}
+
+/// Along what the infeed is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum InfeedDirection {
+    /// Along X, as JPS6156064B2 has it: on a flank the depth of cut is the infeed times the cosine of the contour angle.
+    #[default]
+    X,
+    /// Along the contour's normal: the depth of cut is the same all round, and X moves more where the normal lies askew.
+    Normal,
+}
+
+impl InfeedDirection {
+    /// For people.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            InfeedDirection::X => "x_axis",
+            InfeedDirection::Normal => "the contour's normal",
+        }
+    }
+}
+
+/// What a hold does in the cut. A cancel always takes the wheel off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum HoldInCut {
+    /// The wheel leaves the part while C keeps turning.
+    #[default]
+    Retract,
+    /// The infeed stops while C keeps turning: the wheel sparks out where it is.
+    StopInfeed,
+}
+
+/// What C does between two lobes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum BetweenLobes {
+    /// It stops: every lobe is ground from rest to rest.
+    #[default]
+    Stops,
+    /// It turns on: the next cut begins at the phase with which C is predicted to arrive.
+    TurnsOn {
+        /// How much later than predicted the table may arrive without the phase being missed (s).
+        margin_s: f64,
+    },
+}
+
+/// One pass over a lobe: turns with infeed, then turns without.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PassSpec {
+    /// Name, for people.
+    pub name: String,
+    /// RT, total infeed (mm).
+    pub total_infeed_mm: f64,
+    /// ΔR, infeed per block (mm); N blocks of it are the infeed of a turn, however that is spread.
+    pub infeed_per_block_mm: f64,
+    /// Over what the wheel comes closer.
+    pub infeed_course: InfeedCourse,
+    /// Along what the infeed is measured; the same in all passes.
+    pub infeed_direction: InfeedDirection,
+    /// Turns without infeed at the end, at least 1: the spiral infeed leaves a step that only they remove.
+    pub spark_out_turns: u32,
+    /// Variation of the normal force over a turn (N) at which they end; `None`: all of them are turned.
+    pub spark_out_until_n: Option<u32>,
+    /// Speed of the headstock.
+    pub speed: SpeedLaw,
+}
+
+/// Where the axes stand before and after a part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HomePosition {
+    /// `x_axis` (mm): the wheel is clear of every lobe here.
+    pub x_mm: f64,
+    /// `z_axis` (mm).
+    pub z_mm: f64,
+}
+
+/// A job: one part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JobSpec {
+    /// Name.
+    pub name: String,
+    /// Profiles, used by the lobes by index.
+    pub profiles: Vec<ProfileSpec>,
+    /// Lobes, in the order of machining.
+    pub lobes: Vec<LobeSpec>,
+    /// N, blocks in one turn: the unit angle Δθ of the infeed and of the read start is 2π/N.
+    pub blocks_per_turn: u32,
+    /// R0, rapid advance from the retracted position to just before the blank (mm).
+    pub rapid_advance_mm: f64,
+    /// F0, speed of rapid advance and retract (mm/s).
+    pub rapid_speed_mm_s: f64,
+    /// Stock of the blank: material above the contour, along its normal (mm).
+    pub stock_mm: f64,
+    /// Passes over each lobe, in order, each from rest to rest at the same phase and from where the one before ended.
+    pub passes: Vec<PassSpec>,
+    /// Distance by which a hold or a cancel takes the wheel off the part (mm).
+    pub retract_clearance_mm: f64,
+    /// What a hold does in the cut.
+    pub hold_in_cut: HoldInCut,
+    /// Bound on the power of the wheel's spindle, if there is one.
+    pub wheel_power: Option<WheelPower>,
+    /// What C does between two lobes.
+    pub c_between_lobes: BetweenLobes,
+    /// The conventional way: C is turned to each lobe's base centre before it is machined.
+    pub rotary_indexing: bool,
+    /// Where the axes stand before and after the part.
+    pub home: HomePosition,
+    /// When the wheel is dressed; `None`: never in this job.
+    pub dressing: Option<DressingSpec>,
+    /// What the part has besides its lobes: shoulders, journals.
+    pub obstacles: Vec<ObstacleSpec>,
+    /// How far the wheel keeps from everything but the lobe it grinds (mm).
+    pub clearance_mm: f64,
+    /// Wheels that single lobes or passes ask for. The machine has one.
+    pub wheels: Vec<WheelWish>,
+    /// What is off about the raw part.
+    pub raw_part: RawPart,
+    /// How the runout of its journals is corrected; `None`: not at all. Then every lobe is a journal.
+    pub correction: Option<CorrectionSpec>,
+    /// How the form errors of parts correct those after them, and what they did so far; `None`: every part is ground as designed.
+    pub compensation: Option<Compensation>,
+    /// How much farther out than it would grind the wheel is (mm): a dry run, which cuts nothing; `None`: it grinds.
+    pub dry_run_mm: Option<f64>,
+    /// Azimuth of the part's key-way as it is clamped, where it was found (rad). The phases of the lobes have it in them.
+    pub part_phase_rad: f64,
+    /// How its stiffness is measured before that; `None`: that of the machine's description is taken for known.
+    pub identification: Option<IdentificationSpec>,
+    /// How the stock of its journals is measured before anything is cut, to leave out turns in the air; `None`: it is as large as the job
+    /// says.
+    pub measure_stock: Option<StockSpec>,
+}
+
+/// A body of revolution on the part that is not ground.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObstacleSpec {
+    /// Name, for people.
+    pub name: String,
+    /// Where it is and how large: in the positions of the stations.
+    pub extent: Extent,
+}
+
+/// A wheel that a lobe or a pass asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WheelWish {
+    /// `lobe E1` or `pass rough`.
+    pub of: String,
+    /// Its radius (mm).
+    pub radius_mm: f64,
+}
+
+/// Largest variation of the force at which spark-out may end (N): more is no spark-out.
+pub const MOST_VARIATION_N: u32 = 10_000;
+
+/// Most passes over a lobe: roughing, finishing and some between; more is likelier a mistake.
+pub const MOST_PASSES: usize = 16;
+
+/// Fewest blocks per turn: below this a block is a tenth of a turn and no table of a lift.
+pub const LEAST_BLOCKS: u32 = 36;
+
+impl JobSpec {
+    /// A job that grinds nothing, for what a machine does without a part: with the wheel clear at a place of X (mm), and its rapid speed
+    /// (mm/s).
+    #[must_use]
+    pub fn without_lobes(name: &str, clear_x_mm: f64, rapid_speed_mm_s: f64) -> Self {
+        Self {
+            name: String::from(name),
+            profiles: Vec::new(),
+            lobes: Vec::new(),
+            blocks_per_turn: LEAST_BLOCKS,
+            rapid_advance_mm: 0.0,
+            rapid_speed_mm_s,
+            stock_mm: 0.0,
+            passes: Vec::new(),
+            retract_clearance_mm: 0.0,
+            hold_in_cut: HoldInCut::Retract,
+            wheel_power: None,
+            c_between_lobes: BetweenLobes::Stops,
+            rotary_indexing: false,
+            home: HomePosition { x_mm: clear_x_mm, z_mm: 0.0 },
+            dressing: None,
+            obstacles: Vec::new(),
+            clearance_mm: 1.0,
+            wheels: Vec::new(),
+            raw_part: RawPart::default(),
+            correction: None,
+            compensation: None,
+            dry_run_mm: None,
+            part_phase_rad: 0.0,
+            identification: None,
+            measure_stock: None,
+        }
+    }
+
+    /// Infeed of all passes together (mm).
+    #[must_use]
+    pub fn passes_infeed_mm(&self) -> f64 {
+        self.passes.iter().map(|pass| pass.total_infeed_mm).sum()
+    }
+
+    /// Material of the raw part above the contour where it has most (mm).
+    #[must_use]
+    pub fn most_stock_mm(&self) -> f64 {
+        self.stock_mm + self.raw_part.reach_mm()
+    }
+
+    /// How its runout is corrected in a plan of its own that follows the passes.
+    #[must_use]
+    pub fn is_corrected(&self) -> Option<&CorrectionSpec> {
+        let only = self.identification.is_some_and(|identification| identification.only);
+        self.correction.as_ref().filter(|_| !only)
+    }
+
+    /// Leaves out the lobes before this one, and what was learned or kept of them.
+    pub fn begin_with(&mut self, lobe: usize) {
+        self.lobes.drain(..lobe.min(self.lobes.len()));
+        let lobes = &self.lobes;
+        let is_left = |name: &str| lobes.iter().any(|lobe| lobe.name == name);
+        if let Some(compensation) = &mut self.compensation {
+            compensation.learned.retain(|learned| is_left(&learned.lobe));
+        }
+        if let Some(correction) = &mut self.correction {
+            correction.contacts.retain(|contact| is_left(&contact.lobe));
+        }
+    }
+
+    /// Material that the passes leave (mm).
+    #[must_use]
+    pub fn allowance_mm(&self) -> f64 {
+        self.correction.as_ref().map_or(0.0, |correction| correction.allowance_mm)
+    }
+
+    /// How far a hold in the cut takes the wheel off the part (mm); 0: it stops the infeed.
+    #[must_use]
+    pub const fn hold_mm(&self) -> f64 {
+        match self.hold_in_cut {
+            HoldInCut::Retract => self.retract_clearance_mm,
+            HoldInCut::StopInfeed => 0.0,
+        }
+    }
+}

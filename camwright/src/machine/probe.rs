@@ -1,0 +1,60 @@
+//! What a machine finds its part with: where the wheel touches it, and where its key-way is.
+
+use crate::machine::description::DescriptionError;
+use crate::math::units::TURN_RAD;
+
+/// A gap detector of the wheelhead, as acoustic emission sensors are: it closes when the wheel touches the part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GapDetector {
+    /// How long it stays closed when the wheel has ceased to touch (s).
+    pub holds_s: f64,
+}
+
+impl GapDetector {
+    pub(super) fn validate(&self) -> Result<(), DescriptionError> {
+        match self.holds_s >= 0.0 && self.holds_s.is_finite() {
+            true => Ok(()),
+            false => Err(DescriptionError::Negative { what: "hold of the gap detector (s)", value: self.holds_s }),
+        }
+    }
+}
+
+/// A proximity switch that looks at the part where its key-way is, and is closed while the key-way stands under it.
+///
+/// ```text
+/// azimuth under the switch  σ·C + at          closed while it is within half a width of the key-way's centre
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KeyWayProbe {
+    /// Where it looks: azimuth from the wheel's line (rad), in the direction in which azimuths of the part are counted.
+    pub at_rad: f64,
+    /// Angle that the key-way takes under it (rad).
+    pub width_rad: f64,
+}
+
+impl KeyWayProbe {
+    /// C where the key-way's centre stands under it (rad), of a part whose key-way lies at an azimuth (rad), with this rotation sense.
+    #[must_use]
+    pub fn centre_rad(&self, key_way_rad: f64, rotation_sense: i8) -> f64 {
+        f64::from(rotation_sense) * (key_way_rad - self.at_rad)
+    }
+
+    /// Azimuth of the key-way (rad) of a part whose key-way's centre stood under it at this C (rad).
+    #[must_use]
+    pub fn key_way_rad(&self, centre_rad: f64, rotation_sense: i8) -> f64 {
+        f64::from(rotation_sense) * centre_rad + self.at_rad
+    }
+
+    pub(super) fn validate(&self) -> Result<(), DescriptionError> {
+        if !self.at_rad.is_finite() {
+            return Err(DescriptionError::Negative { what: "angle of the key-way's switch (rad)", value: self.at_rad });
+        }
+        match self.width_rad > 0.0 && self.width_rad <= 0.5 * TURN_RAD {
+            true => Ok(()),
+            false => Err(DescriptionError::NotPositive {
+                what: "angle of the key-way, at most half a turn (rad)",
+                value: self.width_rad,
+            }),
+        }
+    }
+}

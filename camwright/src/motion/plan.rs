@@ -1,0 +1,305 @@
+//! A plan: everything the interpolator needs to machine a part, made and proven before anything moves.
+//!
+//! Splines are shared by index. Segments are executed one after the other; each begins and ends with all axes at rest, but
+//! for C, which may turn on from the end of a cut to the beginning of the next.
+
+use crate::machine::description::{Axis, MotionLimits};
+use crate::math::hermite::HermiteSpline;
+use crate::math::periodic_spline::PeriodicSpline;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+/// What a segment is for, in the words of the grinding cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Phase {
+    /// Homing the headstock on its origin detector.
+    Home = 1,
+    /// Table to the lobe's station.
+    Index = 2,
+    /// Wheel corrected by the lift at the starting phase.
+    Position = 3,
+    /// Rapid advance.
+    Approach = 4,
+    /// Generation with infeed.
+    Cut = 5,
+    /// Generation without infeed.
+    SparkOut = 6,
+    /// Rapid retract.
+    Retract = 7,
+    /// Back to the home position.
+    Return = 8,
+    /// The conventional way: C turned to the lobe's base centre before machining.
+    RotaryIndex = 9,
+    /// Wheel trued at the dresser.
+    Dress = 10,
+}
+
+/// Target of one axis in a [`SegmentKind::Move`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisTarget {
+    /// Which axis.
+    pub axis: Axis,
+    /// Absolute target (counts).
+    pub target_counts: i64,
+    /// Limits to keep on the way.
+    pub limits: MotionLimits,
+}
+
+/// C by a time law, X by a periodic path over C plus an infeed law, plus the way beside the path where C turns on.
+///
+/// With `c` the angle since the cut begins: `C = start + c`, `X = path(path_start + c) + infeed(c) + lead(t)`, the infeed
+/// times `ratio(path_start + c)` where it is measured along the contour's normal. The cut itself is `c` from 0 to its turns.
+/// Where C turns on, the law begins before time 0 at a speed, or ends at one after the last turn: X comes from rest onto the
+/// moving path meanwhile, or goes from it to rest, and there is no lead besides.
+///
+/// Paths run over `σ·θ`, with θ the wheel-line angle in the lobe's frame and σ the machine's rotation sense, so that they
+/// are read forwards while C turns forwards on every machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CutSegment {
+    /// Index into [`Plan::paths`]: `x_axis` position over σ times the wheel-line angle in the lobe's frame (mm over rad).
+    pub path: usize,
+    /// Index into [`Plan::time_laws`]: angle since the cut begins over time (rad over s), without acceleration at both ends.
+    pub speed: usize,
+    /// Index into [`Plan::angle_laws`]: offset of X over the angle since the start (mm over rad); ends at what the lobe's
+    /// later passes take.
+    pub infeed: usize,
+    /// Index into [`Plan::ratios`] where the infeed is measured along the contour's normal: the way of X per depth.
+    pub ratio: Option<usize>,
+    /// Index into [`Plan::time_laws`] where C turns on: distance of X from path and infeed (mm over s).
+    pub lead: Option<usize>,
+    /// C where the cut begins, modulo one turn (counts).
+    pub start_counts: i64,
+    /// σ times the wheel-line angle in the lobe's frame there (rad).
+    pub path_start_rad: f64,
+    /// Turns of C, spark-out included.
+    pub turns: u32,
+    /// Turns with infeed; the rest is spark-out.
+    pub infeed_turns: u32,
+    /// Time at which the constant-speed part begins and ends, and the time of one turn in it (s): between the two the
+    /// law is periodic, and a hold may insert whole turns.
+    pub plateau_s: (f64, f64),
+    /// Time of one turn within the plateau (s).
+    pub turn_s: f64,
+    /// Distance by which a cancel takes the wheel off the part (mm).
+    pub retract_mm: f64,
+    /// Distance by which a hold does (mm); 0: it stops the infeed and leaves the wheel on the part.
+    pub hold_mm: f64,
+    /// Turns of spark-out end when the normal force differs by so much over one of them at most (N), which a
+    /// [`Command::WatchForce`] has told the machine; `None`: all of them are turned.
+    pub until_steady_n: Option<u32>,
+}
+
+/// C by a time law, X and Z by laws over its angle: an insert along a spiral around a part that is not round.
+///
+/// With `c` the angle since the start: `C = start + c`, `X = path(c)`, `Z = advance(c)`. It begins and ends at rest; a hold stops it on
+/// its path, and a cancel too, before X leaves the part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpiralSegment {
+    /// Index into [`Plan::angle_laws`]: `x_axis` position over the angle since the start (mm over rad).
+    pub path: usize,
+    /// Index into [`Plan::angle_laws`]: `z_axis` position over the angle since the start (mm over rad).
+    pub advance: usize,
+    /// Index into [`Plan::time_laws`]: angle since the start over time (rad over s), from rest at time 0 and angle 0 to rest.
+    pub speed: usize,
+    /// C where it begins, modulo one turn (counts).
+    pub start_counts: i64,
+}
+
+/// The kinds of segment.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SegmentKind {
+    /// Point to point, from wherever the axes rest; all axes start and arrive together.
+    Move(Vec<AxisTarget>),
+    /// Move one axis until an input closes, stop, and return to the position caught at its edge plus an offset.
+    Search {
+        /// The axis that searches.
+        axis: Axis,
+        /// Input that ends the search: `origin`, or a station's switch.
+        input: String,
+        /// Farthest position relative to the start; reaching it without an edge is an alarm (counts).
+        travel_counts: i64,
+        /// Where to stand, relative to the caught edge (counts).
+        offset_counts: i64,
+        /// Limits of the search; its velocity is that of the search.
+        limits: MotionLimits,
+    },
+    /// Generate the lobe.
+    Cut(CutSegment),
+    /// Turn along a spiral.
+    Spiral(SpiralSegment),
+    /// Stand still.
+    Dwell,
+    /// Stand still until a decision comes.
+    Wait,
+    /// Order the machine to do something.
+    Command(Command),
+    /// A step of the homing of an axis or of a probe, which are motions of their own: such steps stand in no plan of a job.
+    Home(HomeStep),
+}
+
+/// The edge that ends a search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sought {
+    /// Where the input closes.
+    Closing,
+    /// Where it opens.
+    Opening,
+    /// Where it opens, if it was closed when the zero was forgotten; else there is nothing to search for.
+    OpeningIfClosed,
+}
+
+/// A step of the homing of an axis, or of a probe.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum HomeStep {
+    /// The zero of an axis is not known from now on, so there are no soft limits; the machine tells whether its home switch is closed.
+    Forget(Axis),
+    /// Move until an edge is caught, and stop behind it.
+    Seek {
+        /// The axis.
+        axis: Axis,
+        /// The input.
+        input: crate::machine::setpoint::Input,
+        /// Its edge.
+        sought: Sought,
+        /// Farthest position relative to the start; reaching it without the edge is an alarm (counts).
+        travel_counts: i64,
+        /// What the axis reads at the edge, once it is made the zero's measure (counts).
+        zero_counts: i64,
+        /// Limits of the search; its velocity is that of the search.
+        limits: MotionLimits,
+    },
+    /// Move until an input closes or opens, stop, and stand off from its edge; an edge that is not met is none, not an alarm.
+    Probe {
+        /// The axis.
+        axis: Axis,
+        /// The input.
+        input: crate::machine::setpoint::Input,
+        /// Its edge.
+        sought: Sought,
+        /// Farthest position relative to the start (counts).
+        travel_counts: i64,
+        /// Limits of the probe; its velocity is that of the probe.
+        limits: MotionLimits,
+        /// Where to stand afterwards relative to the edge (counts), `None`: where it stopped; and the limits of the way there.
+        stand_off: Option<(i64, MotionLimits)>,
+        /// What the edge is to read, and by how much that may differ from what it read (counts): then a [`Command::SetHome`] that
+        /// follows makes it so.
+        reads: Option<(i64, i64)>,
+    },
+    /// Where the axis stands it reads so many counts.
+    Here {
+        /// The axis.
+        axis: Axis,
+        /// The reading.
+        counts: i64,
+    },
+}
+
+/// Orders to the machine within a plan.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Command {
+    /// The place where the last search on this axis stands, its caught edge plus its offset, is its zero from now on.
+    /// On the origin detector that edge is the index mark at the centre of its window, the true zero.
+    SetHome(Axis),
+    /// Bring the wheel to its surface speed.
+    WheelStart,
+    /// Let the wheel come to rest.
+    WheelStop,
+    /// The wheel mounted must have this radius, or the plan is for another one.
+    ExpectWheel {
+        /// Its radius (nm).
+        radius_nm: i64,
+    },
+    /// The wheel, which does not turn, may press on the part from now on.
+    Push {
+        /// With so much at most (N); 0: not any more.
+        most_n: i64,
+    },
+    /// The force monitor watches from now on.
+    WatchForce {
+        /// Most that the normal force may differ by over a turn of C (N); 0: it does not watch.
+        most_n: i64,
+    },
+    /// Dress the wheel, at the dresser, to this radius; `x_axis` stays the distance of its cutting point.
+    Dress {
+        /// Radius after it (nm).
+        radius_nm: i64,
+    },
+}
+
+/// One step of a plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Segment {
+    /// What to do.
+    pub kind: SegmentKind,
+    /// What it is for.
+    pub phase: Phase,
+    /// Index of the lobe, `None` for the whole part.
+    pub lobe: Option<usize>,
+    /// For people.
+    pub label: String,
+    /// Dwell: length. Others: predicted length (ticks).
+    pub ticks: u64,
+    /// Length of a stop on the path from full speed that keeps every limit (ticks).
+    pub stop_ticks: u64,
+    /// Material above the contour when the segment starts (mm).
+    pub stock_mm: f64,
+}
+
+/// How much of a job a plan is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u8)]
+pub enum Half {
+    /// All of it.
+    #[default]
+    Whole = 0,
+    /// Another follows, which is made from what this one finds out.
+    First = 1,
+    /// What follows such a one; the part is finished by it.
+    Second = 2,
+    /// No part is finished by it: a dry run, or set-up work.
+    NoPart = 3,
+    /// What follows such a one, and is followed itself.
+    Middle = 4,
+}
+
+impl Half {
+    /// The job begins with it.
+    #[must_use]
+    pub const fn begins(self) -> bool {
+        !matches!(self, Half::Second | Half::Middle)
+    }
+
+    /// The job ends with it.
+    #[must_use]
+    pub const fn ends(self) -> bool {
+        matches!(self, Half::Whole | Half::Second)
+    }
+}
+
+/// A plan for one part.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Plan {
+    /// Name of the job.
+    pub job: String,
+    /// How much of it this is.
+    pub half: Half,
+    /// Names of the lobes, in the order of machining.
+    pub lobes: Vec<String>,
+    /// Periodic paths: `x_axis` position (mm) over σ times the wheel-line angle (rad); one for each profile and radius of
+    /// the wheel. A path is never used again after the wheel has been dressed.
+    pub paths: Vec<PeriodicSpline>,
+    /// Periodic ratios over σ times the wheel-line angle: way of X per depth along the contour's normal.
+    pub ratios: Vec<PeriodicSpline>,
+    /// Laws over time (rad over s).
+    pub time_laws: Vec<HermiteSpline>,
+    /// Laws over angle (mm over rad).
+    pub angle_laws: Vec<HermiteSpline>,
+    /// The steps.
+    pub segments: Vec<Segment>,
+    /// Predicted duration (s).
+    pub duration_s: f64,
+    /// Predicted duration of the same job with rotary indexing before each lobe (s).
+    pub duration_with_indexing_s: f64,
+}

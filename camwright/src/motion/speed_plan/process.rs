@@ -1,0 +1,146 @@
+//! What the process allows: the largest speed of C at every path angle.
+
+use crate::job::grinding::{InfeedDirection, SpeedLaw};
+use crate::math::hermite::Sample;
+use crate::toolpath::wheel_path::footprint_ratio;
+
+/// What a law has to know of the wheel and the pass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cutting {
+    /// Radius of the wheel (mm).
+    pub wheel_radius_mm: f64,
+    /// Speed of the wheel's surface (m/s).
+    pub wheel_speed_m_s: f64,
+    /// Infeed of a turn (mm).
+    pub infeed_per_turn_mm: f64,
+    /// Along what that is measured.
+    pub infeed_direction: InfeedDirection,
+}
+
+impl Cutting {
+    /// Specific removal rate Q′ per unit of C's speed where the path is at `x` (mm²/rad): depth along the contour's normal, which
+    /// an infeed along X times cos β is, times the footprint speed. Exact for stock of constant normal depth; the law
+    /// ω = k/(ρ dφ/dC) of constant radial stock lacks the cosine of the contour angle.
+    #[must_use]
+    pub fn removal_rate_ratio_mm2(&self, x: Sample) -> f64 {
+        let contact = Contact::at(x, self.wheel_radius_mm, self.infeed_per_turn_mm, self.infeed_direction);
+        contact.depth_mm * contact.ratio_mm
+    }
+}
+
+/// The contact at one place of the path.
+struct Contact {
+    /// Footprint speed per unit of C's speed (mm/rad).
+    ratio_mm: f64,
+    /// Depth along the normal (mm).
+    depth_mm: f64,
+    /// 2/(1/R + κ) (mm): diameter of the wheel that has the same contact on a flat part.
+    equivalent_diameter_mm: f64,
+}
+
+impl Contact {
+    fn at(x: Sample, radius: f64, infeed_per_turn_mm: f64, direction: InfeedDirection) -> Self {
+        let centre = x.value + radius;
+        let square = centre * centre + x.first * x.first;
+        let length = libm::sqrt(square);
+        let cos_beta = centre / length;
+        let ratio_mm = footprint_ratio(x, radius, centre, square, length);
+        // The ratio is |W|/(cos β (1 + κR)) and |W| = centre: solved for 1 + κR = R (1/R + κ).
+        let one_plus = centre / (cos_beta * ratio_mm);
+        let depth_mm = match direction {
+            InfeedDirection::X => infeed_per_turn_mm * cos_beta,
+            InfeedDirection::Normal => infeed_per_turn_mm,
+        };
+        Self { ratio_mm, depth_mm, equivalent_diameter_mm: 2.0 * radius / one_plus }
+    }
+}
+
+/// The largest speed of C that a law of the job allows where the path is at `x` (rad/s); not above 0 where it allows none.
+///
+/// Power: P′ = e·Q′ + p·√(depth·equivalent diameter)·v, the energy of the chips and rubbing over the length of contact.
+/// Temperature: that of a moving source of heat at high speed goes with depth^¾·speed^½·diameter^−¼, so that speeds of equal
+/// temperature go with diameter^½·depth^−3/2 (constant specific energy and share of heat).
+#[must_use]
+pub fn largest_speed_rad_s(law: &SpeedLaw, x: Sample, cutting: &Cutting) -> f64 {
+    let contact = Contact::at(x, cutting.wheel_radius_mm, cutting.infeed_per_turn_mm, cutting.infeed_direction);
+    match *law {
+        SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => work_speed_rad_s,
+        SpeedLaw::TimeOptimal { most_rad_s } => most_rad_s,
+        SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s, most_rad_s } => {
+            (footprint_speed_mm_s / contact.ratio_mm).min(most_rad_s)
+        }
+        SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, most_rad_s } => {
+            (removal_rate_mm2_s / (contact.depth_mm * contact.ratio_mm)).min(most_rad_s)
+        }
+        SpeedLaw::ConstantPower { power_w_mm, specific_energy_j_mm3, rubbing_n_mm2, most_rad_s } => {
+            let length_mm = libm::sqrt(contact.depth_mm * contact.equivalent_diameter_mm);
+            let for_chips = power_w_mm - rubbing_n_mm2 * length_mm * cutting.wheel_speed_m_s;
+            (for_chips / (specific_energy_j_mm3 * contact.depth_mm * contact.ratio_mm)).min(most_rad_s)
+        }
+        SpeedLaw::ConstantTemperature { reference, most_rad_s } => {
+            let diameters = libm::sqrt(contact.equivalent_diameter_mm / reference.equivalent_diameter_mm);
+            let depths = libm::pow(contact.depth_mm / reference.depth_mm, -1.5);
+            (reference.footprint_speed_mm_s * diameters * depths / contact.ratio_mm).min(most_rad_s)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::description::ReferenceCut;
+
+    const CUTTING: Cutting = Cutting {
+        wheel_radius_mm: 60.0,
+        wheel_speed_m_s: 80.0,
+        infeed_per_turn_mm: 0.04,
+        infeed_direction: InfeedDirection::X,
+    };
+
+    /// A round part of radius 20 mm: footprint 20 mm per rad, depth the infeed, equivalent diameter 2/(1/60 + 1/20) = 30 mm.
+    #[test]
+    fn on_a_round_part_every_law_is_one_division() {
+        let round = Sample { value: 20.0, ..Sample::default() };
+        let most_rad_s = 100.0;
+        let close = |law: SpeedLaw, wanted: f64| {
+            let speed = largest_speed_rad_s(&law, round, &CUTTING);
+            assert!((speed / wanted - 1.0).abs() < 1e-12, "{law:?}: {speed} rad/s, not {wanted}");
+        };
+        close(SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s: 100.0, most_rad_s }, 5.0);
+        close(SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 8.0, most_rad_s }, 10.0);
+        // Contact length √(0.04 · 30) mm: rubbing takes 0.1 · 1.0954 · 80 W/mm.
+        let rubbing_w_mm = 0.1 * libm::sqrt(1.2) * 80.0;
+        let power_w_mm = rubbing_w_mm + 50.0 * 8.0;
+        let law = SpeedLaw::ConstantPower { power_w_mm, specific_energy_j_mm3: 50.0, rubbing_n_mm2: 0.1, most_rad_s };
+        close(law, 10.0);
+        let reference = ReferenceCut { footprint_speed_mm_s: 40.0, depth_mm: 0.04, equivalent_diameter_mm: 30.0 };
+        close(SpeedLaw::ConstantTemperature { reference, most_rad_s }, 2.0);
+        // Twice the depth: 2^−1.5 of the speed.
+        let reference = ReferenceCut { depth_mm: 0.02, ..reference };
+        close(SpeedLaw::ConstantTemperature { reference, most_rad_s }, 2.0 * libm::pow(2.0, -1.5));
+        close(SpeedLaw::TimeOptimal { most_rad_s }, 100.0);
+    }
+
+    /// On a flank the infeed along X cuts less deep, by cos β; that along the normal does not.
+    #[test]
+    fn the_depth_of_an_infeed_along_the_normal_is_the_same_all_round() {
+        let flank = Sample { value: 20.0, first: 60.0, ..Sample::default() };
+        let law = SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s: 8.0, most_rad_s: 1e9 };
+        let along_x = largest_speed_rad_s(&law, flank, &CUTTING);
+        let along_normal = Cutting { infeed_direction: InfeedDirection::Normal, ..CUTTING };
+        let cos_beta = 80.0 / libm::hypot(80.0, 60.0);
+        assert!((largest_speed_rad_s(&law, flank, &along_normal) / (along_x * cos_beta) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn rubbing_that_takes_the_whole_power_leaves_no_speed() {
+        let round = Sample { value: 20.0, ..Sample::default() };
+        let law = SpeedLaw::ConstantPower {
+            power_w_mm: 5.0,
+            specific_energy_j_mm3: 50.0,
+            rubbing_n_mm2: 0.1,
+            most_rad_s: 100.0,
+        };
+        assert!(largest_speed_rad_s(&law, round, &CUTTING) <= 0.0);
+    }
+}

@@ -1,0 +1,108 @@
+//! The bound of a turn, looked at once: at equal angles, fine enough for all that has to be known of it.
+
+use super::square_speed::to_f64;
+use super::turn_request::{TurnError, TurnRequest};
+use crate::math::hermite::Sample;
+use crate::math::periodic_spline::Weights;
+use crate::math::units::{TURN_RAD, deg_from_rad};
+use alloc::vec::Vec;
+
+/// Points on which the bound of the process is looked at, at least. A path has the more intervals the narrower the notches are that
+/// a concave flank makes in the bound, and each interval gets a point at least.
+const BOUND_POINTS: usize = 3600;
+
+/// Share of 1/bound² by which its arc between two points may be above their chord and not be looked at.
+const FLAT: f64 = 1e-4;
+
+/// Most parts into which what lies between two points is divided to look at it.
+const MOST_PARTS: f64 = 32.0;
+
+/// The bound of a turn.
+#[derive(Debug)]
+pub(super) struct Table {
+    per_bound: Vec<f64>,
+    /// Angle and 1/bound² between those points, in the order of angles, where a notch of the bound may have its bottom there.
+    notches: Vec<(f64, f64)>,
+}
+
+impl Table {
+    /// # Errors
+    /// An angle at which the process allows no speed.
+    pub(super) fn new(request: &TurnRequest<'_>) -> Result<Self, TurnError> {
+        let intervals = request.path.coefficients().len();
+        let parts = BOUND_POINTS.div_ceil(intervals);
+        let weights = Weights::at_parts(u32::try_from(parts).unwrap_or(u32::MAX));
+        let spacing = TURN_RAD / to_f64(parts * intervals);
+        let mut per_bound = Vec::with_capacity(parts * intervals);
+        for knot in 0..intervals {
+            for weights in &weights {
+                let angle = to_f64(per_bound.len()) * spacing;
+                let path = request.path.combine(knot, weights);
+                per_bound.push(look(request, angle, path)?);
+            }
+        }
+        let notches = notches(request, &per_bound, spacing)?;
+        Ok(Self { per_bound, notches })
+    }
+
+    /// What is known of an interval between its ends: the angle from the first, and 1/bound²; first the points at equal angles.
+    pub(super) fn within(&self, begin: f64, length: f64) -> impl Iterator<Item = (f64, f64)> {
+        let (spacing, per_bounds) = (self.spacing(), &self.per_bound);
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some ten thousand points")]
+        let first = (begin / spacing) as usize + 1;
+        let mut index = first % per_bounds.len();
+        let even = (first..).map(move |point| to_f64(point) * spacing - begin).take_while(move |along| *along < length);
+        let even = even.map(move |along| {
+            let per = per_bounds[index];
+            index = if index + 1 < per_bounds.len() { index + 1 } else { 0 };
+            (along, per)
+        });
+        let notches = &self.notches[self.notches.partition_point(|(angle, _)| *angle <= begin)..];
+        let notches = notches.iter().map(move |(angle, per)| (angle - begin, *per));
+        even.chain(notches.take_while(move |(along, _)| *along < length))
+    }
+
+    /// Distance of its points (rad).
+    fn spacing(&self) -> f64 {
+        TURN_RAD / to_f64(self.per_bound.len())
+    }
+
+    /// 1/bound² at equal angles from 0 on.
+    pub(super) fn per_bounds(&self) -> &[f64] {
+        &self.per_bound
+    }
+}
+
+/// 1/bound² where the path is as given: a number above 0.
+fn look(request: &TurnRequest<'_>, angle: f64, path: Sample) -> Result<f64, TurnError> {
+    let per = request.per_square_bound(angle, path);
+    if per.is_nan() || per <= 0.0 || per.is_infinite() {
+        return Err(TurnError::NoSpeed { angle_deg: deg_from_rad(angle), speed_rad_s: (request.bound)(angle, path) });
+    }
+    Ok(per)
+}
+
+/// Points between the even ones wherever 1/bound² bends down so much that it may be noticeably above both of its neighbours.
+fn notches(request: &TurnRequest<'_>, per_bound: &[f64], spacing: f64) -> Result<Vec<(f64, f64)>, TurnError> {
+    let n = per_bound.len();
+    // How far a point is above the chord of its neighbours: four times as much as an arc of that bend between two points is.
+    let above = |i: usize| per_bound[i] - 0.5 * (per_bound[(i + n - 1) % n] + per_bound[(i + 1) % n]);
+    let mut notches = Vec::new();
+    let mut left = above(0);
+    for i in 0..n {
+        let next = (i + 1) % n;
+        let right = above(next);
+        let arc = 0.25 * left.max(right) / per_bound[i].max(per_bound[next]);
+        left = right;
+        if arc <= FLAT {
+            continue;
+        }
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most some ten parts")]
+        let parts = libm::ceil(libm::sqrt(arc / FLAT)).min(MOST_PARTS) as u32;
+        for part in 1..parts {
+            let angle = (to_f64(i) + f64::from(part) / f64::from(parts)) * spacing;
+            notches.push((angle, look(request, angle, request.path.sample(angle))?));
+        }
+    }
+    Ok(notches)
+}

@@ -1,0 +1,225 @@
+//! The fastest turn of a lobe, over and over again.
+
+use super::envelope::Envelope;
+use super::peaks::{Between, Peaks, Reach};
+use super::square_speed::{SquareSample, SquareSpeed};
+use super::table::Table;
+use super::time_optimal::{Begin, Problem, solve};
+use super::turn_request::{TurnError, TurnRequest};
+use crate::machine::description::Axis;
+use crate::math::hermite::{Knot, quintic};
+use crate::math::units::{TURN_RAD, rad_from_deg, wrap_turn};
+use crate::motion::cut_motion::chain;
+use alloc::vec::Vec;
+
+/// Knots in the time in which C's acceleration changes from nothing to its limit.
+const KNOTS_PER_CHANGE: f64 = 4.0;
+
+/// Widest spacing of knots: the path of a cam changes over some degrees.
+const WIDEST_DEG: f64 = 1.5;
+
+/// Shortest time between knots (s): below it a turn would have tens of thousands.
+const SHORTEST_STEP_S: f64 = 2e-4;
+
+/// Rounds in which intervals are held tighter where something peaked between their points.
+const MORE_ROUNDS: u32 = 3;
+
+/// How much finer than the knots limits are checked: beside a corner of the bound the rest is 3e-5.
+const CHECK_FACTOR: u32 = 16;
+
+/// Up to which share of the bound that is expected in an interval, in z, the speed there is not looked at more closely.
+const FAR_FROM_BOUND: f64 = 0.95;
+
+/// C's speed over one turn, periodic, near the fastest that keeps every limit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TurnSpeed {
+    speed: SquareSpeed,
+    /// Time since the first knot, at every knot and once more after the turn (s).
+    times: Vec<f64>,
+    least_s: f64,
+}
+
+/// Speed and acceleration of C at a path angle (rad, s).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TurnPoint {
+    /// Ċ (rad/s).
+    pub speed: f64,
+    /// C̈ (rad/s²).
+    pub acceleration: f64,
+}
+
+impl TurnSpeed {
+    /// The fastest turn that keeps the limits. Checked afterwards on a grid sixteen times finer than its own, as the quintic
+    /// in time that drives the axes, wherever that is not proven by hulls, and slowed down by what is found there.
+    ///
+    /// # Errors
+    /// A bound or a limit that is not a positive number.
+    pub fn fastest(request: &TurnRequest<'_>) -> Result<Self, TurnError> {
+        for (axis, limits) in [(Axis::C, &request.c), (Axis::X, &request.x)] {
+            let is_good = |limit: f64| limit.is_finite() && limit > 0.0;
+            if ![limits.velocity, limits.acceleration, limits.jerk].into_iter().all(is_good) {
+                return Err(TurnError::BadLimit { axis });
+            }
+        }
+        let table = Table::new(request)?;
+        let envelope = Envelope::new(table.per_bounds(), &request.c);
+        let change_s = request.c.acceleration / request.c.jerk;
+        let step_s = (change_s / KNOTS_PER_CHANGE).max(SHORTEST_STEP_S);
+        let knots = envelope.knots(step_s, rad_from_deg(WIDEST_DEG));
+        let between = Between::new(request, &table, &knots);
+        let mut problem = Problem::new(request, &envelope, &between, knots);
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some ten intervals")]
+        let round = libm::ceil(2.0 * change_s / step_s) as usize;
+        let mut fastest = solve(&problem, problem.start(round), &Begin::COLD).ok_or(TurnError::NoStart)?;
+        let mut peaks = between.peaks(&fastest);
+        for _ in 0..MORE_ROUNDS {
+            if !problem.tighten(&peaks) {
+                break;
+            }
+            let again = solve(&problem, fastest.coefficients().to_vec(), &Begin::WARM);
+            let again = again.or_else(|| solve(&problem, problem.start(round), &Begin::COLD));
+            fastest = again.ok_or(TurnError::NoStart)?;
+            peaks = between.peaks(&fastest);
+        }
+        let turn = Self::from_square(fastest, envelope.least_s());
+        // What is left is little. A slower turn runs through the same positions at other times: every use falls with the scale of z
+        // as it should, and nothing has to be looked at again.
+        let worst = peaks.into_iter().fold(turn.used_in_time(request, between.reach()), Peaks::larger).excess();
+        Ok(if worst > 1.0 { turn.slower(worst * (1.0 + 1e-9)) } else { turn })
+    }
+
+    fn from_square(speed: SquareSpeed, least_s: f64) -> Self {
+        let n = speed.knots().count();
+        let mut times = Vec::with_capacity(n + 1);
+        let mut at = 0.0;
+        for i in 0..n {
+            times.push(at);
+            at += speed.time_across(i);
+        }
+        times.push(at);
+        Self { speed, times, least_s }
+    }
+
+    /// The same turn with every limit used less by this factor, of acceleration at least.
+    pub(super) fn slower(mut self, factor: f64) -> Self {
+        self.speed.scale(1.0 / factor);
+        Self::from_square(self.speed, self.least_s)
+    }
+
+    /// Time of a turn (s).
+    #[must_use]
+    pub fn turn_s(&self) -> f64 {
+        self.times[self.times.len() - 1]
+    }
+
+    /// Knots over the turn.
+    pub(super) fn knots_of_turn(&self) -> usize {
+        self.times.len() - 1
+    }
+
+    /// A time below which no plan can be, whatever its jerk and whatever X does (s).
+    #[must_use]
+    pub fn least_s(&self) -> f64 {
+        self.least_s
+    }
+
+    /// Slowest and fastest (rad/s).
+    #[must_use]
+    pub fn range_rad_s(&self) -> (f64, f64) {
+        let speeds = (0..self.times.len() - 1).map(|i| libm::sqrt(self.speed.within(i, 0.0).z));
+        speeds.fold((f64::INFINITY, 0.0), |(low, high), speed| (f64::min(low, speed), f64::max(high, speed)))
+    }
+
+    /// Speed and acceleration at a path angle.
+    #[must_use]
+    pub fn at(&self, angle_rad: f64) -> TurnPoint {
+        let s = self.square_at(angle_rad);
+        TurnPoint { speed: libm::sqrt(s.z), acceleration: 0.5 * s.first }
+    }
+
+    fn square_at(&self, angle_rad: f64) -> SquareSample {
+        let (interval, u) = self.speed.knots().find(wrap_turn(angle_rad));
+        self.speed.within(interval, u)
+    }
+
+    /// Knots of C over time for some turns from a path angle on: value 0 there, angles counted from there. The first is at
+    /// the first knot of the turn after `from`, the last at the last before `to` (rad since the start), times so that the
+    /// first is at 0.
+    pub(super) fn knots(&self, start_rad: f64, from: f64, to: f64) -> Vec<Knot> {
+        let n = self.times.len() - 1;
+        let turn_s = self.turn_s();
+        // Turns of path angle: the start lies in turn 0.
+        let start = wrap_turn(start_rad);
+        let mut knots: Vec<Knot> = Vec::new();
+        let mut first_s = 0.0;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousand turns")]
+        let turns = libm::ceil((start + to) / TURN_RAD) as u32;
+        for turn in 0..=turns {
+            for i in 0..n {
+                let value = self.speed.knots().at(i) + f64::from(turn) * TURN_RAD - start;
+                if value < from || value > to {
+                    continue;
+                }
+                let at = f64::from(turn) * turn_s + self.times[i];
+                if knots.is_empty() {
+                    first_s = at;
+                }
+                let here = self.speed.within(i, 0.0);
+                let (first, second) = (libm::sqrt(here.z), 0.5 * here.first);
+                knots.push(Knot { at: at - first_s, value, first, second });
+            }
+        }
+        knots
+    }
+
+    /// How much of the limits the quintics in time use at most, on a grid finer than the knots; where their hulls say that it is not
+    /// all of a limit, only that.
+    fn used_in_time(&self, request: &TurnRequest<'_>, reach: &[Reach]) -> Peaks {
+        let knots = self.knots(0.0, 0.0, 2.0 * TURN_RAD);
+        let mut found = Peaks::default();
+        for (pair, reach) in knots.windows(2).zip(reach) {
+            let hull = within_hull(&pair[0], &pair[1], request, reach);
+            let is_c_free = hull.c_acceleration.max(hull.c_jerk) <= 1.0;
+            let is_x_free = hull.x_acceleration.max(hull.x_jerk) <= 1.0 && hull.bound <= FAR_FROM_BOUND;
+            if is_c_free && is_x_free {
+                continue;
+            }
+            for k in 0..CHECK_FACTOR {
+                let at = pair[0].at + (pair[1].at - pair[0].at) * f64::from(k) / f64::from(CHECK_FACTOR);
+                let c = quintic(&pair[0], &pair[1], at);
+                found.c_acceleration = found.c_acceleration.max(c.second.abs() / request.c.acceleration);
+                found.c_jerk = found.c_jerk.max(c.third.abs() / request.c.jerk);
+                if is_x_free {
+                    continue;
+                }
+                let path = request.path.sample(c.value);
+                let x = chain(request.with_infeed(path), c);
+                found.bound = found.bound.max(c.first * c.first * request.per_square_bound(c.value, path));
+                found.x_acceleration = found.x_acceleration.max(x.second.abs() / request.x.acceleration);
+                found.x_jerk = found.x_jerk.max(x.third.abs() / request.x.jerk);
+            }
+        }
+        found
+    }
+}
+
+/// What the quintic between two knots can use of the limits at most: its derivatives lie within the hulls of their control points.
+fn within_hull(left: &Knot, right: &Knot, request: &TurnRequest<'_>, reach: &Reach) -> Peaks {
+    let h = right.at - left.at;
+    let (v0, v1) = (left.first, left.first + 0.25 * h * left.second);
+    let (v3, v4) = (right.first - 0.25 * h * right.second, right.first);
+    // The mean of the control points is the mean speed.
+    let v = [v0, v1, 5.0 * (right.value - left.value) / h - (v0 + v1 + v3 + v4), v3, v4];
+    let a: [f64; 4] = core::array::from_fn(|i| 4.0 / h * (v[i + 1] - v[i]));
+    let j: [f64; 3] = core::array::from_fn(|i| 3.0 / h * (a[i + 1] - a[i]));
+    let largest = |values: &[f64]| values.iter().fold(0.0, |most, value| f64::max(most, value.abs()));
+    let (v, a, j) = (largest(&v), largest(&a), largest(&j));
+    let [x1, x2, x3] = reach.x;
+    Peaks {
+        bound: v * v * reach.expected_per_bound(),
+        c_acceleration: a / request.c.acceleration,
+        c_jerk: j / request.c.jerk,
+        x_acceleration: (x2 * v * v + x1 * a) / request.x.acceleration,
+        x_jerk: (x3 * v * v * v + 3.0 * x2 * v * a + x1 * j) / request.x.jerk,
+    }
+}

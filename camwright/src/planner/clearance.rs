@@ -1,0 +1,171 @@
+//! Room for the wheel: a plan walked once more, with everything that the wheel must keep away from.
+//!
+//! Everything is a body of revolution about the spindle axis, so the wheel is clear of it where `x_axis`, the distance of its
+//! nearest point from that axis, is larger than the body's radius:
+//!
+//! ```text
+//!            │ wheel │                     with z_axis at z the wheel faces z ± width/2
+//!            └───────┘ ← x_axis
+//!   ┌────┐       ┌────────┐
+//! ──┤    ├───────┤        ├── spindle axis
+//! ```
+
+use super::error::PlanError;
+use super::lobe::{PlannedLobe, extremes};
+use crate::job::grinding::JobSpec;
+use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
+use crate::machine::fixture::Extent;
+use crate::motion::plan::{CutSegment, Phase, Plan, Segment, SegmentKind};
+use alloc::string::String;
+use alloc::vec::Vec;
+
+/// Rounding of positions to counts, and of the path between its knots (mm).
+const ROUNDING_MM: f64 = 1e-4;
+
+/// What a body is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Body {
+    Lobe(usize),
+    Obstacle(usize),
+    Headstock,
+    Tailstock,
+    Dresser,
+}
+
+/// Walks through a plan from where the axes stand (counts).
+///
+/// # Errors
+/// The first step that brings the wheel too near to something: what, how far it reaches, how far out the wheel must be.
+pub(super) fn check_clearance(
+    job: &JobSpec,
+    machine: &MachineDescription,
+    lobes: &[PlannedLobe],
+    plan: &Plan,
+    start_counts: [i64; AXIS_COUNT],
+) -> Result<(), PlanError> {
+    let bodies = bodies(job, machine, lobes);
+    let position = |axis: Axis, counts: i64| machine.axis(axis).scale.position(counts);
+    let mut x_mm = position(Axis::X, start_counts[Axis::X.index()]);
+    let mut z_mm = position(Axis::Z, start_counts[Axis::Z.index()]);
+    let half_mm = 0.5 * machine.wheel.width_mm;
+    for segment in &plan.segments {
+        let way = Way::of(segment, plan, machine, x_mm, z_mm);
+        for (body, extent) in &bodies {
+            let beside = extent.to_mm <= way.z_mm.0 - half_mm || extent.from_mm >= way.z_mm.1 + half_mm;
+            if beside || is_meant(*body, segment, &way) {
+                continue;
+            }
+            // The dresser is touched, not cut into.
+            let touched = *body == Body::Dresser && segment.phase == Phase::Dress;
+            let clearance_mm = if touched { 0.0 } else { job.clearance_mm };
+            if way.least_x_mm < extent.radius_mm + clearance_mm - ROUNDING_MM {
+                return Err(PlanError::Collision {
+                    step: segment.label.clone(),
+                    lobe: segment.lobe,
+                    what: told(*body, job),
+                    obstacle: if let Body::Obstacle(index) = body { Some(*index) } else { None },
+                    reach_mm: extent.radius_mm,
+                    x_mm: way.least_x_mm,
+                    z_mm: way.z_mm,
+                    clearance_mm,
+                });
+            }
+        }
+        (x_mm, z_mm) = (way.last_x_mm, way.last_z_mm);
+    }
+    Ok(())
+}
+
+/// Where a segment takes the wheel.
+struct Way {
+    least_x_mm: f64,
+    z_mm: (f64, f64),
+    last_x_mm: f64,
+    last_z_mm: f64,
+}
+
+impl Way {
+    fn of(segment: &Segment, plan: &Plan, machine: &MachineDescription, x_mm: f64, z_mm: f64) -> Self {
+        let position = |axis: Axis, counts: i64| machine.axis(axis).scale.position(counts);
+        let (mut least_x_mm, mut last_x_mm, mut last_z_mm) = (x_mm, x_mm, z_mm);
+        let mut z_range = (z_mm, z_mm);
+        match &segment.kind {
+            SegmentKind::Move(targets) => {
+                for target in targets {
+                    match target.axis {
+                        Axis::X => last_x_mm = position(Axis::X, target.target_counts),
+                        Axis::Z => last_z_mm = position(Axis::Z, target.target_counts),
+                        Axis::C => {}
+                    }
+                }
+                least_x_mm = least_x_mm.min(last_x_mm);
+            }
+            SegmentKind::Search { axis: Axis::Z, input, travel_counts, offset_counts, .. } => {
+                let farthest = z_mm + position(Axis::Z, *travel_counts);
+                z_range = (z_mm.min(farthest), z_mm.max(farthest));
+                if let Some(station) = machine.station(input) {
+                    last_z_mm = station.position_mm + position(Axis::Z, *offset_counts);
+                }
+            }
+            SegmentKind::Cut(cut) => {
+                if let Some((least, last)) = cut_positions(plan, cut) {
+                    (least_x_mm, last_x_mm) = (least.min(x_mm), last);
+                }
+            }
+            SegmentKind::Search { .. }
+            | SegmentKind::Spiral(_)
+            | SegmentKind::Dwell
+            | SegmentKind::Wait
+            | SegmentKind::Command(_)
+            | SegmentKind::Home(_) => {}
+        }
+        z_range = (z_range.0.min(last_z_mm), z_range.1.max(last_z_mm));
+        Self { least_x_mm, z_mm: z_range, last_x_mm, last_z_mm }
+    }
+
+    fn moves_table(&self) -> bool {
+        self.z_mm.1 > self.z_mm.0
+    }
+}
+
+/// Nearest and last position of X in a cut: the path and what the infeed still keeps off it. A lead only takes X farther off.
+fn cut_positions(plan: &Plan, cut: &CutSegment) -> Option<(f64, f64)> {
+    let motion = plan.motion_of(cut)?;
+    let above_mm = motion.infeed.knots().iter().map(|knot| knot.value).fold(f64::INFINITY, f64::min);
+    Some((extremes(motion.path).0 + above_mm, motion.x_mm(motion.end_s())))
+}
+
+/// The wheel grinds the lobe that the step is for, with the table at rest before it.
+fn is_meant(body: Body, segment: &Segment, way: &Way) -> bool {
+    matches!((body, segment.lobe), (Body::Lobe(body), Some(lobe)) if body == lobe) && !way.moves_table()
+}
+
+fn bodies(job: &JobSpec, machine: &MachineDescription, lobes: &[PlannedLobe]) -> Vec<(Body, Extent)> {
+    let of_lobe = |(index, lobe): (usize, &PlannedLobe)| {
+        let place_mm = machine.station(&lobe.design.station)?.position_mm;
+        let half_mm = 0.5 * lobe.design.width_mm;
+        // X is largest with the farthest point of the contour on the wheel line, and is its radius there.
+        let radius_mm = extremes(lobe.tool_path.spline()).1 + job.most_stock_mm();
+        Some((Body::Lobe(index), Extent { from_mm: place_mm - half_mm, to_mm: place_mm + half_mm, radius_mm }))
+    };
+    let obstacles = job.obstacles.iter().enumerate();
+    let own = [
+        (Body::Headstock, machine.headstock),
+        (Body::Tailstock, machine.tailstock),
+        (Body::Dresser, machine.dresser.map(|dresser| dresser.extent())),
+    ];
+    (lobes.iter().enumerate().filter_map(of_lobe))
+        .chain(obstacles.map(|(index, obstacle)| (Body::Obstacle(index), obstacle.extent)))
+        .chain(own.into_iter().filter_map(|(body, extent)| Some((body, extent?))))
+        .collect()
+}
+
+fn told(body: Body, job: &JobSpec) -> String {
+    match body {
+        Body::Lobe(index) => alloc::format!("lobe {} with its stock", job.lobes[index].name),
+        Body::Obstacle(index) => alloc::format!("obstacle {}", job.obstacles[index].name),
+        Body::Headstock => String::from("the headstock"),
+        Body::Tailstock => String::from("the tailstock"),
+        Body::Dresser => String::from("the dresser"),
+    }
+}

@@ -1,0 +1,105 @@
+//! The steps of a dress, and what it would cost to keep the path over it.
+
+use super::error::PlanError;
+use super::lobe::{Shape, shape_of, soft_limit};
+use super::sequence::Sequence;
+use super::steps::Of;
+use crate::cam::contour::Contour;
+use crate::job::dressing::{Dress, KeptPath, PlannedDress, WheelCourse, kept_path_error};
+use crate::job::grinding::JobSpec;
+use crate::machine::description::Axis;
+use crate::machine::wheel_state::{mm_from_nm, nm_from_mm};
+use crate::math::units::um_from_mm;
+use crate::motion::plan::{Command, Phase, SegmentKind};
+use crate::motion::point_to_point::whole_ticks;
+use crate::toolpath::wheel_path::ToolPath;
+use alloc::vec::Vec;
+
+/// How far before the dresser the slow infeed begins (mm): room for a wheel that has worn less than predicted.
+const APPROACH_MM: f64 = 0.5;
+
+impl Sequence<'_> {
+    /// The machine stops before anything moves if another wheel is mounted.
+    pub(super) fn expect_wheel(&mut self, radius_mm: f64) {
+        let label = alloc::format!("wheel of radius {radius_mm:.4} mm");
+        self.steps.command(Of::part(Phase::Home), Command::ExpectWheel { radius_nm: nm_from_mm(radius_mm) }, &label);
+    }
+
+    /// Wheel to the dresser, past it and back, and clear of the part again. Its cutting point stands at the dresser's rim
+    /// before and after: what comes off moves the wheel's centre, not `x_axis`.
+    pub(super) fn dress(&mut self, dress: &Dress, lobe: &str) -> Result<(), PlanError> {
+        let Some(dresser) = self.steps.machine.dresser else { return Ok(()) };
+        let of = Of::part(Phase::Dress);
+        let half_mm = 0.5 * dresser.traverse_mm(self.steps.machine.wheel.width_mm);
+        let (first_mm, last_mm) = (dresser.z_mm - half_mm, dresser.z_mm + half_mm);
+        let place = || alloc::format!("lobe {lobe}: ");
+        for z_mm in [first_mm, last_mm] {
+            soft_limit(self.steps.machine, Axis::Z, z_mm, place(), "the way past the dresser")?;
+        }
+        soft_limit(self.steps.machine, Axis::X, dresser.x_mm, place(), "the dresser")?;
+        let clear = self.steps.counts(Axis::X, self.job.home.x_mm);
+        let (first, last) = (self.steps.counts(Axis::Z, first_mm), self.steps.counts(Axis::Z, last_mm));
+        let rapid = Some(self.job.rapid_speed_mm_s);
+        let slow = Some(dresser.traverse_speed_mm_s);
+        self.steps.move_axis(of, Axis::X, clear, None, "wheel clear of the part")?;
+        self.steps.move_axis(of, Axis::Z, first, None, "table to the dresser")?;
+        self.steps.move_axis(
+            of,
+            Axis::X,
+            self.steps.counts(Axis::X, dresser.x_mm + APPROACH_MM),
+            rapid,
+            "wheel before the dresser",
+        )?;
+        let at_rim = self.steps.counts(Axis::X, dresser.x_mm);
+        self.steps.move_axis(of, Axis::X, at_rim, Some(dresser.infeed_speed_mm_s), "wheel to the dresser")?;
+        let label = alloc::format!(
+            "dress before {lobe} ({}): radius {:.4} to {:.4} mm, {:.3} um of wear and {:.3} um of depth",
+            dress.reason,
+            dress.old_radius_mm,
+            mm_from_nm(dress.radius_nm),
+            um_from_mm(dress.wear_mm),
+            um_from_mm(dress.depth_mm)
+        );
+        self.steps.command(of, Command::Dress { radius_nm: dress.radius_nm }, &label);
+        self.steps.move_axis(of, Axis::Z, last, slow, "past the dresser")?;
+        self.steps.move_axis(of, Axis::Z, first, slow, "back past the dresser")?;
+        let dwell = whole_ticks(dresser.dwell_s, self.steps.machine.cycle_time_s());
+        self.steps.add(of, SegmentKind::Dwell, dwell, 0, "dresser out of contact");
+        self.steps.move_axis(of, Axis::X, clear, rapid, "wheel clear of the part")
+    }
+}
+
+/// Every dress with the form error that the paths before it would leave.
+pub(super) fn with_kept_paths(
+    job: &JobSpec,
+    contours: &[Contour],
+    shapes: &[Shape],
+    first_radius_mm: f64,
+    wheel: &WheelCourse,
+) -> Vec<PlannedDress> {
+    let path = |profile: usize, radius_mm: f64| match shape_of(shapes, profile, None, radius_mm) {
+        Some(index) => Some(shapes[index].tool_path.clone()),
+        // Nothing is ground with this wheel; it may even be too large for the profile.
+        None => ToolPath::for_wheel(&contours[profile], radius_mm).ok(),
+    };
+    let ends = wheel.dresses.iter().skip(1).map(|next| next.before_lobe).chain([job.lobes.len()]);
+    let kept = |dress: &Dress, end: usize, radius_mm: f64| {
+        let mut worst: Option<KeptPath> = None;
+        let lobes = &job.lobes[dress.before_lobe..end.max(dress.before_lobe)];
+        for profile in (0..contours.len()).filter(|profile| lobes.iter().any(|lobe| lobe.profile == *profile)) {
+            let error = kept_path_error(&contours[profile], &path(profile, radius_mm)?, dress.radius_mm());
+            if worst.is_none_or(|worst| error.value.abs() > worst.error.value.abs()) {
+                worst = Some(KeptPath { profile, error });
+            }
+        }
+        worst
+    };
+    let dresses = wheel.dresses.iter().zip(ends);
+    dresses
+        .map(|(dress, end)| PlannedDress {
+            dress: *dress,
+            kept_path: kept(dress, end, dress.old_radius_mm),
+            first_path: kept(dress, end, first_radius_mm),
+        })
+        .collect()
+}

@@ -1,0 +1,289 @@
+//! Why a job cannot be planned.
+
+use crate::cam::contour::ContourError;
+use crate::job::dressing::DressError;
+use crate::job::grinding::JobError;
+use crate::job::infeed::InfeedError;
+use crate::machine::description::{Axis, WheelTooFast};
+use crate::math::periodic_spline::PeriodicSplineError;
+use crate::math::units::um_from_mm;
+use crate::motion::point_to_point::PointToPointError;
+use crate::motion::speed_plan::SpeedPlanError;
+use crate::planner::plan_check::PlanCheckError;
+use crate::toolpath::wheel_path::ToolPathError;
+use alloc::string::String;
+use thiserror::Error;
+
+/// Why a job cannot be planned: what, how much, how much is allowed, and where.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum PlanError {
+    /// The job asks for something that no path could give.
+    #[error(transparent)]
+    Job(#[from] JobError),
+    /// A profile has no contour.
+    #[error("profile {profile}: {source}")]
+    Contour {
+        /// Name of the profile.
+        profile: String,
+        /// Why.
+        source: ContourError,
+    },
+    /// The wheel cannot make a profile.
+    #[error("{lobes}profile {profile}: {source}{advice}")]
+    Path {
+        /// `lobes E1, E2: `, those that have the profile; nothing if none has.
+        lobes: String,
+        /// What can be done about it, after a semicolon, or nothing.
+        advice: String,
+        /// Name of the profile.
+        profile: String,
+        /// Why.
+        source: ToolPathError,
+    },
+    /// What was learned of a lobe makes no path.
+    #[error(
+        "lobe {lobe}: corrected by what was learned, up to {:.3} um, it cannot be ground: {source}; learn afresh \
+         (form_compensation.afresh) or within closer bounds",
+        1e3 * .most_mm
+    )]
+    Compensated {
+        /// The lobe.
+        lobe: String,
+        /// Its largest correction (mm).
+        most_mm: f64,
+        /// Why.
+        source: ToolPathError,
+    },
+    /// The wheel's centre comes to the axis of the part.
+    #[error(
+        "profile {profile}: the wheel's centre comes through the spindle axis, so the infeed cannot be measured along the normal \
+         ({source}); with infeed.along: x it can"
+    )]
+    NoNormal {
+        /// Name of the profile.
+        profile: String,
+        /// What came of it.
+        source: PeriodicSplineError,
+    },
+    /// C turns on, and the wheel finds no way onto the lobe.
+    #[error(
+        "lobe {lobe}: with c_axis turning on x_axis finds no way from {clear_x_mm} mm, where it stands between the lobes, onto the \
+         path; with c_between_lobes: stops it needs none"
+    )]
+    NoArrival {
+        /// The lobe.
+        lobe: String,
+        /// Where X stands (mm).
+        clear_x_mm: f64,
+    },
+    /// A part that needs two wheels is two jobs.
+    #[error(
+        "the machine has one wheel, of radius {mounted_mm:.3} mm, and the job asks for {wishes}; {needs}: make two jobs of it, \
+         one for each wheel"
+    )]
+    TwoWheels {
+        /// Radius of the wheel mounted (mm).
+        mounted_mm: f64,
+        /// What asks for which wheel.
+        wishes: String,
+        /// The largest wheel that each lobe can be ground with.
+        needs: String,
+    },
+    /// The wheel would come too near to something.
+    #[error(
+        "{step}: the wheel would be at {x_mm:.3} mm from the spindle axis with z_axis at {} mm, where {what} reaches \
+         {reach_mm:.3} mm; with clearance_mm at {clearance_mm} x_axis must stay at {:.3} mm or more, {:.3} mm farther out",
+        range(*.z_mm), .reach_mm + .clearance_mm, .reach_mm + .clearance_mm - .x_mm
+    )]
+    Collision {
+        /// Label of the step.
+        step: String,
+        /// Index of the lobe that the step is for.
+        lobe: Option<usize>,
+        /// What stands there: `obstacle journal 1`, `lobe E1`, `the tailstock`.
+        what: String,
+        /// Index of the obstacle, if it is one of the job.
+        obstacle: Option<usize>,
+        /// Its radius, stock included (mm).
+        reach_mm: f64,
+        /// Nearest position of X (mm).
+        x_mm: f64,
+        /// Positions of the table (mm).
+        z_mm: (f64, f64),
+        /// Distance to keep (mm).
+        clearance_mm: f64,
+    },
+    /// The wheel cannot be dressed as wanted.
+    #[error(transparent)]
+    Dress(#[from] DressError),
+    /// The wheel would turn too fast.
+    #[error("lobe {lobe}: {source}")]
+    WheelTooFast {
+        /// Name of the lobe.
+        lobe: String,
+        /// How fast.
+        source: WheelTooFast,
+    },
+    /// The infeed fits no whole turns.
+    #[error("pass {pass}: {source}")]
+    Infeed {
+        /// Name of the pass.
+        pass: String,
+        /// Why.
+        source: InfeedError,
+    },
+    /// C cannot turn as wanted.
+    #[error("lobe {lobe}, pass {pass}: {source}")]
+    Speed {
+        /// Name of the lobe.
+        lobe: String,
+        /// Name of the pass.
+        pass: String,
+        /// Why.
+        source: SpeedPlanError,
+    },
+    /// A position lies beyond a soft limit.
+    #[error("{place}{what} needs {} at {position_mm:.4} mm; its soft limits are {low_mm} to {high_mm} mm", axis.joint())]
+    SoftLimit {
+        /// `lobe I1: ` or nothing.
+        place: String,
+        /// What for.
+        what: &'static str,
+        /// The axis.
+        axis: Axis,
+        /// Position needed (mm).
+        position_mm: f64,
+        /// Smallest allowed (mm).
+        low_mm: f64,
+        /// Largest allowed (mm).
+        high_mm: f64,
+    },
+    /// The wheel would meet the blank before the cut.
+    #[error(
+        "lobe {lobe}: the rapid advance ends {gap_mm:.4} mm off the contour, inside the {stock_mm} mm of stock: the wheel \
+         would touch the blank in rapid; the total infeed of {total_infeed_mm} mm must be more than {least_mm:.4} mm there"
+    )]
+    TouchesBlank {
+        /// Name of the lobe.
+        lobe: String,
+        /// Distance of the wheel from the finished contour (mm).
+        gap_mm: f64,
+        /// Stock of the blank (mm).
+        stock_mm: f64,
+        /// Total infeed (mm).
+        total_infeed_mm: f64,
+        /// Total infeed that would just touch (mm).
+        least_mm: f64,
+    },
+    /// The raw part is larger than the infeed can begin above.
+    #[error(
+        "lobe {lobe}: the gauge finds {stock_mm:.4} mm of stock where the job says {said_mm:.4} mm; the infeed begins so that {most_mm:.4} mm \
+         are the most, with a margin of {margin_mm:.4} mm"
+    )]
+    TooMuchStock {
+        /// Name of the lobe.
+        lobe: String,
+        /// What was found (mm).
+        stock_mm: f64,
+        /// What the job says (mm).
+        said_mm: f64,
+        /// Most allowed (mm).
+        most_mm: f64,
+        /// The job's margin (mm).
+        margin_mm: f64,
+    },
+    /// The raw part is too small to be ground.
+    #[error(
+        "lobe {lobe}: the gauge finds {stock_mm:.4} mm of stock, and more than {least_mm:.4} mm are needed: there is nothing to grind"
+    )]
+    NoStock {
+        /// Name of the lobe.
+        lobe: String,
+        /// What was found (mm).
+        stock_mm: f64,
+        /// What the passes leave (mm).
+        least_mm: f64,
+    },
+    /// The wheel is not clear of the part while the table or the part moves.
+    #[error(
+        "{place}{what} leaves x_axis at {x_mm:.3} mm while {moving} moves; lobe {highest} reaches {reach_mm:.3} mm with its \
+         stock: {remedy} at least {lacking_mm:.3} mm more"
+    )]
+    NotClear {
+        /// `lobe I1: ` or nothing.
+        place: String,
+        /// What leaves it there.
+        what: &'static str,
+        /// Position of X (mm).
+        x_mm: f64,
+        /// Joint that moves meanwhile.
+        moving: &'static str,
+        /// The lobe that reaches farthest.
+        highest: String,
+        /// How far (mm).
+        reach_mm: f64,
+        /// What to enlarge.
+        remedy: &'static str,
+        /// By how much (mm).
+        lacking_mm: f64,
+    },
+    /// A move cannot be made.
+    #[error("{what}: {source}")]
+    Move {
+        /// Label of the step.
+        what: String,
+        /// Why.
+        source: PointToPointError,
+    },
+    /// The wheel of a dry run would come too near to a lobe.
+    #[error(
+        "lobe {lobe}: a dry run {stand_off_mm} mm farther out does not keep {needed_mm} mm off the contour all round (the stock and \
+         clearance_mm); {least_mm:.2} mm are enough"
+    )]
+    DryRun {
+        /// Name of the lobe.
+        lobe: String,
+        /// How far out X would be (mm).
+        stand_off_mm: f64,
+        /// What the wheel must keep off the contour (mm).
+        needed_mm: f64,
+        /// The stand-off that keeps it (mm).
+        least_mm: f64,
+    },
+    /// The wheel would be deeper in the part than allowed.
+    #[error(
+        "{step}: {}with c_axis at {c_deg:.2} deg the wheel would be {:.2} um below {surface} of lobe {lobe}; {:.2} um are allowed ({why})",
+        in_turn(*.turn), um_from_mm(*.depth_mm), um_from_mm(*.allowed_mm)
+    )]
+    Gouges {
+        /// Label of the step.
+        step: String,
+        /// Name of the lobe.
+        lobe: String,
+        /// Turns of C since a cut began.
+        turn: Option<f64>,
+        /// Angle of C (deg).
+        c_deg: f64,
+        /// Depth below the surface (mm).
+        depth_mm: f64,
+        /// Depth allowed (mm).
+        allowed_mm: f64,
+        /// The surface.
+        surface: &'static str,
+        /// Reason for the allowed depth.
+        why: &'static str,
+    },
+    /// The finished plan failed its forward check: a defect of the planner, told rather than driven.
+    #[error("the plan failed its forward check: {0}")]
+    Check(#[from] PlanCheckError),
+}
+
+/// `in turn 3 `, or nothing.
+fn in_turn(turns: Option<f64>) -> String {
+    turns.map_or_else(String::new, |turns| alloc::format!("in turn {:.0} ", libm::floor(turns) + 1.0))
+}
+
+/// `80.000` or `80.000 to 125.000`.
+fn range((low, high): (f64, f64)) -> String {
+    if high - low < 1e-9 { alloc::format!("{low:.3}") } else { alloc::format!("{low:.3} to {high:.3}") }
+}

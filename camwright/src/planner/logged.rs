@@ -1,0 +1,177 @@
+//! What was logged of the journals of a job, as its identification and its correction read it.
+
+use super::PlannedJob;
+use super::lobe::PlannedLobe;
+use crate::gauging::gauge_setup::Seen;
+use crate::gauging::identify::Pushed;
+use crate::gauging::journal::{Gauged, JournalError};
+use crate::job::grinding::{JobSpec, StiffnessSource};
+use crate::machine::contact_law::ContactLaw;
+use crate::machine::description::{Axis, MachineDescription};
+use crate::math::units::TURN_RAD;
+use crate::motion::plan::{Command, SegmentKind};
+use alloc::string::String;
+use alloc::vec::Vec;
+use thiserror::Error;
+
+/// What was logged of a journal.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Contact {
+    /// While it was ground.
+    pub gauged: Vec<Gauged>,
+    /// While the wheel did not turn.
+    pub pushed: Vec<Pushed>,
+}
+
+/// Why a journal is not measured or not corrected.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("lobe {lobe}: {source}")]
+pub struct NotCorrected {
+    /// Name of the journal.
+    pub lobe: String,
+    /// Why.
+    pub source: JournalError,
+}
+
+/// C where it comes to rest after each lobe of a planned job (rad), without turns that a hold puts in. Counted from the origin.
+#[must_use]
+pub fn rests_rad(planned: &PlannedJob, machine: &MachineDescription) -> Vec<f64> {
+    let plan = &planned.plan;
+    let scale = machine.axis(Axis::C).scale;
+    let mut c_counts = planned.start_c_counts;
+    let mut rests = alloc::vec![0.0; plan.lobes.len()];
+    for segment in &plan.segments {
+        match &segment.kind {
+            SegmentKind::Command(Command::SetHome(Axis::C)) => c_counts = 0,
+            SegmentKind::Move(targets) => {
+                let of_c = targets.iter().find(|target| target.axis == Axis::C);
+                c_counts = of_c.map_or(c_counts, |target| target.target_counts);
+            }
+            SegmentKind::Cut(cut) => {
+                c_counts += i64::from(cut.turns) * scale.counts(TURN_RAD);
+                if let Some(rest) = segment.lobe.and_then(|lobe| rests.get_mut(lobe)) {
+                    *rest = scale.position(c_counts);
+                }
+            }
+            SegmentKind::Search { .. }
+            | SegmentKind::Spiral(_)
+            | SegmentKind::Dwell
+            | SegmentKind::Wait
+            | SegmentKind::Command(_)
+            | SegmentKind::Home(_) => {}
+        }
+    }
+    rests
+}
+
+/// The logs of all journals of a job.
+pub(super) struct Logged<'a> {
+    machine: &'a MachineDescription,
+    first: &'a PlannedJob,
+    logs: &'a [Contact],
+    rests: Vec<f64>,
+}
+
+/// The log of one.
+pub(super) struct JournalLog<'a> {
+    pub(super) lobe: &'a PlannedLobe,
+    pub(super) log: &'a Contact,
+    /// C where it rests after it (rad), with the turns that holds put in.
+    pub(super) rest_rad: f64,
+    /// Turns that holds put into its own cut.
+    pub(super) held_turns: f64,
+}
+
+impl<'a> Logged<'a> {
+    pub(super) fn new(machine: &'a MachineDescription, first: &'a PlannedJob, logs: &'a [Contact]) -> Self {
+        Self { machine, first, logs, rests: rests_rad(first, machine) }
+    }
+
+    /// Every journal with what `of` makes of it.
+    pub(super) fn each<T>(
+        &self,
+        of: impl Fn(usize, JournalLog<'a>) -> Result<T, JournalError>,
+    ) -> impl Iterator<Item = Result<T, NotCorrected>> {
+        self.logs.iter().zip(&self.first.lobes).enumerate().map(move |(index, (log, lobe))| {
+            let put_in = self.put_in(index);
+            let before = index.checked_sub(1).map_or(0.0, |before| self.put_in(before));
+            let journal =
+                JournalLog { lobe, log, rest_rad: self.rests[index] + put_in * TURN_RAD, held_turns: put_in - before };
+            of(index, journal).map_err(|source| NotCorrected { lobe: lobe.design.name.clone(), source })
+        })
+    }
+
+    /// Turns that holds put in up to the end of a journal: whole ones, and C has never turned less than planned.
+    fn put_in(&self, index: usize) -> f64 {
+        let logged_rad = self.logs[index].gauged.last().map_or(0.0, |last| last.c_rad);
+        libm::round((logged_rad - self.rests[index]) / TURN_RAD).max(0.0)
+    }
+
+    /// By what the journals of the machine are seen.
+    pub(super) fn seen(&self) -> Result<Seen, JournalError> {
+        seen(self.machine)
+    }
+}
+
+/// By what the journals of a machine are seen.
+pub(super) fn seen(machine: &MachineDescription) -> Result<Seen, JournalError> {
+    let gauge = machine.gauge.as_ref().ok_or(JournalError::NotKnown { what: "the gauge" })?;
+    let part_share = machine.contact.as_ref().map_or(0.0, |contact| contact.part_share);
+    Ok(gauge.seen(part_share, machine.cycle_time_s())?)
+}
+
+/// How a message is made of what is missing in a job.
+pub(super) const fn unknown(what: &'static str) -> JournalError {
+    JournalError::NotKnown { what }
+}
+
+impl JournalLog<'_> {
+    /// Refuses a journal whose cut a hold made longer: where in it nobody logged.
+    pub(super) fn is_whole(&self) -> Result<(), JournalError> {
+        match self.held_turns > 0.0 {
+            true => Err(JournalError::Held { turns: self.held_turns }),
+            false => Ok(()),
+        }
+    }
+}
+
+/// The contact that a journal is corrected with is of one of these.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ContactFrom {
+    /// It was measured on the journal itself.
+    Measured,
+    /// It is what was kept for the machine.
+    Kept,
+    /// It is that of the machine's description.
+    Nominal,
+}
+
+impl core::fmt::Display for ContactFrom {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            ContactFrom::Measured => "measured on it",
+            ContactFrom::Kept => "kept for the machine",
+            ContactFrom::Nominal => "of the machine's description",
+        })
+    }
+}
+
+impl PlannedLobe {
+    /// The contact that it is corrected with as a journal of a job: what was measured on it, else what is kept, else the description's.
+    #[must_use]
+    pub fn contact(
+        &self,
+        job: &JobSpec,
+        machine: &MachineDescription,
+        measured: Option<ContactLaw>,
+    ) -> Option<(ContactLaw, ContactFrom)> {
+        let name = &self.design.name;
+        let kept = job.correction.iter().filter(|spec| spec.stiffness != StiffnessSource::Nominal);
+        let kept = kept.flat_map(|spec| &spec.contacts).find(|contact| contact.lobe == *name);
+        let nominal = || machine.contact_law(&self.design.station, self.design.width_mm);
+        measured
+            .map(|law| (law, ContactFrom::Measured))
+            .or_else(|| kept.map(|kept| (kept.law, ContactFrom::Kept)))
+            .or_else(|| nominal().map(|law| (law, ContactFrom::Nominal)))
+    }
+}

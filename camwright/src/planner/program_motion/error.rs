@@ -1,0 +1,141 @@
+//! Why the motion of a program cannot be driven.
+
+use crate::machine::description::Axis;
+use crate::math::units::{deg_from_rad, um_from_mm};
+use crate::motion::speed_plan::{Quantity, figures};
+use alloc::string::String;
+use thiserror::Error;
+
+/// Something that a program asks for and the machine does not do, and where it is written.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("{file}, line {line}: {fault}")]
+pub struct ProgramMotionError {
+    /// Name of the file.
+    pub file: String,
+    /// Line, from 1.
+    pub line: u32,
+    /// What it is.
+    pub fault: ProgramMotionFault,
+}
+
+/// What a program asks for and the machine does not do.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ProgramMotionFault {
+    /// A number of the setup that is none.
+    #[error("{what} is {value}, it must be {allowed}")]
+    OutOfRange {
+        /// Which.
+        what: &'static str,
+        /// What was given.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// A program for a machine whose part turns the other way.
+    #[error(
+        "the program is for a rotation sense of {program}, this machine's is {machine}: it would make the part's mirror image"
+    )]
+    OtherSense {
+        /// What it is for.
+        program: i8,
+        /// The machine's.
+        machine: i8,
+    },
+    /// An axis that the machine does not have.
+    #[error("Y goes to {position_mm} mm; the machine has no Y")]
+    NoY {
+        /// Where to (mm).
+        position_mm: f64,
+    },
+    /// A second tool.
+    #[error("tool {wanted} is asked for after tool {mounted}; the machine has one tool and changes none")]
+    OtherTool {
+        /// What is asked for.
+        wanted: u32,
+        /// What was before.
+        mounted: u32,
+    },
+    /// A feed in which C does not turn forwards.
+    #[error(
+        "the feed turns C from {from_deg} to {to_deg} deg; X and Z follow C here, so every feed must turn it forwards"
+    )]
+    NotForwards {
+        /// Where C was (deg).
+        from_deg: f64,
+        /// Where it goes to (deg).
+        to_deg: f64,
+    },
+    /// A place that no axis has.
+    #[error("{} goes to {position}, beyond what can be counted", axis.joint())]
+    TooFar {
+        /// The axis.
+        axis: Axis,
+        /// Where to (mm or rad).
+        position: f64,
+    },
+    /// A block that is too fast for an axis, whatever is rounded.
+    #[error(
+        "in {time_s} s {} would go at {} {unit}, {} {unit} are allowed: the block needs {} s",
+        axis.joint(), figures(*.speed), figures(*.allowed), figures(.time_s * .speed / .allowed),
+        unit = Quantity::Velocity.unit(*axis)
+    )]
+    TooFast {
+        /// The axis.
+        axis: Axis,
+        /// Time of the block (s).
+        time_s: f64,
+        /// Its speed (mm/s or rad/s).
+        speed: f64,
+        /// Most (mm/s or rad/s).
+        allowed: f64,
+    },
+    /// Corners that cannot be rounded as much as the axes need.
+    #[error(
+        "{} needs a {} of {} {unit} at C {:.3} deg, {} {unit} are allowed; the corners are rounded over {:.4} deg as the path tolerance \
+         of {:.3} um allows",
+        axis.joint(), quantity.name(), figures(*.value), deg_from_rad(*.c_rad), figures(*.allowed), deg_from_rad(*.window_rad),
+        um_from_mm(*.tolerance_mm), unit = quantity.unit(*axis)
+    )]
+    Limit {
+        /// The axis.
+        axis: Axis,
+        /// What of it.
+        quantity: Quantity,
+        /// How much (mm or rad, s).
+        value: f64,
+        /// Most (mm or rad, s).
+        allowed: f64,
+        /// C there, as programmed (rad).
+        c_rad: f64,
+        /// The window to either side (rad).
+        window_rad: f64,
+        /// What the path may be off a corner (mm).
+        tolerance_mm: f64,
+    },
+    /// More than is driven between two rapids.
+    #[error("{count} blocks feed between two rapids, at most {most} are driven")]
+    TooManyBlocks {
+        /// How many there are.
+        count: usize,
+        /// Most.
+        most: usize,
+    },
+    /// Blocks that are much shorter than what they are averaged over.
+    #[error(
+        "{count} blocks end within {window_deg:.4} deg, over which corners are rounded; at most {most} are averaged"
+    )]
+    TooDense {
+        /// How many.
+        count: usize,
+        /// Both sides of the window (deg).
+        window_deg: f64,
+        /// Most.
+        most: usize,
+    },
+    /// A line of no spline: angles or times that are equal in their last bit.
+    #[error(transparent)]
+    Spline(#[from] crate::math::hermite::HermiteError),
+    /// Nothing feeds.
+    #[error("no block of the program feeds")]
+    NoFeed,
+}

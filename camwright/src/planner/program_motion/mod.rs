@@ -1,0 +1,277 @@
+//! The motion of a program as a plain control drives it on a machine with C, X and Z.
+//!
+//! ```text
+//! what was read ─► rapids, orders, pauses                     one after the other, from rest to rest
+//!               └► feeds between them ─► broken lines ─► run  C over time, X and Z over C, from rest to rest
+//! ```
+//!
+//! A control that interpolates in straight lines passes no corner as it is written: the limits of acceleration and jerk behind its
+//! interpolation average what the axes are told. Here X and Z are averaged over an angle of C, twice, so that a step of the slope becomes a
+//! parabola's pair of arcs with bounded acceleration and jerk; the window is as small as the axes allow, and no wider than the program's path
+//! tolerance does. C's speed is averaged in time the same way, its start and end included: so a run takes two ramps longer than its blocks say,
+//! and how X and Z hang on C does not depend on it.
+//!
+//! How a program stands to the machine (rotation sense, zeros, counts) is told by [`ProgramSetup`] and nowhere else.
+
+mod error;
+mod rounded;
+mod run;
+mod uses;
+
+pub use error::{ProgramMotionError, ProgramMotionFault};
+pub use run::RunLaws;
+
+use crate::gcode::{Action, Done, Motion, NcAxis, Pose, ProgramFile};
+use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
+use alloc::string::String;
+use alloc::vec::Vec;
+use run::Feed;
+
+/// Farthest place of an axis (mm or rad): beyond it counts do not fit into their numbers.
+const FARTHEST: f64 = 1e6;
+
+/// How a program stands to the machine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProgramSetup {
+    /// Radius of the cutter (mm).
+    pub cutter_radius_mm: f64,
+    /// The program's X is the distance of the cutting point, as `x_axis` is; else that of the cutter's centre. On a lathe `x_axis` is the
+    /// insert's centre itself, and so is X.
+    pub x_of_edge: bool,
+    /// `z_axis` where the program's Z is 0 (mm).
+    pub z_zero_mm: f64,
+    /// Rotation sense of the machine that the program was made for.
+    pub rotation_sense: i8,
+    /// How close the path stays to the blocks where the program does not say (mm): a parameter of the control.
+    pub path_tolerance_mm: f64,
+}
+
+/// Feeds between two rapids.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// How it is driven.
+    pub laws: RunLaws,
+    /// Where C begins (counts).
+    pub start_counts: i64,
+    /// Where the axes are at its end (counts).
+    pub end_counts: [i64; AXIS_COUNT],
+    /// Its blocks.
+    pub blocks: usize,
+    /// What its corners may be rounded by (mm).
+    pub tolerance_mm: f64,
+    /// What the program does first and last in it, by the place among [`Motion::done`].
+    pub done: (usize, usize),
+}
+
+/// A step of a program.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ProgramStep {
+    /// All axes to their targets (counts), as fast as they can.
+    Rapid(Vec<(Axis, i64)>),
+    /// A run of feeds.
+    Run(Run),
+    /// The cutter turns, or stops.
+    Cutter(bool),
+    /// A pause (s).
+    Dwell(f64),
+}
+
+/// The steps of a program on a machine whose axes stand at `start` (counts), with the place of each among [`Motion::done`]. `files` are those
+/// that were read, for their names.
+///
+/// # Errors
+/// The first thing that the machine does not do, with file and line.
+pub fn program_steps(
+    motion: &Motion,
+    files: &[ProgramFile],
+    setup: &ProgramSetup,
+    machine: &MachineDescription,
+    start: [i64; AXIS_COUNT],
+) -> Result<Vec<(usize, ProgramStep)>, ProgramMotionError> {
+    let at_line = |(done, fault): (usize, ProgramMotionFault)| {
+        let place = motion.done.get(done).copied();
+        let file = place.and_then(|done| files.get(done.file as usize)).map_or(String::new(), |file| file.name.clone());
+        ProgramMotionError { file, line: place.map_or(1, |done| done.line), fault }
+    };
+    setup.check(machine).map_err(|fault| at_line((0, fault)))?;
+    let mut walk = Walk {
+        setup,
+        machine,
+        at: start,
+        feeds: Vec::new(),
+        from: [0.0; AXIS_COUNT],
+        tolerance_mm: setup.path_tolerance_mm,
+        run_tolerance_mm: setup.path_tolerance_mm,
+        tool: None,
+        steps: Vec::new(),
+    };
+    for (index, done) in motion.done.iter().enumerate() {
+        walk.take(index, done).map_err(at_line)?;
+    }
+    walk.end_run().map_err(at_line)?;
+    if !walk.steps.iter().any(|(_, step)| matches!(step, ProgramStep::Run(_))) {
+        return Err(at_line((motion.done.len().saturating_sub(1), ProgramMotionFault::NoFeed)));
+    }
+    Ok(walk.steps)
+}
+
+impl ProgramSetup {
+    fn check(&self, machine: &MachineDescription) -> Result<(), ProgramMotionFault> {
+        let length = |value: f64| value > 0.0 && value <= FARTHEST;
+        for (what, value, is_right, allowed) in [
+            (
+                "the cutter's radius (mm)",
+                self.cutter_radius_mm,
+                length(self.cutter_radius_mm),
+                "above 0 and up to a kilometre",
+            ),
+            (
+                "the place of the program's Z 0 (mm)",
+                self.z_zero_mm,
+                self.z_zero_mm.abs() <= FARTHEST,
+                "within a kilometre",
+            ),
+            (
+                "the control's path tolerance (mm)",
+                self.path_tolerance_mm,
+                length(self.path_tolerance_mm),
+                "above 0 and up to a kilometre",
+            ),
+        ] {
+            if !is_right {
+                return Err(ProgramMotionFault::OutOfRange { what, value, allowed });
+            }
+        }
+        if self.rotation_sense != machine.rotation_sense {
+            let (program, machine) = (self.rotation_sense, machine.rotation_sense);
+            return Err(ProgramMotionFault::OtherSense { program, machine });
+        }
+        Ok(())
+    }
+
+    /// Where the machine's axis stands (mm or rad) when the program's is there; `None` where the program has not said.
+    fn position(&self, axis: Axis, pose: &Pose, machine: &MachineDescription) -> Option<f64> {
+        match axis {
+            Axis::C => pose.of(NcAxis::C),
+            Axis::X if machine.is_lathe() || self.x_of_edge => pose.of(NcAxis::X),
+            Axis::X => pose.of(NcAxis::X).map(|centre_mm| centre_mm - self.cutter_radius_mm),
+            Axis::Z => pose.of(NcAxis::Z).map(|z_mm| z_mm + self.z_zero_mm),
+        }
+    }
+}
+
+/// A program that is being walked through.
+struct Walk<'a> {
+    setup: &'a ProgramSetup,
+    machine: &'a MachineDescription,
+    /// Where the axes rest (counts), or rested when the feeds began.
+    at: [i64; AXIS_COUNT],
+    /// Feeds since then, and where they began (rad, mm).
+    feeds: Vec<Feed>,
+    from: [f64; AXIS_COUNT],
+    /// The tolerance in force, and the least of those feeds (mm).
+    tolerance_mm: f64,
+    run_tolerance_mm: f64,
+    tool: Option<u32>,
+    steps: Vec<(usize, ProgramStep)>,
+}
+
+type Fault = (usize, ProgramMotionFault);
+
+impl Walk<'_> {
+    fn take(&mut self, index: usize, done: &Done) -> Result<(), Fault> {
+        match done.action {
+            Action::Rapid(pose) => {
+                self.end_run()?;
+                self.rapid(index, &pose).map_err(|fault| (index, fault))
+            }
+            Action::Feed { pose, time_s } => {
+                if self.feeds.is_empty() {
+                    self.from = Axis::ALL.map(|axis| self.machine.axis(axis).scale.position(self.at[axis.index()]));
+                    self.run_tolerance_mm = self.tolerance_mm;
+                }
+                let before = self.feeds.last().map_or(self.from, |feed| feed.to);
+                let to = self.targets(&pose).map_err(|fault| (index, fault))?;
+                let to = Axis::ALL.map(|axis| to[axis.index()].unwrap_or(before[axis.index()]));
+                self.feeds.push(Feed { to, time_s, done: index });
+                Ok(())
+            }
+            Action::Dwell(time_s) => self.order(index, ProgramStep::Dwell(time_s)),
+            Action::SpindleOn { .. } => self.order(index, ProgramStep::Cutter(true)),
+            Action::SpindleOff => self.order(index, ProgramStep::Cutter(false)),
+            Action::ToolChange(wanted) => {
+                self.end_run()?;
+                match self.tool.replace(wanted) {
+                    Some(mounted) if mounted != wanted => {
+                        Err((index, ProgramMotionFault::OtherTool { wanted, mounted }))
+                    }
+                    _ => Ok(()),
+                }
+            }
+            Action::PathTolerance(tolerance_mm) => {
+                self.tolerance_mm = tolerance_mm.unwrap_or(self.setup.path_tolerance_mm);
+                self.run_tolerance_mm = self.run_tolerance_mm.min(self.tolerance_mm);
+                Ok(())
+            }
+            Action::Coolant(_) => Ok(()),
+        }
+    }
+
+    fn order(&mut self, index: usize, step: ProgramStep) -> Result<(), Fault> {
+        self.end_run()?;
+        self.steps.push((index, step));
+        Ok(())
+    }
+
+    /// Where the axes go that the program has named (rad, mm).
+    fn targets(&self, pose: &Pose) -> Result<[Option<f64>; AXIS_COUNT], ProgramMotionFault> {
+        if let Some(position_mm) = pose.of(NcAxis::Y) {
+            return Err(ProgramMotionFault::NoY { position_mm });
+        }
+        let mut targets = [None; AXIS_COUNT];
+        for axis in Axis::ALL {
+            let target = self.setup.position(axis, pose, self.machine);
+            let too_far = |position: &f64| position.abs() > FARTHEST || position.is_nan();
+            if let Some(position) = target.filter(too_far) {
+                return Err(ProgramMotionFault::TooFar { axis, position });
+            }
+            targets[axis.index()] = target;
+        }
+        Ok(targets)
+    }
+
+    fn rapid(&mut self, index: usize, pose: &Pose) -> Result<(), ProgramMotionFault> {
+        let mut moves = Vec::new();
+        for (axis, target) in Axis::ALL.into_iter().zip(self.targets(pose)?) {
+            let Some(counts) = target.map(|position| self.machine.axis(axis).scale.counts(position)) else { continue };
+            if counts != self.at[axis.index()] {
+                moves.push((axis, counts));
+                self.at[axis.index()] = counts;
+            }
+        }
+        if !moves.is_empty() {
+            self.steps.push((index, ProgramStep::Rapid(moves)));
+        }
+        Ok(())
+    }
+
+    /// What was fed so far is a run.
+    fn end_run(&mut self) -> Result<(), Fault> {
+        let feeds = core::mem::take(&mut self.feeds);
+        let (Some(first), Some(last)) = (feeds.first(), feeds.last()) else { return Ok(()) };
+        let done = (first.done, last.done);
+        let laws = RunLaws::new(self.from, &feeds, self.run_tolerance_mm, self.machine)?;
+        let start_counts = self.at[Axis::C.index()];
+        let angle_rad = laws.angle_rad();
+        let counts = |axis: Axis, end: f64| self.machine.axis(axis).scale.counts(end);
+        self.at = [
+            start_counts + counts(Axis::C, angle_rad),
+            counts(Axis::X, laws.path.sample(angle_rad).value),
+            counts(Axis::Z, laws.advance.sample(angle_rad).value),
+        ];
+        let (blocks, tolerance_mm) = (feeds.len(), self.run_tolerance_mm);
+        let run = Run { laws, start_counts, end_counts: self.at, blocks, tolerance_mm, done };
+        self.steps.push((done.0, ProgramStep::Run(run)));
+        Ok(())
+    }
+}

@@ -1,0 +1,338 @@
+//! The steps of a part, one after the other, with the time each is predicted to take.
+
+use super::PlanStart;
+use super::error::PlanError;
+use super::lobe::{Begin, PlannedLobe, Shape, soft_limit};
+use super::steps::{Of, Steps, shared};
+use crate::job::grinding::JobSpec;
+use crate::machine::description::{Axis, MachineDescription, Station};
+use crate::math::hermite::HermiteSpline;
+use crate::math::periodic_spline::PeriodicSpline;
+use crate::math::units::TURN_RAD;
+use crate::motion::plan::{Command, CutSegment, Half, Phase, Plan, SegmentKind};
+use crate::motion::point_to_point::whole_ticks;
+use crate::motion::speed_plan::{SpeedPlan, WaySpeed};
+use crate::planner::deflection::Surface;
+
+/// How far before a station's switch the table stands when the search for it begins (mm), and how far beyond the switch
+/// the search may go. It covers a switch that has shifted and lets the table reach its search speed; longer costs time
+/// at the slow search speed.
+pub(super) const RUN_IN_MM: f64 = 5.0;
+
+/// A plan in the making.
+pub(super) struct Sequence<'a> {
+    pub(super) job: &'a JobSpec,
+    start: PlanStart,
+    pub(super) steps: Steps<'a>,
+    /// What the force monitor was told last (N).
+    watched_n: i64,
+}
+
+impl<'a> Sequence<'a> {
+    pub(super) fn new(job: &'a JobSpec, machine: &'a MachineDescription, shapes: &[Shape], start: PlanStart) -> Self {
+        let plan = Plan {
+            job: job.name.clone(),
+            lobes: job.lobes.iter().map(|lobe| lobe.name.clone()).collect(),
+            paths: shapes.iter().map(|shape| shape.path.clone()).collect(),
+            ratios: shapes.iter().filter_map(|shape| shape.ratio.clone()).collect(),
+            ..Plan::default()
+        };
+        let steps = Steps { machine, at: start.counts, ticks: 0, plan };
+        Self { job, start, steps, watched_n: 0 }
+    }
+
+    /// Wheel clear of the part, C on its origin, wheel up to speed.
+    pub(super) fn prepare(&mut self) -> Result<(), PlanError> {
+        let of = Of::part(Phase::Home);
+        self.steps.move_axis(
+            of,
+            Axis::X,
+            self.steps.counts(Axis::X, self.job.home.x_mm),
+            None,
+            "wheel clear of the part",
+        )?;
+        self.steps.home_headstock(of, self.start.c_homed)?;
+        self.steps.start_wheel(of);
+        Ok(())
+    }
+
+    /// The table to the station of a lobe.
+    pub(super) fn index_to(&mut self, index: usize) -> Result<(), PlanError> {
+        let lobe = &self.job.lobes[index];
+        let of = Of { phase: Phase::Index, lobe: Some((index, &lobe.name)), stock_mm: self.job.stock_mm };
+        match self.steps.machine.station(&lobe.station) {
+            Some(station) => self.index_table(of, &lobe.name, station),
+            None => Ok(()),
+        }
+    }
+
+    /// X to where it stands between the lobes (mm), if it has been elsewhere.
+    pub(super) fn stand_clear(&mut self, index: usize, x_mm: f64) -> Result<(), PlanError> {
+        let target_counts = self.steps.counts(Axis::X, x_mm);
+        if self.steps.at[Axis::X.index()] == target_counts {
+            return Ok(());
+        }
+        let name = self.job.lobes[index].name.as_str();
+        let of = Of { phase: Phase::Position, lobe: Some((index, name)), stock_mm: self.job.stock_mm };
+        self.steps.move_axis(of, Axis::X, target_counts, None, "wheel to just clear of the lobes")
+    }
+
+    /// C to where a lobe begins (counts), the conventional way.
+    pub(super) fn turn_to_lobe(&mut self, index: usize, c_counts: i64) -> Result<(), PlanError> {
+        let name = self.job.lobes[index].name.as_str();
+        let of = Of { phase: Phase::RotaryIndex, lobe: Some((index, name)), stock_mm: self.job.stock_mm };
+        self.steps.move_axis(of, Axis::C, c_counts, None, "part to the lobe's cam angle 0")
+    }
+
+    /// One lobe at its station, from where C stands, or comes turning and meets its phase after a while (ticks), to the wheel clear
+    /// of the part.
+    pub(super) fn grind(
+        &mut self,
+        index: usize,
+        lobe: &PlannedLobe,
+        begin: Begin,
+        waits_ticks: u64,
+    ) -> Result<(), PlanError> {
+        let name = lobe.design.name.as_str();
+        let of = |phase: Phase, stock_mm: f64| Of { phase, lobe: Some((index, name)), stock_mm };
+        let stock_mm = self.job.stock_mm;
+        let rapid = Some(self.job.rapid_speed_mm_s);
+        let mut retracted = self.steps.at[Axis::X.index()];
+        let mut goes_turning = false;
+        // Passes that would be cut in the air are left out from the first on.
+        let specs = &self.job.passes[self.job.passes.len() - lobe.passes.len()..];
+        for (number, pass) in lobe.passes.iter().enumerate() {
+            let until_steady_n = specs[number].spark_out_until_n;
+            let cut = CutSegment { until_steady_n, ..self.cut_segment(lobe.path, pass, begin) };
+            if let Some(most_n) = until_steady_n.map(i64::from).filter(|most_n| *most_n != self.watched_n) {
+                let label = alloc::format!("force monitor to {most_n} N");
+                self.steps.command(of(Phase::Position, stock_mm), Command::WatchForce { most_n }, &label);
+                self.watched_n = most_n;
+            }
+            // The same arithmetic as in the cut, so that the wheel stands where the cut begins to the count.
+            let motion = self.steps.plan.motion_of(&cut).expect("its splines have just been put into the plan");
+            let first = self.steps.counts(Axis::X, motion.x_mm(motion.start_s()));
+            let last = self.steps.counts(Axis::X, motion.x_mm(motion.end_s()));
+            let comes_turning = motion.end_speeds_rad_s().0 > 0.0;
+            goes_turning = motion.end_speeds_rad_s().1 > 0.0;
+            if number == 0 && !comes_turning {
+                retracted = first + self.steps.counts(Axis::X, self.job.rapid_advance_mm);
+                let label = "wheel corrected by the lift";
+                self.steps.move_axis(of(Phase::Position, stock_mm), Axis::X, retracted, None, label)?;
+                self.steps.move_axis(of(Phase::Approach, stock_mm), Axis::X, first, rapid, "rapid advance")?;
+            } else if number > 0 && self.steps.at[Axis::X.index()] != first {
+                // A rounding apart: a count at most.
+                self.steps.move_axis(of(Phase::Approach, stock_mm), Axis::X, first, rapid, "to the next pass")?;
+            }
+            let mut label =
+                alloc::format!("{} turns with infeed, {} without", cut.infeed_turns, cut.turns - cut.infeed_turns);
+            if let Some(most_n) = until_steady_n {
+                label += &alloc::format!(" or until the force is steady within {most_n} N");
+            }
+            if comes_turning || goes_turning {
+                label += ", c_axis turning on";
+            }
+            if lobe.passes.len() > 1 {
+                label = alloc::format!("{}, {label}", specs[number].name);
+            }
+            let length_s = pass.law().end() - pass.law().start();
+            let waits = if number == 0 { waits_ticks } else { 0 };
+            let ticks = waits + whole_ticks(length_s, self.steps.machine.cycle_time_s());
+            let turn_counts = self.steps.machine.axis(Axis::C).scale.counts(TURN_RAD);
+            if comes_turning {
+                self.steps.at[Axis::C.index()] = begin.c_counts;
+            }
+            self.steps.at[Axis::C.index()] += i64::from(cut.turns) * turn_counts;
+            self.steps.at[Axis::X.index()] = last;
+            let schedule = pass.infeed().schedule();
+            let left_mm = stock_mm.min(schedule.left_mm() + schedule.total_mm());
+            self.steps.add(of(Phase::Cut, left_mm), SegmentKind::Cut(cut), ticks, pass.stop_ticks(), &label);
+        }
+        if goes_turning {
+            return Ok(());
+        }
+        self.steps.move_axis(of(Phase::Retract, 0.0), Axis::X, retracted, rapid, "rapid retract")
+    }
+
+    /// Predicted ticks of the steps so far.
+    pub(super) const fn ticks(&self) -> u64 {
+        self.steps.ticks
+    }
+
+    /// A turn of a journal under the gauge, with the wheel where it is clear of everything; C at its end (rad).
+    pub(super) fn gauge(&mut self, index: usize, speed_rad_s: f64) -> Result<f64, PlanError> {
+        let of = Of::lobe(Phase::Position, index, &self.job.lobes[index].name);
+        let scale = self.steps.machine.axis(Axis::C).scale;
+        let turned = self.steps.at[Axis::C.index()] + scale.counts(TURN_RAD);
+        self.steps.move_axis(of, Axis::C, turned, Some(speed_rad_s), "one turn under the gauge")?;
+        Ok(scale.position(turned))
+    }
+
+    /// A turn that corrects a journal: `cut` but for what is shared with the plan.
+    pub(super) fn correct(
+        &mut self,
+        index: usize,
+        name: &str,
+        cut: CutSegment,
+        path: PeriodicSpline,
+        speed: &WaySpeed,
+        offset: HermiteSpline,
+    ) -> Result<(), PlanError> {
+        let of = |phase: Phase| Of { phase, lobe: Some((index, name)), stock_mm: 0.0 };
+        let turn_counts = self.steps.machine.axis(Axis::C).scale.counts(TURN_RAD);
+        self.steps.plan.paths.push(path);
+        let cut = CutSegment {
+            speed: shared(&mut self.steps.plan.time_laws, &speed.law),
+            infeed: shared(&mut self.steps.plan.angle_laws, &offset),
+            start_counts: self.steps.at[Axis::C.index()].rem_euclid(turn_counts),
+            ..cut
+        };
+        let motion = self.steps.plan.motion_of(&cut).expect("its splines have just been put into the plan");
+        let (first, last) = (motion.x_mm(motion.start_s()), motion.x_mm(motion.end_s()));
+        let (first, last) = (self.steps.counts(Axis::X, first), self.steps.counts(Axis::X, last));
+        let rapid = Some(self.job.rapid_speed_mm_s);
+        self.steps.move_axis(of(Phase::Approach), Axis::X, first, rapid, "rapid advance to just clear of it")?;
+        let ticks = whole_ticks(speed.law.end(), self.steps.machine.cycle_time_s());
+        self.steps.at[Axis::C.index()] += i64::from(cut.turns) * turn_counts;
+        self.steps.at[Axis::X.index()] = last;
+        self.steps.add(
+            of(Phase::Cut),
+            SegmentKind::Cut(cut),
+            ticks,
+            speed.stop_ticks,
+            "one turn that corrects its runout",
+        );
+        let home = self.steps.counts(Axis::X, self.job.home.x_mm);
+        self.steps.move_axis(of(Phase::Retract), Axis::X, home, rapid, "rapid retract")
+    }
+
+    /// X to its home position and no more: the wheel runs on and the table stays, for the plan that follows.
+    pub(super) fn stand_by(mut self) -> Result<Plan, PlanError> {
+        let of = Of::part(Phase::Return);
+        self.steps.move_axis(
+            of,
+            Axis::X,
+            self.steps.counts(Axis::X, self.job.home.x_mm),
+            None,
+            "wheel clear of the part",
+        )?;
+        self.steps.plan.half = Half::First;
+        Ok(self.done())
+    }
+
+    /// Wheel clear of the part, and up to speed.
+    pub(super) fn clear_and_run(&mut self) -> Result<(), PlanError> {
+        let of = Of::part(Phase::Dress);
+        self.steps.move_axis(
+            of,
+            Axis::X,
+            self.steps.counts(Axis::X, self.job.home.x_mm),
+            None,
+            "wheel clear of the part",
+        )?;
+        self.steps.start_wheel(of);
+        Ok(())
+    }
+
+    /// The wheel comes to rest where it is; the plan.
+    pub(super) fn stop_wheel(mut self) -> Plan {
+        self.steps.command(Of::part(Phase::Dress), Command::WheelStop, "wheel stop");
+        self.done()
+    }
+
+    /// X, then the table, to the home position; the plan.
+    pub(super) fn finish(mut self) -> Result<Plan, PlanError> {
+        let of = Of::part(Phase::Return);
+        self.steps.move_axis(
+            of,
+            Axis::X,
+            self.steps.counts(Axis::X, self.job.home.x_mm),
+            None,
+            "wheel to its home position",
+        )?;
+        self.steps.command(of, Command::WheelStop, "wheel stop");
+        self.steps.move_axis(
+            of,
+            Axis::Z,
+            self.steps.counts(Axis::Z, self.job.home.z_mm),
+            None,
+            "table to its home position",
+        )?;
+        Ok(self.done())
+    }
+
+    /// How long the cuts take whose spark-out ends when the force is steady.
+    fn foresee(&mut self) {
+        for (index, lobe) in self.job.lobes.iter().enumerate() {
+            let Some(law) = self.steps.machine.contact_law(&lobe.station, lobe.width_mm) else { continue };
+            let mut surface = Surface::new(self.job.stock_mm, &law);
+            for segment in self.steps.plan.segments.iter_mut().filter(|segment| segment.lobe == Some(index)) {
+                let SegmentKind::Cut(cut) = &segment.kind else { continue };
+                let Some(infeed) = self.steps.plan.angle_laws.get(cut.infeed) else { continue };
+                let left_out = cut.turns.saturating_sub(surface.after(cut, infeed));
+                let saved =
+                    whole_ticks(f64::from(left_out) * cut.turn_s, self.steps.machine.cycle_time_s()).min(segment.ticks);
+                segment.ticks -= saved;
+                self.steps.ticks -= saved;
+            }
+        }
+    }
+
+    fn done(mut self) -> Plan {
+        if self.watched_n > 0 {
+            self.foresee();
+        }
+        self.steps.done()
+    }
+
+    /// The table goes to just before the switch, whichever side it comes from, then searches for it in its positive
+    /// direction: a switch closes at one place only when approached from one side.
+    fn index_table(&mut self, of: Of<'_>, lobe: &str, station: &Station) -> Result<(), PlanError> {
+        let axis = self.steps.machine.axis(Axis::Z);
+        let before_mm = station.position_mm - RUN_IN_MM;
+        let speed = axis.search_velocity.min(axis.limits.velocity);
+        let after_mm = RUN_IN_MM + self.steps.overshoot(Axis::Z, speed);
+        let place = || alloc::format!("lobe {lobe}: ");
+        soft_limit(
+            self.steps.machine,
+            Axis::Z,
+            before_mm,
+            place(),
+            "the start of the search for the station's switch",
+        )?;
+        soft_limit(
+            self.steps.machine,
+            Axis::Z,
+            station.position_mm + after_mm,
+            place(),
+            "the end of the search for the station's switch",
+        )?;
+        let label = alloc::format!("table to before {}", station.switch);
+        self.steps.move_axis(of, Axis::Z, self.steps.counts(Axis::Z, before_mm), None, &label)?;
+        let label = alloc::format!("table to {}", station.switch);
+        self.steps.search(of, Axis::Z, &station.switch, RUN_IN_MM + after_mm, RUN_IN_MM, 0, &label)?;
+        self.steps.at[Axis::Z.index()] = self.steps.counts(Axis::Z, station.position_mm);
+        Ok(())
+    }
+
+    fn cut_segment(&mut self, path: usize, pass: &SpeedPlan, begin: Begin) -> CutSegment {
+        let turn_counts = self.steps.machine.axis(Axis::C).scale.counts(TURN_RAD);
+        CutSegment {
+            path,
+            speed: shared(&mut self.steps.plan.time_laws, pass.law()),
+            infeed: shared(&mut self.steps.plan.angle_laws, pass.infeed().law()),
+            // All profiles have one or none has.
+            ratio: (path < self.steps.plan.ratios.len()).then_some(path),
+            lead: pass.lead().map(|lead| shared(&mut self.steps.plan.time_laws, lead)),
+            start_counts: begin.c_counts.rem_euclid(turn_counts),
+            path_start_rad: begin.path_rad,
+            turns: pass.turns(),
+            infeed_turns: pass.infeed().schedule().turns(),
+            plateau_s: pass.plateau_s(),
+            turn_s: pass.turn_s(),
+            retract_mm: self.job.retract_clearance_mm,
+            hold_mm: self.job.hold_mm(),
+            until_steady_n: None,
+        }
+    }
+}

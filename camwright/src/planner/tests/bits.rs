@@ -1,0 +1,64 @@
+//! The same bits whatever the compiler makes of it: one fingerprint of a whole job, which debug, release and every machine
+//! have to reproduce. Run at other optimisation levels by `.ci/run`.
+
+use super::*;
+use crate::machine::description::{Structure, ThermalDescription};
+use crate::simulation::workpiece::Lobe;
+
+/// A change of it is a change of what machines do, and belongs into the changelog.
+const FINGERPRINT: u64 = 0x1902_603c_3820_bf3b;
+
+/// FNV-1a, by Fowler, Noll and Vo: enough to tell runs apart.
+struct Fingerprint(u64);
+
+impl Fingerprint {
+    fn take(&mut self, octets: [u8; 8]) {
+        for octet in octets {
+            self.0 = (self.0 ^ u64::from(octet)).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
+}
+
+#[test]
+fn every_setpoint_every_actual_position_and_every_radius_has_the_same_bits_everywhere() {
+    let mut job = job();
+    job.lobes.truncate(2);
+    job.passes[0].total_infeed_mm = 0.018;
+    job.passes[0].infeed_per_block_mm = 0.000_005;
+    job.stock_mm = 0.01;
+    let ordinary = DriveSettings {
+        gain_error: 0.01,
+        velocity_feed_forward: 0.98,
+        friction_feed_forward: 0.2,
+        velocity_loop_rad_s: Some(600.0),
+        velocity_integral_s: Some(0.01),
+        max_force: Some(6000.0),
+        coulomb_friction: 1.0,
+        viscous_friction: 0.05,
+        backlash: 2e-6,
+        structure: Some(Structure { frequency_rad_s: 800.0, damping: 0.04, mass_share: 0.2 }),
+        encoder_step_counts: 1.0,
+        encoder_noise_counts: 0.3,
+        ..DriveSettings::IDEAL
+    };
+    let thermal = ThermalDescription { growth_mm: 0.008, time_constant_s: 1200.0, start_share: 0.0 };
+    let mut description =
+        MachineDescription { contact: Some(contact()), thermal: Some(thermal), ..machine().with_drives(ordinary) };
+    description.wheel.unbalance_mm = 1e-4;
+    let planned = plan_job(&job, &description, 60.0, None).unwrap_or_else(|error| panic!("{error}"));
+    let mut fingerprint = Fingerprint(0xcbf2_9ce4_8422_2325);
+    let (told, machine) = ground(&job, &planned, planned.plan.clone(), &description, |setpoint, report| {
+        for axis in 0..3 {
+            fingerprint.take(setpoint.counts[axis].to_le_bytes());
+            fingerprint.take(setpoint.velocity[axis].to_bits().to_le_bytes());
+            fingerprint.take(report.axes[axis].counts.to_le_bytes());
+            fingerprint.take(report.axes[axis].velocity.to_bits().to_le_bytes());
+            fingerprint.take(report.axes[axis].effort.to_bits().to_le_bytes());
+        }
+    });
+    for radius_mm in machine.part().lobes().iter().flat_map(Lobe::radii_mm) {
+        fingerprint.take(radius_mm.to_bits().to_le_bytes());
+    }
+    assert!(told.last_tick - told.first_tick > 10_000, "a real job: {told:?}");
+    assert_eq!(fingerprint.0, FINGERPRINT, "other bits than before: {:#018x}", fingerprint.0);
+}

@@ -1,0 +1,415 @@
+//! One axis while it runs: its coordinates, the setpoint between two ticks, its drive, and when it counts as at rest.
+
+use crate::machine::description::{AxisDescription, Scale, nearest_count};
+use crate::math::hermite::{Sample, cubic_slope, cubic_way};
+use crate::simulation::servo::{Demand, Servo};
+
+/// Ticks for which an axis must be within its window of a resting setpoint before it is clamped there. Eight outlast
+/// the zero crossing of a swinging loop of any bandwidth above 20 Hz, and cost 8 ms after every motion.
+const SETTLED_TICKS: u32 = 8;
+
+/// A setpoint of one axis (counts, s), in true coordinates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Target {
+    pub(crate) position: f64,
+    pub(crate) velocity: f64,
+    pub(crate) acceleration: f64,
+}
+
+crate::kept!(Target { position, velocity, acceleration } on {});
+
+impl Target {
+    pub(crate) fn resting(position: f64) -> Self {
+        Self { position, velocity: 0.0, acceleration: 0.0 }
+    }
+
+    pub(crate) fn is_resting(&self) -> bool {
+        self.velocity == 0.0 && self.acceleration == 0.0
+    }
+}
+
+/// Where what an axis carries truly was at both ends of a servo step (counts, counts/s), in true coordinates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Span {
+    pub(crate) from: f64,
+    pub(crate) to: f64,
+    pub(crate) from_velocity: f64,
+    pub(crate) to_velocity: f64,
+}
+
+impl Span {
+    /// Way done at fraction `s` of the step: the cubic with these ends.
+    pub(crate) fn way(&self, s: f64, step_s: f64) -> f64 {
+        cubic_way(s, self.to - self.from, self.from_velocity * step_s, self.to_velocity * step_s)
+    }
+
+    pub(crate) fn is_still(&self) -> bool {
+        self.to - self.from == 0.0 && self.from_velocity == 0.0 && self.to_velocity == 0.0
+    }
+}
+
+/// One axis while it runs.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct AxisState {
+    pub(crate) scale: Scale,
+    pub(crate) counts_per_unit: f64,
+    pub(crate) homed: bool,
+    /// True count at which the reading is 0.
+    origin: i64,
+    inertia: f64,
+    /// Largest deceleration of a stop of the machine's own (counts/s²).
+    stop: f64,
+    previous: Target,
+    target: Target,
+    servo: Servo,
+    /// Part of the distance of this tick that the setpoint has gone (counts).
+    gone: f64,
+    /// The encoder reads this much more than the axis has moved (counts).
+    encoder_offset: f64,
+    settled_ticks: u32,
+    clamped: bool,
+    velocity_before: f64,
+    /// Force of the motor (N or N m) in the servo steps of this tick, and their number.
+    pushed: (f64, f64),
+    /// Force on the axis that is not the motor's, in the last servo step (N or N m).
+    disturbance: f64,
+}
+
+crate::kept!(AxisState {
+    homed, origin, previous, target, servo, gone, encoder_offset, settled_ticks, clamped, velocity_before, pushed, disturbance,
+} on { scale, counts_per_unit, inertia, stop });
+
+impl AxisState {
+    pub(crate) fn new(axis: &AxisDescription, step_s: f64) -> Self {
+        let start = axis.scale.counts(axis.power_up_position);
+        let counts_per_unit = axis.scale.counts_per_unit();
+        let target = Target::resting(start as f64);
+        Self {
+            scale: axis.scale,
+            counts_per_unit,
+            homed: !axis.needs_homing,
+            origin: if axis.needs_homing { start } else { 0 },
+            inertia: axis.inertia,
+            stop: axis.limits.acceleration * counts_per_unit,
+            previous: target,
+            target,
+            servo: Servo::new(axis, step_s),
+            gone: 0.0,
+            encoder_offset: 0.0,
+            settled_ticks: 0,
+            clamped: true,
+            velocity_before: 0.0,
+            pushed: (0.0, 0.0),
+            disturbance: 0.0,
+        }
+    }
+
+    /// A job begins.
+    pub(crate) fn begin_job(&mut self) {
+        self.servo.begin_job();
+    }
+
+    /// Places the axis at rest at a true position (counts), homed.
+    pub(crate) fn place(&mut self, counts: i64) {
+        self.origin = 0;
+        self.homed = true;
+        self.target = Target::resting(counts as f64);
+        self.previous = self.target;
+        self.servo.place();
+        self.clamped = true;
+        self.settled_ticks = 0;
+        self.disturbance = 0.0;
+    }
+
+    /// The reading `counts` is 0 from now on.
+    pub(crate) fn set_home(&mut self, counts: i64) {
+        self.origin = self.origin.saturating_add(counts);
+        self.homed = true;
+    }
+
+    /// True count at which the reading is 0.
+    pub(crate) fn zero(&self) -> i64 {
+        self.origin
+    }
+
+    pub(crate) fn set_gain(&mut self, fraction: f64) {
+        self.servo.set_gain(fraction);
+    }
+
+    /// The encoder reads `offset` counts more than the axis has moved; the drive takes the difference for an error.
+    pub(crate) fn set_encoder_offset(&mut self, offset: f64) {
+        self.servo.disturb(offset - self.encoder_offset);
+        self.encoder_offset = offset;
+        self.clamped = false;
+        self.settled_ticks = 0;
+    }
+
+    /// The same without power: the axis stays, and what it holds is the new reading.
+    pub(crate) fn set_encoder_offset_unpowered(&mut self, offset: f64) {
+        self.target.position += offset - self.encoder_offset;
+        self.previous = self.target;
+        self.encoder_offset = offset;
+    }
+
+    /// The present setpoint.
+    pub(crate) fn target(&self) -> &Target {
+        &self.target
+    }
+
+    /// The present setpoint as a reading (counts).
+    pub(crate) fn setpoint_counts(&self) -> i64 {
+        nearest_count(self.target.position).saturating_sub(self.origin)
+    }
+
+    /// What the encoder reads (counts).
+    pub(crate) fn counts(&self) -> i64 {
+        nearest_count(self.target.position - self.servo.error_seen()).saturating_sub(self.origin)
+    }
+
+    /// What the encoder reads when what the axis carries truly stands at `position` (counts), play and structure being as they are.
+    pub(crate) fn reading_at(&self, position: f64) -> i64 {
+        nearest_count(position - self.servo.tool_ahead() + self.encoder_offset).saturating_sub(self.origin)
+    }
+
+    /// Where what the axis carries truly is (counts): the wheel, or the part.
+    pub(crate) fn true_position(&self) -> f64 {
+        let slide = self.target.position + (self.gone - self.distance()) - self.servo.error() - self.encoder_offset;
+        slide + self.servo.tool_ahead()
+    }
+
+    /// How far its structure is ahead of the slide (mm or rad), and how fast that grows (1/s).
+    pub(crate) fn swing(&self) -> (f64, f64) {
+        let (ahead, growth) = self.servo.swing();
+        (ahead / self.counts_per_unit, growth / self.counts_per_unit)
+    }
+
+    /// Setpoint minus actual (mm or rad).
+    pub(crate) fn following_error(&self) -> f64 {
+        self.servo.error() / self.counts_per_unit
+    }
+
+    /// Velocity (mm/s or rad/s).
+    pub(crate) fn velocity(&self) -> f64 {
+        self.servo.velocity() / self.counts_per_unit
+    }
+
+    /// Velocity of the setpoint (mm/s or rad/s).
+    pub(crate) fn setpoint_velocity(&self) -> f64 {
+        self.target.velocity / self.counts_per_unit
+    }
+
+    /// Mean force (N) or torque (N m) of the motor in the last tick. An ideal drive, and one that brakes without power, has what the
+    /// mass needs, against a disturbance.
+    pub(crate) fn effort(&self, cycle_time_s: f64, disturbance: f64) -> f64 {
+        let (sum, steps) = self.pushed;
+        if steps > 0.0 {
+            return sum / steps;
+        }
+        let acceleration = (self.servo.velocity() - self.velocity_before) / self.counts_per_unit / cycle_time_s;
+        let force = match self.scale {
+            // kg mm/s² is a thousandth of a newton.
+            Scale::Linear { .. } => self.inertia * acceleration * 1e-3,
+            Scale::Rotary { .. } => self.inertia * acceleration,
+        };
+        force - disturbance
+    }
+
+    /// What the encoder counts, whatever zero is in force (counts).
+    pub(crate) fn reading(&self) -> i64 {
+        nearest_count(self.target.position - self.servo.error_seen())
+    }
+
+    /// Power of the motor in the last tick (W).
+    pub(crate) fn power_w(&self, cycle_time_s: f64) -> f64 {
+        let power = self.effort(cycle_time_s, self.disturbance) * self.velocity();
+        match self.scale {
+            // N mm/s.
+            Scale::Linear { .. } => power * 1e-3,
+            Scale::Rotary { .. } => power,
+        }
+    }
+
+    /// Clamped at its resting setpoint.
+    pub(crate) fn is_at_rest(&self) -> bool {
+        self.clamped
+    }
+
+    /// The setpoint neither moves nor moved in this tick.
+    fn is_resting(&self) -> bool {
+        self.previous.is_resting() && self.target.is_resting() && self.distance() == 0.0
+    }
+
+    fn distance(&self) -> f64 {
+        self.target.position - self.previous.position
+    }
+
+    /// A new setpoint for the tick that begins, as a reading (counts) and its derivatives (mm or rad, s).
+    pub(crate) fn follow(&mut self, counts: i64, velocity: f64, acceleration: f64) {
+        self.begin(Target {
+            position: counts.saturating_add(self.origin) as f64,
+            velocity: velocity * self.counts_per_unit,
+            acceleration: acceleration * self.counts_per_unit,
+        });
+    }
+
+    /// The same with something beside it (mm or rad, s): what an alarm adds to the path that it lets end.
+    pub(crate) fn follow_beside(&mut self, counts: i64, velocity: f64, acceleration: f64, beside: &Sample) {
+        self.begin(Target {
+            position: counts.saturating_add(self.origin) as f64 + beside.value * self.counts_per_unit,
+            velocity: (velocity + beside.first) * self.counts_per_unit,
+            acceleration: (acceleration + beside.second) * self.counts_per_unit,
+        });
+    }
+
+    /// A setpoint of the machine's own, in true coordinates.
+    pub(crate) fn go(&mut self, target: Target) {
+        self.begin(target);
+    }
+
+    /// Its zero is not known any more.
+    pub(crate) fn lose_home(&mut self) {
+        self.homed = false;
+    }
+
+    /// The setpoint rests where it is.
+    pub(crate) fn hold(&mut self) {
+        self.begin(Target::resting(self.target.position));
+    }
+
+    /// The setpoint is brought to rest at the axis' acceleration limit, and ends on a count.
+    pub(crate) fn decelerate(&mut self, cycle_time_s: f64) {
+        let v0 = self.target.velocity;
+        if v0 == 0.0 {
+            self.begin(Target::resting(libm::round(self.target.position)));
+            return;
+        }
+        let v1 = v0 - libm::copysign((self.stop * cycle_time_s).min(v0.abs()), v0);
+        let position = self.target.position + 0.5 * (v0 + v1) * cycle_time_s;
+        self.begin(Target { position, velocity: v1, acceleration: (v1 - v0) / cycle_time_s });
+    }
+
+    fn begin(&mut self, target: Target) {
+        self.previous = self.target;
+        self.target = target;
+        self.gone = 0.0;
+        self.velocity_before = self.servo.velocity();
+        self.pushed = (0.0, 0.0);
+        if !self.is_resting() {
+            self.clamped = false;
+            self.settled_ticks = 0;
+        }
+    }
+
+    /// Servo step `index` of `count` in this tick, each `step_s` long, under power, with a force (N or N m) on the axis.
+    pub(crate) fn step(&mut self, index: u32, count: u32, step_s: f64, disturbance: f64) -> Span {
+        let from = self.true_position();
+        let from_velocity = self.servo.tool_velocity();
+        if self.clamped {
+            // Its motor holds against what it was clamped with; another force moves it.
+            if self.servo.force().is_none() || disturbance.to_bits() == self.disturbance.to_bits() {
+                self.push();
+                return Span { from, to: from, from_velocity: 0.0, to_velocity: 0.0 };
+            }
+            self.clamped = false;
+            self.settled_ticks = 0;
+        }
+        self.disturbance = disturbance;
+        let tick_s = step_s * f64::from(count);
+        let s = f64::from(index + 1) / f64::from(count);
+        let (slope0, slope1) = (self.previous.velocity * tick_s, self.target.velocity * tick_s);
+        let gone = cubic_way(s, self.distance(), slope0, slope1);
+        // The derivative of the cubic; at its end the setpoint's own velocity, free of the rounding to counts.
+        let velocity = if index + 1 == count {
+            self.target.velocity
+        } else {
+            cubic_slope(s, self.distance(), slope0, slope1) / tick_s
+        };
+        let middle = s - 0.5 / f64::from(count);
+        let acceleration =
+            self.previous.acceleration + (self.target.acceleration - self.previous.acceleration) * middle;
+        self.servo.step(Demand {
+            position: self.previous.position + gone,
+            distance: gone - self.gone,
+            velocity,
+            acceleration,
+            disturbance,
+        });
+        self.gone = gone;
+        self.push();
+        Span { from, to: self.true_position(), from_velocity, to_velocity: self.servo.tool_velocity() }
+    }
+
+    /// Adds up what the motor pushes with.
+    fn push(&mut self) {
+        if let Some(force) = self.servo.force() {
+            self.pushed = (self.pushed.0 + force, self.pushed.1 + 1.0);
+        }
+    }
+
+    /// The drive loses its power: the setpoint is where the axis is.
+    pub(crate) fn release(&mut self) {
+        self.target = Target::resting(self.target.position - self.servo.error());
+        self.previous = self.target;
+        self.gone = 0.0;
+        self.servo.release();
+        self.clamped = false;
+        self.settled_ticks = 0;
+    }
+
+    /// A tick without power begins.
+    pub(crate) fn begin_coasting(&mut self) {
+        self.velocity_before = self.servo.velocity();
+        self.pushed = (0.0, 0.0);
+        self.disturbance = 0.0;
+    }
+
+    /// One servo step without power: the axis brakes and takes its setpoint along; it ends on a count.
+    pub(crate) fn coast(&mut self) -> Span {
+        let from = self.true_position();
+        let from_velocity = self.servo.tool_velocity();
+        let position = self.target.position + self.servo.coast();
+        let resting = self.servo.velocity() == 0.0 && self.servo.is_quiet();
+        self.target = Target::resting(if resting { libm::round(position) } else { position });
+        self.previous = self.target;
+        self.clamped = resting;
+        if resting {
+            self.servo.clamp();
+        }
+        Span { from, to: self.true_position(), from_velocity, to_velocity: self.servo.tool_velocity() }
+    }
+
+    /// One servo step without power, drawn outwards to `end` (counts, true): see [`Servo::draw`].
+    pub(crate) fn draw(&mut self, pull: f64, fastest: f64, end: f64) -> Span {
+        let from = self.true_position();
+        let from_velocity = self.servo.tool_velocity();
+        let position = self.target.position + self.servo.draw(pull, end - from, fastest);
+        self.target = Target::resting(position);
+        self.previous = self.target;
+        self.clamped = false;
+        Span { from, to: self.true_position(), from_velocity, to_velocity: self.servo.tool_velocity() }
+    }
+
+    /// End of a tick under power: the rest rule.
+    ///
+    /// A resting setpoint, an error within the window of the drive (half a count where nothing is coarser), a speed within as much per
+    /// tick and a quiet structure, for [`SETTLED_TICKS`] ticks: then the axis is clamped exactly on its setpoint with no speed, and
+    /// nothing of it changes any more until the setpoint or the force on it does. So the number of idle ticks changes no bit of what
+    /// follows. An error e₀ (counts) needs about ln(2 e₀)/Kv to get there, for a velocity loop of bandwidth w < 4 Kv about
+    /// ln(2 e₀)·2/w, a structure as long as it rings, then 8 ticks.
+    pub(crate) fn end_tick(&mut self, cycle_time_s: f64) {
+        self.gone = self.distance();
+        if self.clamped || !self.is_resting() {
+            return;
+        }
+        let window = self.servo.window();
+        let close = self.servo.error().abs() < window
+            && self.servo.velocity().abs() * cycle_time_s < window
+            && self.servo.is_quiet();
+        self.settled_ticks = if close { self.settled_ticks + 1 } else { 0 };
+        if self.settled_ticks >= SETTLED_TICKS {
+            self.servo.clamp();
+            self.clamped = true;
+            self.settled_ticks = 0;
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! The least position loop gain of X with which a part keeps its tolerance.
+
+use super::{DrivesForm, FlawWithout, Told, TurningDrives, TurningDrivesError};
+use crate::machine::description::{Axis, MachineDescription};
+use crate::simulation::rehearsal::RehearsalError;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+/// Feed-forward of X while its gain is changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FeedForward {
+    /// What the drive has.
+    AsItIs,
+    /// All of the setpoint's speed and acceleration.
+    Whole,
+}
+
+/// What is looked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GainSearch {
+    /// How far the part may be beyond what is not the drives', see [`DrivesForm::beyond_mm`] (mm).
+    pub tolerance_mm: f64,
+    /// Largest gain that is tried (1/s). With it goes the bandwidth of the velocity loop, which the servo step bounds too.
+    pub most_kv_1_s: f64,
+    /// Feed-forward of X.
+    pub feed_forward: FeedForward,
+}
+
+/// A gain and what it leaves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GainTried {
+    /// Position loop gain of X (1/s).
+    pub kv_1_s: f64,
+    /// Bandwidth of its velocity loop (rad/s), changed by the same factor; `None`: ideal.
+    pub velocity_loop_rad_s: Option<f64>,
+    /// What is left; `None` where the machine stopped with an alarm, its following error being too large or the loop swinging.
+    pub form: Option<DrivesForm>,
+}
+
+impl GainTried {
+    /// Whether a tolerance (mm) is kept.
+    #[must_use]
+    pub fn keeps(&self, tolerance_mm: f64) -> bool {
+        self.form.is_some_and(|form| form.beyond_mm <= tolerance_mm)
+    }
+
+    fn beyond_mm(&self) -> f64 {
+        self.form.map_or(f64::INFINITY, |form| form.beyond_mm)
+    }
+}
+
+/// What came of a search.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LeastGain {
+    /// A gain that keeps the tolerance.
+    Found {
+        /// It.
+        least: GainTried,
+        /// The next smaller one that was tried and does not keep it, at most 5 % smaller; `None` where the smallest of all keeps it.
+        below: Option<GainTried>,
+        /// All that were tried, by rising gain.
+        tried: Vec<GainTried>,
+    },
+    /// None up to the bound keeps it.
+    NotFound {
+        /// The gain that leaves least.
+        best: GainTried,
+        /// The largest one that was tried (1/s).
+        most_kv_1_s: f64,
+        /// What is left at the best without one flaw of the drives after the other, the most important first.
+        flaws: Vec<FlawWithout>,
+        /// All that were tried, by rising gain.
+        tried: Vec<GainTried>,
+    },
+}
+
+/// The gains that are tried first, as multiples of the drive's own: √2 apart.
+const STEP: f64 = core::f64::consts::SQRT_2;
+const STEPS: core::ops::RangeInclusive<i32> = -6..=14;
+
+/// Share of the bandwidth at which a velocity loop takes the whole deviation away in a servo step, which is refused.
+const ROOM: f64 = 0.999;
+
+/// How near the gain that keeps the tolerance and the one that does not come to each other.
+const NEAR: f64 = 1.05;
+
+impl TurningDrives<'_> {
+    /// The least gain of X that keeps a tolerance, the bandwidth of its velocity loop in the same ratio, all other drives as they are.
+    ///
+    /// From an eighth of the drive's own gain on upwards; a loop that answers faster follows better until the structure or the servo step
+    /// makes it swing, so the first that keeps the tolerance after one that does not is bisected. Where none does, the flaws of the
+    /// drives are left out one after the other with the gain that leaves least.
+    ///
+    /// # Errors
+    /// A tolerance or a bound that is none; what [`Self::form`] says, but for alarms of the machine, which count as not keeping it.
+    pub fn least_gain(
+        &self,
+        search: &GainSearch,
+        mut tell: impl FnMut(&Told),
+    ) -> Result<LeastGain, TurningDrivesError> {
+        let own = self.machine().axis(Axis::X).drive;
+        let most_kv_1_s = self.largest_gain(search)?;
+        let mut tried: Vec<GainTried> = Vec::new();
+        let mut failed: Option<GainTried> = None;
+        let mut kept: Option<GainTried> = None;
+        for step in STEPS {
+            let kv_1_s = (own.kv_1_s * libm::pow(STEP, f64::from(step))).min(most_kv_1_s);
+            if tried.last().is_some_and(|last| last.kv_1_s >= kv_1_s) {
+                break;
+            }
+            let gain = self.tried(search, kv_1_s, &mut tell)?;
+            tried.push(gain);
+            if gain.keeps(search.tolerance_mm) {
+                kept = Some(gain);
+                break;
+            }
+            failed = Some(gain);
+        }
+        let Some(mut least) = kept else { return self.not_found(search, tried, tell) };
+        while let Some(below) = failed.filter(|below| least.kv_1_s > NEAR * below.kv_1_s) {
+            let gain = self.tried(search, libm::sqrt(below.kv_1_s * least.kv_1_s), &mut tell)?;
+            tried.push(gain);
+            if gain.keeps(search.tolerance_mm) { least = gain } else { failed = Some(gain) }
+        }
+        tried.sort_by(|a, b| a.kv_1_s.total_cmp(&b.kv_1_s));
+        Ok(LeastGain::Found { least, below: failed, tried })
+    }
+
+    fn not_found(
+        &self,
+        search: &GainSearch,
+        tried: Vec<GainTried>,
+        tell: impl FnMut(&Told),
+    ) -> Result<LeastGain, TurningDrivesError> {
+        let best =
+            tried.iter().copied().reduce(|best, one| if one.beyond_mm() < best.beyond_mm() { one } else { best });
+        let (Some(best), Some(last)) = (best, tried.last()) else { return Err(self.out_of_range(search.most_kv_1_s)) };
+        let most_kv_1_s = last.kv_1_s;
+        let machine = self.with_gain(search, best.kv_1_s);
+        let flaws = if best.form.is_some() { self.without_flaws(&machine, tell)? } else { Vec::new() };
+        Ok(LeastGain::NotFound { best, most_kv_1_s, flaws, tried })
+    }
+
+    /// The largest gain that may be tried: a velocity loop takes no more than the whole deviation away in a servo step.
+    fn largest_gain(&self, search: &GainSearch) -> Result<f64, TurningDrivesError> {
+        let GainSearch { tolerance_mm, most_kv_1_s, .. } = *search;
+        if !(tolerance_mm > 0.0 && tolerance_mm.is_finite()) {
+            let what = "the tolerance (mm)";
+            return Err(TurningDrivesError::OutOfRange { what, value: tolerance_mm, allowed: "above 0".into() });
+        }
+        let drive = self.machine().axis(Axis::X).drive;
+        let machine = self.machine();
+        let step_s = machine.cycle_time_s() / f64::from(machine.servo_steps_per_tick.max(1));
+        let most =
+            drive.velocity_loop_rad_s.map_or(f64::INFINITY, |loop_rad_s| ROOM * drive.kv_1_s / (loop_rad_s * step_s));
+        let smallest = drive.kv_1_s * libm::pow(STEP, f64::from(*STEPS.start()));
+        if !(most_kv_1_s >= smallest && most_kv_1_s.is_finite()) {
+            return Err(self.out_of_range(most_kv_1_s));
+        }
+        Ok(most_kv_1_s.min(most))
+    }
+
+    fn out_of_range(&self, value: f64) -> TurningDrivesError {
+        let smallest = self.machine().axis(Axis::X).drive.kv_1_s * libm::pow(STEP, f64::from(*STEPS.start()));
+        let allowed: String = format!("at least {smallest:.1} 1/s, an eighth of what X has");
+        TurningDrivesError::OutOfRange { what: "the largest gain of X (1/s)", value, allowed }
+    }
+
+    /// The machine with another gain of X.
+    fn with_gain(&self, search: &GainSearch, kv_1_s: f64) -> MachineDescription {
+        let mut machine = self.machine().clone();
+        let drive = &mut machine.axes[Axis::X.index()].drive;
+        let times = kv_1_s / drive.kv_1_s;
+        drive.kv_1_s = kv_1_s;
+        drive.velocity_loop_rad_s = drive.velocity_loop_rad_s.map(|loop_rad_s| times * loop_rad_s);
+        if search.feed_forward == FeedForward::Whole {
+            (drive.velocity_feed_forward, drive.acceleration_feed_forward) = (1.0, 1.0);
+        }
+        machine
+    }
+
+    fn tried(
+        &self,
+        search: &GainSearch,
+        kv_1_s: f64,
+        tell: &mut impl FnMut(&Told),
+    ) -> Result<GainTried, TurningDrivesError> {
+        let machine = self.with_gain(search, kv_1_s);
+        let form = match self.form(&machine) {
+            Ok(form) => Some(form),
+            Err(TurningDrivesError::Rehearsal(RehearsalError::Alarm(_) | RehearsalError::NotSettled)) => None,
+            Err(error) => return Err(error),
+        };
+        let velocity_loop_rad_s = machine.axis(Axis::X).drive.velocity_loop_rad_s;
+        let gain = GainTried { kv_1_s, velocity_loop_rad_s, form };
+        tell(&Told::Gain(gain));
+        Ok(gain)
+    }
+}

@@ -1,0 +1,253 @@
+//! What the drives of a lathe would have to be: what they leave on a part, axis by axis, and the position loop gain of X that keeps a
+//! tolerance.
+//!
+//! The same plan is executed on the same machine with other drives, and the part is compared, cell by cell, with its design and with what
+//! drives without any error turn. So the cusps of the feed, and hollows that the insert does not reach, do not count as theirs.
+
+mod flaw;
+mod gain;
+
+pub use flaw::{DriveFlaw, FlawAxes, FlawOf, FlawWithout};
+pub use gain::{FeedForward, GainSearch, GainTried, LeastGain};
+
+use crate::interpolator::{Interpolator, Motion, Outcome, PrepareError, Prepared};
+use crate::job::turning::TurningJob;
+use crate::machine::description::{Axis, DescriptionError, Effect, MachineDescription};
+use crate::machine::persistent_state::LastingState;
+use crate::motion::plan::Plan;
+use crate::simulation::Machine;
+use crate::simulation::rehearsal::{RehearsalError, Rehearsed, rehearse};
+use crate::simulation::turned_part::{FormMap, FormMapError, FormPoint, PartGrid, TurnedPart, TurnedPartError};
+use crate::toolpath::insert_path::{Feed, cusp_mm};
+use alloc::boxed::Box;
+use alloc::string::String;
+use alloc::sync::Arc;
+use alloc::vec::Vec;
+use core::fmt;
+use thiserror::Error;
+
+/// Why nothing can be said about a job's drives.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum TurningDrivesError {
+    /// The machine grinds.
+    #[error("the machine grinds with a wheel; what drives leave on a turned part can only be said of a lathe")]
+    NotALathe,
+    /// A number out of its range.
+    #[error("{what} is {value}, it must be {allowed}")]
+    OutOfRange {
+        /// Which.
+        what: &'static str,
+        /// What was given.
+        value: f64,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// The drives of a case make no machine.
+    #[error(transparent)]
+    Description(#[from] DescriptionError),
+    /// No part of this grid.
+    #[error(transparent)]
+    Part(#[from] TurnedPartError),
+    /// The plan is not for this machine.
+    #[error(transparent)]
+    Motion(#[from] PrepareError),
+    /// The part was not turned to its end.
+    #[error(transparent)]
+    Rehearsal(#[from] RehearsalError),
+    /// The same, without an alarm.
+    #[error("the motion ended as {0:?}")]
+    Ended(Outcome),
+    /// It cannot be compared with its design.
+    #[error(transparent)]
+    Form(#[from] FormMapError),
+}
+
+/// What some drives leave on the part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DrivesForm {
+    /// Most material above the design, cusps and all.
+    pub highest: FormPoint,
+    /// Where it is farthest below the design, or nearest above.
+    pub lowest: FormPoint,
+    /// How far the part is beyond what is not the drives' (mm): above the cusp of the feed and what drives without error leave in that
+    /// cell, or below the design and what they take there.
+    pub beyond_mm: f64,
+}
+
+/// Which drives a part is turned with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Drives {
+    /// Without any error.
+    Ideal,
+    /// The machine's own.
+    Own,
+    /// The good drive of one axis, the machine's own of the others.
+    GoodOn(Axis),
+    /// The good drives of all axes that have one.
+    Good,
+}
+
+impl Drives {
+    /// All of them.
+    pub const ALL: [Drives; 6] = [
+        Drives::Ideal,
+        Drives::Own,
+        Drives::GoodOn(Axis::X),
+        Drives::GoodOn(Axis::C),
+        Drives::GoodOn(Axis::Z),
+        Drives::Good,
+    ];
+
+    /// A machine with these drives; `None` where it has no good ones of that kind.
+    #[must_use]
+    pub fn on(self, machine: &MachineDescription) -> Option<MachineDescription> {
+        match self {
+            Drives::Ideal => Some(machine.clone().without(Effect::Servo)),
+            Drives::Own => Some(machine.clone()),
+            Drives::GoodOn(axis) => machine.clone().with_good_drive(axis),
+            Drives::Good => machine.clone().with_good_drives(),
+        }
+    }
+}
+
+impl fmt::Display for Drives {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Drives::Ideal => write!(f, "ideal drives"),
+            Drives::Own => write!(f, "the machine's drives"),
+            Drives::GoodOn(axis) => write!(f, "a good drive of {}", axis.joint()),
+            Drives::Good => write!(f, "good drives"),
+        }
+    }
+}
+
+/// What somebody who waits is told: each result when it is there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Told {
+    /// Of some drives.
+    Drives(Drives, DrivesForm),
+    /// Of a gain of X.
+    Gain(GainTried),
+    /// Without a flaw.
+    Flaw(FlawWithout),
+}
+
+/// A job, its plan and its machine, to be turned with other drives.
+#[derive(Debug, Clone)]
+pub struct TurningDrives<'a> {
+    job: &'a TurningJob,
+    machine: &'a MachineDescription,
+    plan: Arc<Plan>,
+    grid: PartGrid,
+    cusp_mm: f64,
+    /// Deviations of the part that drives without error turn (mm).
+    ideal: FormMap,
+}
+
+impl<'a> TurningDrives<'a> {
+    /// Turns the job with ideal drives, on a part with this grid.
+    ///
+    /// # Errors
+    /// A machine that grinds, a plan that is not for it, a grid that is none.
+    pub fn new(
+        job: &'a TurningJob,
+        plan: &Plan,
+        machine: &'a MachineDescription,
+        grid: PartGrid,
+    ) -> Result<Self, TurningDrivesError> {
+        let insert = machine.insert.ok_or(TurningDrivesError::NotALathe)?;
+        let (Feed::AlongZ(feed_mm) | Feed::AlongCurve(feed_mm)) = job.feed;
+        let plan = Arc::new(plan.clone());
+        let ideal = machine.clone().without(Effect::Servo);
+        let ideal = map(job, &plan, &ideal, grid)?;
+        Ok(Self { job, machine, plan, grid, cusp_mm: cusp_mm(insert.radius_mm, feed_mm), ideal })
+    }
+
+    /// Height of the cusps that the feed leaves where the section does not curve (mm).
+    #[must_use]
+    pub fn cusp_mm(&self) -> f64 {
+        self.cusp_mm
+    }
+
+    /// The machine that it was made for.
+    #[must_use]
+    pub fn machine(&self) -> &MachineDescription {
+        self.machine
+    }
+
+    /// What the drives of a machine leave, which differs from its own in nothing else.
+    ///
+    /// # Errors
+    /// Drives that make no machine, or do not turn the part to its end.
+    pub fn form(&self, machine: &MachineDescription) -> Result<DrivesForm, TurningDrivesError> {
+        let map = map(self.job, &self.plan, machine, self.grid)?;
+        Ok(self.compared(&map))
+    }
+
+    fn compared(&self, map: &FormMap) -> DrivesForm {
+        let beyond = |(off_mm, ideal_mm): (&f64, &f64)| {
+            let above = off_mm - ideal_mm.max(self.cusp_mm);
+            above.max(ideal_mm.min(0.0) - off_mm)
+        };
+        let cells = map.deviations_mm().iter().zip(self.ideal.deviations_mm());
+        let beyond_mm = cells.map(beyond).fold(0.0, f64::max);
+        DrivesForm { highest: map.highest(), lowest: map.lowest(), beyond_mm }
+    }
+
+    /// What ideal drives leave, the machine's own, and its good ones on one axis after the other and on all; those that it has not got are
+    /// passed over.
+    ///
+    /// # Errors
+    /// See [`Self::form`].
+    pub fn compare(&self, mut tell: impl FnMut(&Told)) -> Result<Vec<(Drives, DrivesForm)>, TurningDrivesError> {
+        let mut found = Vec::new();
+        for drives in Drives::ALL {
+            let Some(machine) = drives.on(self.machine) else { continue };
+            let form = if drives == Drives::Ideal { self.compared(&self.ideal) } else { self.form(&machine)? };
+            tell(&Told::Drives(drives, form));
+            found.push((drives, form));
+        }
+        Ok(found)
+    }
+}
+
+/// The part that a lathe turns by a plan, from a bar on this grid.
+///
+/// # Errors
+/// A machine that grinds, a plan that is not for it, a grid that is none, a part that was not turned to its end.
+pub fn turn(
+    job: &TurningJob,
+    plan: &Arc<Plan>,
+    description: &MachineDescription,
+    grid: PartGrid,
+) -> Result<(Rehearsed, TurnedPart), TurningDrivesError> {
+    let mut machine = Machine::new(description.clone(), LastingState::new(description))?;
+    machine.load_turned_part(TurnedPart::round(job.name.clone(), grid, job.bar_radius_mm)?, job.part_zero_mm)?;
+    let motion = Prepared::new(Motion::Plan(plan.clone()), description)?;
+    let mut interpolator = Interpolator::new(description);
+    let rehearsed = rehearse(Box::new(motion), &mut interpolator, &mut machine, |_, _| {})?;
+    if rehearsed.outcome != Outcome::Completed {
+        return Err(TurningDrivesError::Ended(rehearsed.outcome));
+    }
+    let part = machine.turned_part().ok_or(TurningDrivesError::NotALathe)?.clone();
+    Ok((rehearsed, part))
+}
+
+/// How far a part is off the design of its job, over the length that is turned.
+///
+/// # Errors
+/// A part that has nothing there.
+pub fn form_of(job: &TurningJob, part: &TurnedPart) -> Result<FormMap, FormMapError> {
+    let (from_mm, to_mm) = job.range_mm();
+    FormMap::new(part, |azimuth_rad, z_mm| job.surface.point(azimuth_rad, z_mm), from_mm, to_mm)
+}
+
+/// The form of the part that a machine turns.
+fn map(
+    job: &TurningJob,
+    plan: &Arc<Plan>,
+    description: &MachineDescription,
+    grid: PartGrid,
+) -> Result<FormMap, TurningDrivesError> {
+    Ok(form_of(job, &turn(job, plan, description, grid)?.1)?)
+}

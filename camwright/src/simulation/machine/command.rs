@@ -1,0 +1,95 @@
+//! What the machine is ordered to do besides setpoints, and why it may refuse a reset.
+
+use crate::machine::description::Axis;
+use crate::machine::setpoint::Input;
+use crate::simulation::work_area::Hindrance;
+use thiserror::Error;
+
+/// Orders that take effect at the tick they are given to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum MachineCommand {
+    /// The reading `counts` of this axis is its zero from now on; setpoints from this tick on are in the new reading.
+    SetHome {
+        /// Which axis.
+        axis: Axis,
+        /// The reading that becomes 0 (counts).
+        counts: i64,
+    },
+    /// Bring the wheel to its surface speed.
+    WheelStart,
+    /// Let the wheel come to rest.
+    #[default]
+    WheelStop,
+    /// Somebody wants to know whether an input is closed: if it is, an edge says so in this tick.
+    Ask {
+        /// Which.
+        input: Input,
+    },
+    /// The wheel must have this radius, within [`WHEEL_TOLERANCE_MM`](crate::machine::WHEEL_TOLERANCE_MM); else an alarm.
+    ExpectWheel {
+        /// The radius (nm).
+        radius_nm: i64,
+    },
+    /// The zero of this axis is not known any more. If its home switch is closed, an edge says so in this tick.
+    LoseHome {
+        /// Which axis.
+        axis: Axis,
+    },
+    /// The wheel, which does not turn, may press on the part with so much (N), until it is started; 0: not any more.
+    Push {
+        /// The most (N).
+        most_n: i64,
+    },
+    /// The force monitor watches for a normal force that differs by so much over a turn of C at most (N); 0: not any more.
+    WatchForce {
+        /// The most (N).
+        most_n: i64,
+    },
+    /// An alarm that the interpolator found, by its number; what it says about it, the interpolator tells.
+    Raise {
+        /// The number.
+        number: u16,
+    },
+    /// The wheel is dressed to this radius; refused with an alarm where it does not stand at the dresser, or would not
+    /// touch it.
+    Dress {
+        /// The radius (nm).
+        radius_nm: i64,
+    },
+}
+
+crate::kept_cases!(MachineCommand {
+    0 SetHome { axis, counts },
+    1 WheelStart,
+    2 WheelStop,
+    3 Ask { input },
+    4 ExpectWheel { radius_nm },
+    5 LoseHome { axis },
+    6 Push { most_n },
+    7 WatchForce { most_n },
+    8 Raise { number },
+    9 Dress { radius_nm },
+});
+
+/// Why a reset was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum ResetRefused {
+    /// The emergency stop is still pressed.
+    #[error("the emergency stop is pressed")]
+    EStopPressed,
+    /// The mains are not back.
+    #[error("the mains are lost")]
+    PowerLost,
+    /// A drive still reports its fault.
+    #[error("the drive of {} still reports a fault", .0.joint())]
+    DriveFault(Axis),
+    /// Somebody is in the work area.
+    #[error("somebody is in the work area")]
+    Entered,
+    /// Door or chuck is not closed, and the wheel runs down: the alarm would come again at once.
+    #[error("the wheel still turns, and {}", .0.text())]
+    WheelTurns(Hindrance),
+    /// An axis is not at rest yet.
+    #[error("{} is not at rest yet", .0.joint())]
+    Moving(Axis),
+}

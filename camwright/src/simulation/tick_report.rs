@@ -1,0 +1,124 @@
+//! What a tick of the machine tells.
+
+use crate::machine::alarm::{ALARM_KINDS, Alarm};
+use crate::machine::description::AXIS_COUNT;
+use crate::machine::setpoint::{Input, Latch};
+use crate::math::fixed_list::FixedList;
+use crate::simulation::turned_part::TurnedRemoval;
+use crate::simulation::work_area::WorkAreaState;
+use crate::simulation::workpiece::Removal;
+
+/// Most edges told by one tick; the dog passes one switch at a time, the headstock at most one mark.
+pub const MAX_LATCHES: usize = 16;
+
+/// State of the motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum MotionState {
+    /// Drives without power.
+    Off = 0,
+    /// Every axis clamped at rest, no setpoint in this tick.
+    Standstill = 1,
+    /// Following setpoints, or settling on the last one.
+    Running = 2,
+    /// Coming to rest after an alarm.
+    Stopping = 3,
+    /// At rest after an alarm; needs a reset.
+    Fault = 4,
+}
+
+/// One axis after a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct AxisReport {
+    /// Setpoint (counts).
+    pub setpoint_counts: i64,
+    /// What the encoder reads (counts).
+    pub counts: i64,
+    /// What the encoder reads (mm or rad).
+    pub position: f64,
+    /// Velocity (mm/s or rad/s).
+    pub velocity: f64,
+    /// Force (N) or torque (N m) of the motor in this tick, in the mean, positive in the positive direction of the axis: what its current
+    /// tells. It accelerates the axis, overcomes friction, and holds against the wheel's force on the part.
+    pub effort: f64,
+    /// Setpoint minus actual (mm or rad), finer than a count.
+    pub following_error: f64,
+    /// Clamped at its resting setpoint.
+    pub is_at_rest: bool,
+    /// Its zero is known.
+    pub is_homed: bool,
+    /// Its drive has power.
+    pub is_powered: bool,
+}
+
+/// Inputs and outputs after a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct IoState {
+    /// The origin detector sees its mark.
+    pub origin: bool,
+    /// Bit i: the switch of station i is closed.
+    pub stations: u64,
+    /// Bit i: the input i of [`Input::OTHERS`] is closed.
+    pub others: u8,
+    /// Hard limit of the wheelhead towards the part.
+    pub overtravel_x_min: bool,
+    /// Hard limit of the wheelhead away from the part.
+    pub overtravel_x_max: bool,
+    /// Hard limit of the table, negative end.
+    pub overtravel_z_min: bool,
+    /// Hard limit of the table, positive end.
+    pub overtravel_z_max: bool,
+    /// Emergency stop pressed.
+    pub estop: bool,
+    /// Drives have power.
+    pub drives_on: bool,
+    /// The wheel has its surface speed.
+    pub wheel_running: bool,
+    /// A part is between the centres.
+    pub part_present: bool,
+}
+
+impl IoState {
+    /// Whether input `index` of [`Input::OTHERS`] is closed.
+    #[must_use]
+    pub fn other(&self, index: usize) -> bool {
+        index < Input::OTHERS.len() && self.others >> index & 1 == 1
+    }
+
+    /// Whether the switch of station `index` is closed.
+    #[must_use]
+    pub fn station(&self, index: usize) -> bool {
+        index < 64 && self.stations >> index & 1 == 1
+    }
+}
+
+/// What a tick of the machine tells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TickReport {
+    /// The tick that was executed.
+    pub tick: u64,
+    /// The axes, in the order of the setpoint.
+    pub axes: [AxisReport; AXIS_COUNT],
+    /// Edges caught, in order.
+    pub latches: FixedList<Latch, MAX_LATCHES>,
+    /// Inputs and outputs at the end of the tick.
+    pub io: IoState,
+    /// Alarms raised in this tick or since the one before.
+    pub raised: FixedList<Alarm, ALARM_KINDS>,
+    /// State of the motion.
+    pub motion: MotionState,
+    /// Index of the lobe that stands in front of the wheel.
+    pub lobe: Option<usize>,
+    /// What the wheel took from it; what a lathe's insert took from its part, per width of the insert.
+    pub removal: Removal,
+    /// What a lathe's insert took, and where it was deepest.
+    pub turned: TurnedRemoval,
+    /// Normal force of the wheel on the part at the end of the tick (N); 0 where nothing gives way, and nothing can be told of it.
+    pub normal_force_n: f64,
+    /// What the gauge reads of the lobe in front of the wheel (mm), and a second gauge, while C turns.
+    pub gauge_mm: [Option<f64>; 2],
+    /// Speed of the wheel (rad/s).
+    pub wheel_rad_s: f64,
+    /// Door, chuck and sensors of a machine that is loaded.
+    pub work_area: Option<WorkAreaState>,
+}

@@ -1,0 +1,220 @@
+//! A wheel that presses on a lobe: how far machine and part give way, and what it cuts where it then stands.
+//!
+//! The engagement of the contact law is found against the surface that the wheel met, not the one that it leaves: every azimuth
+//! keeps its radius from before the present pass until it is opposite the wheel.
+
+use super::cut_record::ContactNow;
+use super::{BLOCK, Facing, Lobe, Removal, WheelPosition, largest};
+use crate::machine::contact_law::ContactLaw;
+use crate::math::snapshot::{Kept, Tape, TapeError};
+use crate::math::units::TURN_RAD;
+use alloc::vec::Vec;
+
+/// How far wheel and part have given way to each other, and which way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deflection {
+    /// T, along the normal of the contact (mm).
+    pub mm: f64,
+    /// The normal, from the part to the wheel: its share along the line from the part's axis to the wheel's centre, and across it,
+    /// positive towards greater azimuths.
+    pub normal: (f64, f64),
+}
+
+crate::kept!(Deflection { mm, normal } on {});
+
+impl Default for Deflection {
+    /// Nothing gives way.
+    fn default() -> Self {
+        Self { mm: 0.0, normal: (1.0, 0.0) }
+    }
+}
+
+impl Facing {
+    /// The wheel where it stands when it has given way.
+    fn deflected(&self, by: Deflection) -> Self {
+        let (along, across) = (self.centre_mm + by.mm * by.normal.0, by.mm * by.normal.1);
+        let centre_mm = libm::sqrt(along * along + across * across);
+        let (cos, sin) = self.direction;
+        Self {
+            centre_mm,
+            direction: ((cos * along - sin * across) / centre_mm, (sin * along + cos * across) / centre_mm),
+            // Only says in which block to begin; the angle is small.
+            azimuth_rad: self.azimuth_rad + across / along,
+            ..*self
+        }
+    }
+}
+
+/// The surface that the wheel meets: radii from before the present pass.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Met {
+    radii: Vec<f64>,
+    block_reach: Vec<f64>,
+    reach: f64,
+    /// Azimuth up to which it has been brought up to date; none while no wheel is near, and all of it is.
+    upto: Option<usize>,
+}
+
+impl Met {
+    pub(super) fn new(radii: &[f64], block_reach: &[f64]) -> Self {
+        Self { radii: radii.to_vec(), block_reach: block_reach.to_vec(), reach: largest(block_reach), upto: None }
+    }
+}
+
+impl Kept for Met {
+    fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+        let Self { radii, block_reach, reach, upto } = self;
+        tape.field("radii", |tape| tape.numbers(radii))?;
+        tape.field("block_reach", |tape| tape.numbers(block_reach))?;
+        tape.field("reach", |tape| reach.keep(tape))?;
+        tape.field("upto", |tape| upto.keep(tape))?;
+        match upto {
+            Some(azimuth) if *azimuth >= radii.len() => Err(TapeError::Impossible("there is no such azimuth")),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Where a wheel is deepest in the surface that it meets.
+struct Touch {
+    depth_mm: f64,
+    normal: (f64, f64),
+    /// Index of the azimuth nearest to it.
+    at: usize,
+}
+
+impl Lobe {
+    /// No wheel is near: all that was cut has been passed.
+    pub(crate) fn leave(&mut self) {
+        if let Some(record) = &mut self.record {
+            record.leave();
+        }
+        if self.met.upto.take().is_some() {
+            self.met.radii.copy_from_slice(&self.radii);
+            self.met.block_reach.copy_from_slice(&self.block_reach);
+            self.met.reach = largest(&self.met.block_reach);
+        }
+    }
+
+    /// The wheel stands here for a moment, undeflected, and had given way like this in the moment before: what it removes, and how
+    /// far it gives way now. With `cuts` false it only presses. The moment is so long (s).
+    ///
+    /// The law's engagement is the depth of the wheel as it stood deflected, and that deflection: as the deflected wheel runs along the
+    /// surface that it makes, its deepest point is the one that counts, however steeply the undeflected wheel closes in.
+    pub(crate) fn press(
+        &mut self,
+        wheel: WheelPosition,
+        law: &ContactLaw,
+        before: Deflection,
+        cuts: bool,
+        time_s: f64,
+    ) -> (Removal, Deflection) {
+        if wheel.centre_mm - wheel.radius_mm >= self.met.reach {
+            return (Removal::default(), Deflection::default());
+        }
+        if wheel.centre_mm <= wheel.radius_mm {
+            return (self.pass(wheel, cuts), Deflection::default());
+        }
+        self.bring_up_to(wheel.azimuth_rad);
+        let (position, wheel) = (wheel, Facing::of(wheel));
+        let touch = match self.touch(&wheel.deflected(before)) {
+            Some(touch) => Some(Touch { depth_mm: touch.depth_mm + before.mm, ..touch }),
+            None => self.touch(&wheel),
+        };
+        let Some(Touch { depth_mm: engagement_mm, normal, at }) = touch else {
+            if let Some(record) = &mut self.record {
+                record.leave();
+            }
+            return (Removal::default(), Deflection::default());
+        };
+        let depth_mm = if cuts { law.depth_of_cut_mm(engagement_mm) } else { 0.0 };
+        let deflection = Deflection { mm: engagement_mm - depth_mm, normal };
+        let removal = match (cuts, depth_mm > 0.0) {
+            (true, true) => self.cut(&wheel.deflected(deflection), true),
+            (true, false) => Removal::default(),
+            (false, _) => Removal { depth_mm: engagement_mm, ..Removal::default() },
+        };
+        if let Some(record) = &mut self.record {
+            let azimuth_rad = at as f64 / self.radii.len() as f64 * TURN_RAD;
+            let force_n = law.force_n(deflection.mm);
+            let contact = ContactNow { azimuth_rad, area_mm2: removal.area_mm2, depth_mm, force_n, cos_beta: normal.0 };
+            record.note(position, contact, time_s);
+        }
+        (removal, deflection)
+    }
+
+    /// What the wheel has cut is met again by it from where it is opposite the wheel on.
+    fn bring_up_to(&mut self, azimuth_rad: f64) {
+        let n = self.radii.len();
+        let opposite = self.index_of(azimuth_rad + 0.5 * TURN_RAD);
+        let from = self.met.upto.replace(opposite).unwrap_or(opposite);
+        let upwards = (opposite + n - from) % n;
+        // The shorter way round.
+        let (first, count) = if upwards <= n / 2 { (from, upwards) } else { (opposite, n - upwards) };
+        let mut left = count;
+        let mut at = first;
+        let mut lost_reach = false;
+        while left > 0 {
+            let block = at / BLOCK;
+            let end = ((block + 1) * BLOCK).min(n);
+            let part = (end - at).min(left);
+            self.met.radii[at..at + part].copy_from_slice(&self.radii[at..at + part]);
+            // Until an edge of the block is passed, its reach stays the bound that it is.
+            if at == block * BLOCK || at + part == end {
+                let before = self.met.block_reach[block];
+                let reach = largest(&self.met.radii[block * BLOCK..end]);
+                self.met.block_reach[block] = reach;
+                lost_reach |= reach < before && before >= self.met.reach;
+            }
+            left -= part;
+            at = if end == n { 0 } else { end };
+        }
+        // What is cut only gets smaller: another block than the largest changes nothing.
+        if lost_reach {
+            self.met.reach = largest(&self.met.block_reach);
+        }
+    }
+
+    /// Where a wheel is deepest in the surface that it meets: the azimuth nearest to its centre, and between its neighbours the top of
+    /// a parabola. None where it does not touch.
+    fn touch(&self, wheel: &Facing) -> Option<Touch> {
+        let (x, radius) = (wheel.centre_mm, wheel.radius_mm);
+        let (cos, sin) = wheel.direction;
+        let mut nearest = (radius * radius, None);
+        let mut near = self.near(wheel);
+        while let Some(block) = near.next(self.block_reach.len(), |block, edge| {
+            let at = self.azimuth_of(block, edge);
+            let cos = wheel.cos_to(self.cos[at], self.sin[at]);
+            (wheel.has(self.met.reach, cos), wheel.has(self.met.block_reach[block], cos))
+        }) {
+            let start = block * BLOCK;
+            let end = (start + BLOCK).min(self.radii.len());
+            let squares = wheel.squares(&self.met.radii[start..end], &self.cos[start..end], &self.sin[start..end]);
+            let least =
+                squares.iter().fold(f64::INFINITY, |least, square| if *square < least { *square } else { least });
+            if least < nearest.0
+                && let Some(i) = squares.iter().position(|square| *square <= least)
+            {
+                nearest = (least, Some(start + i));
+            }
+        }
+        let at = nearest.1?;
+        let n = self.radii.len();
+        // From a point of the surface to the wheel's centre, along the wheel's line and across it.
+        let to_centre = |i: usize| {
+            let (r, c, s) = (self.met.radii[i], self.cos[i], self.sin[i]);
+            (x - r * (c * cos + s * sin), -r * (s * cos - c * sin))
+        };
+        let neighbours = [to_centre((at + n - 1) % n), to_centre(at), to_centre((at + 1) % n)];
+        let [left, here, right] =
+            neighbours.map(|(along, across)| radius - libm::sqrt(along * along + across * across));
+        let bend = 2.0 * here - left - right;
+        // Half a step at most, since none of the three is deeper than the middle.
+        let aside = if bend > 0.0 { 0.5 * (right - left) / bend } else { 0.0 };
+        let depth_mm = here + 0.25 * (right - left) * aside;
+        let [(along0, across0), (along1, across1), (along2, across2)] = neighbours;
+        let (along, across) = (along1 + 0.5 * (along2 - along0) * aside, across1 + 0.5 * (across2 - across0) * aside);
+        let length = libm::sqrt(along * along + across * across);
+        Some(Touch { depth_mm, normal: (along / length, across / length), at })
+    }
+}

@@ -1,0 +1,469 @@
+//! The part: per lobe a polar radius over azimuth, from which the wheel takes away what it sweeps.
+//!
+//! Azimuths are in the part's frame, from the key-way. With the wheel's centre at distance X from the axis, at azimuth θ,
+//! the wheel of radius R leaves at azimuth φ, with δ = φ − θ,
+//!
+//! ```text
+//! r(φ) = X cos δ − √(R² − X² sin² δ)
+//! ```
+//! the nearer of the two intersections of the ray with the wheel. It grows with |δ|, so the point of a block of azimuths
+//! nearest to θ decides whether the block can be cut at all.
+
+mod candidate_blocks;
+mod compliance;
+mod cut_record;
+mod snapshot;
+
+use crate::math::units::TURN_RAD;
+use alloc::string::String;
+use alloc::vec::Vec;
+use thiserror::Error;
+
+use candidate_blocks::{Edge, Near};
+pub use compliance::Deflection;
+pub use cut_record::{CutAt, CutRecord, DEGREES};
+
+/// Azimuths of an outline unless somebody wants another number: 0.1° apart, the block of JPS6156064B2.
+pub const DEFAULT_AZIMUTHS: usize = 3600;
+
+/// Azimuths that are looked at together. Larger blocks are rejected less often, smaller ones cost more looking.
+const BLOCK: usize = 16;
+
+/// Why an outline is not one.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum LobeError {
+    /// Too few radii for a turn.
+    #[error("lobe {name}: {count} radii, at least {MIN_AZIMUTHS}")]
+    TooFewRadii {
+        /// Lobe.
+        name: String,
+        /// Radii given.
+        count: usize,
+    },
+    /// A radius is not positive.
+    #[error("lobe {name}: radius {index} is {radius} mm, must be positive and finite")]
+    Radius {
+        /// Lobe.
+        name: String,
+        /// Index of the radius.
+        index: usize,
+        /// Its value (mm).
+        radius: f64,
+    },
+    /// The width is not positive.
+    #[error("lobe {name}: width {width_mm} mm, must be positive and finite")]
+    Width {
+        /// Lobe.
+        name: String,
+        /// The width (mm).
+        width_mm: f64,
+    },
+    /// The machine has no such station.
+    #[error("lobe {name}: the machine has no station {station}")]
+    UnknownStation {
+        /// Lobe.
+        name: String,
+        /// The station asked for.
+        station: String,
+    },
+    /// Another lobe stands at this station.
+    #[error("lobe {name}: station {station} already has lobe {other}")]
+    StationTaken {
+        /// Lobe.
+        name: String,
+        /// The station asked for.
+        station: String,
+        /// The lobe that is there.
+        other: String,
+    },
+}
+
+/// Fewest radii of an outline.
+pub const MIN_AZIMUTHS: usize = 16;
+
+/// What the wheel took away.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Removal {
+    /// Volume per width of the cut (mm³/mm).
+    pub area_mm2: f64,
+    /// Deepest penetration of the wheel where it stands, measured along the radius (mm).
+    pub depth_mm: f64,
+    /// The wheel is over the part's axis, where it can cut nothing.
+    pub is_over_axis: bool,
+}
+
+impl Removal {
+    /// Both together.
+    #[must_use]
+    pub fn and(self, other: Removal) -> Removal {
+        Removal {
+            area_mm2: self.area_mm2 + other.area_mm2,
+            depth_mm: self.depth_mm.max(other.depth_mm),
+            is_over_axis: self.is_over_axis || other.is_over_axis,
+        }
+    }
+}
+
+/// The wheel as the part sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WheelPosition {
+    /// Azimuth of its centre in the part's frame (rad).
+    pub azimuth_rad: f64,
+    /// Distance of its centre from the part's axis (mm).
+    pub centre_mm: f64,
+    /// Its radius (mm).
+    pub radius_mm: f64,
+}
+
+/// The wheel as it faces the part: which way its centre lies, as a direction.
+#[derive(Debug, Clone, Copy)]
+struct Facing {
+    centre_mm: f64,
+    radius_mm: f64,
+    /// Cosine and sine of its azimuth.
+    direction: (f64, f64),
+    azimuth_rad: f64,
+}
+
+impl Facing {
+    fn of(wheel: WheelPosition) -> Self {
+        let WheelPosition { azimuth_rad, centre_mm, radius_mm } = wheel;
+        let (sin, cos) = libm::sincos(azimuth_rad);
+        Self { centre_mm, radius_mm, direction: (cos, sin), azimuth_rad }
+    }
+
+    /// Whether a point at distance `r` from the axis, in a direction at an angle with this cosine, is inside the wheel.
+    fn has(&self, r: f64, cos_delta: f64) -> bool {
+        let x = self.centre_mm;
+        r * (r - 2.0 * x * cos_delta) + x * x < self.radius_mm * self.radius_mm
+    }
+
+    fn cos_to(&self, c: f64, s: f64) -> f64 {
+        c * self.direction.0 + s * self.direction.1
+    }
+
+    /// Squares of the distances of a block's points from the wheel's centre, without a branch between two points; those of a block that
+    /// is not full are endless.
+    fn squares(&self, radii: &[f64], cos: &[f64], sin: &[f64]) -> [f64; BLOCK] {
+        let x = self.centre_mm;
+        let mut squares = [f64::INFINITY; BLOCK];
+        for (((square, r), c), s) in squares.iter_mut().zip(radii).zip(cos).zip(sin) {
+            *square = r * (r - 2.0 * x * self.cos_to(*c, *s)) + x * x;
+        }
+        squares
+    }
+}
+
+/// One lobe of the part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lobe {
+    name: String,
+    station: usize,
+    width_mm: f64,
+    radii: Vec<f64>,
+    block_reach: Vec<f64>,
+    /// Cosine and sine of every azimuth.
+    cos: Vec<f64>,
+    sin: Vec<f64>,
+    reach: f64,
+    changed: bool,
+    met: compliance::Met,
+    record: Option<CutRecord>,
+}
+
+impl Lobe {
+    /// A lobe from its outline: radii (mm) at azimuths i·2π/n from the key-way.
+    ///
+    /// # Errors
+    /// Too few radii, a radius or a width that is not positive.
+    pub fn new(name: String, station: usize, width_mm: f64, radii: Vec<f64>) -> Result<Self, LobeError> {
+        if radii.len() < MIN_AZIMUTHS {
+            return Err(LobeError::TooFewRadii { name, count: radii.len() });
+        }
+        if let Some(index) = radii.iter().position(|r| !(*r > 0.0 && r.is_finite())) {
+            return Err(LobeError::Radius { name, index, radius: radii[index] });
+        }
+        if !(width_mm > 0.0 && width_mm.is_finite()) {
+            return Err(LobeError::Width { name, width_mm });
+        }
+        let azimuth = |i: usize| TURN_RAD * i as f64 / radii.len() as f64;
+        let cos = (0..radii.len()).map(|i| libm::cos(azimuth(i))).collect();
+        let sin = (0..radii.len()).map(|i| libm::sin(azimuth(i))).collect();
+        let block_reach: Vec<f64> = radii.chunks(BLOCK).map(largest).collect();
+        let reach = largest(&radii);
+        let met = compliance::Met::new(&radii, &block_reach);
+        Ok(Self { name, station, width_mm, radii, block_reach, cos, sin, reach, changed: false, met, record: None })
+    }
+
+    /// Name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Index of the station at which it stands in front of the wheel.
+    #[must_use]
+    pub fn station(&self) -> usize {
+        self.station
+    }
+
+    /// Width along the axis (mm).
+    #[must_use]
+    pub fn width_mm(&self) -> f64 {
+        self.width_mm
+    }
+
+    /// Radii (mm) at azimuths i·2π/n from the key-way.
+    #[must_use]
+    pub fn radii_mm(&self) -> &[f64] {
+        &self.radii
+    }
+
+    /// Radius at an azimuth from the key-way (rad), straight between two of its azimuths (mm).
+    #[must_use]
+    pub fn radius_between_mm(&self, azimuth_rad: f64) -> f64 {
+        let n = self.radii.len();
+        let turns = azimuth_rad / TURN_RAD;
+        let steps = (turns - libm::floor(turns)) * n as f64;
+        let index = self.index_of(azimuth_rad);
+        let (left, right) = (self.radii[index], self.radii[(index + 1) % n]);
+        left + (right - left) * (steps - index as f64)
+    }
+
+    /// Keeps a record of what is cut from now on.
+    pub(crate) fn record(&mut self, record: CutRecord) {
+        self.record = Some(record);
+    }
+
+    /// What the wheel did to every degree of it, if that is kept.
+    #[must_use]
+    pub fn cut_record(&self) -> Option<&CutRecord> {
+        self.record.as_ref()
+    }
+
+    /// An upper bound of its radius (mm), exact after [`Lobe::refresh`].
+    #[must_use]
+    pub fn reach_mm(&self) -> f64 {
+        self.reach
+    }
+
+    /// Finds its largest radius anew if something was cut.
+    pub fn refresh(&mut self) {
+        if self.changed {
+            self.reach = largest(&self.block_reach);
+            self.changed = false;
+        }
+    }
+
+    /// The wheel stands here for a moment: removes what it penetrates, or, with `cuts` false, only measures how deep it penetrates.
+    ///
+    /// Valid while the part is smaller than √(X² − R²), the distance of the wheel's tangent point: then a ray that meets
+    /// the wheel leaves the part inside it. A wheel over the part's axis (X ≤ R) cuts nothing and has the whole part
+    /// as depth.
+    pub fn pass(&mut self, wheel: WheelPosition, cuts: bool) -> Removal {
+        if wheel.centre_mm - wheel.radius_mm >= self.reach {
+            return Removal::default();
+        }
+        if wheel.centre_mm <= wheel.radius_mm {
+            return Removal { depth_mm: self.reach, is_over_axis: true, ..Removal::default() };
+        }
+        self.cut(&Facing::of(wheel), cuts)
+    }
+
+    fn cut(&mut self, wheel: &Facing, cuts: bool) -> Removal {
+        let mut removal = Removal::default();
+        let mut near = self.near(wheel);
+        while let Some(block) = near.next(self.block_reach.len(), |block, edge| {
+            let at = self.azimuth_of(block, edge);
+            let cos = wheel.cos_to(self.cos[at], self.sin[at]);
+            (wheel.has(self.reach, cos), wheel.has(self.block_reach[block], cos))
+        }) {
+            removal = removal.and(self.cut_block(block, wheel, cuts));
+        }
+        removal
+    }
+
+    /// Looks about from the block that the wheel's centre faces.
+    fn near(&self, wheel: &Facing) -> Near {
+        Near::new(self.block_of(wheel.azimuth_rad))
+    }
+
+    /// The azimuth of a block at one of its edges.
+    fn azimuth_of(&self, block: usize, edge: Edge) -> usize {
+        match edge {
+            Edge::First => block * BLOCK,
+            Edge::Last => ((block + 1) * BLOCK).min(self.radii.len()) - 1,
+        }
+    }
+
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a fraction of a turn times the count")]
+    fn index_of(&self, azimuth_rad: f64) -> usize {
+        let turns = azimuth_rad / TURN_RAD;
+        let index = ((turns - libm::floor(turns)) * self.radii.len() as f64) as usize;
+        index.min(self.radii.len() - 1)
+    }
+
+    fn block_of(&self, azimuth_rad: f64) -> usize {
+        self.index_of(azimuth_rad) / BLOCK
+    }
+
+    fn cut_block(&mut self, block: usize, wheel: &Facing, cuts: bool) -> Removal {
+        let (cos, sin) = wheel.direction;
+        let range = block * BLOCK..((block + 1) * BLOCK).min(self.radii.len());
+        let (x, r2) = (wheel.centre_mm, wheel.radius_mm * wheel.radius_mm);
+        let half_step = 0.5 * TURN_RAD / self.radii.len() as f64;
+        let squares = wheel.squares(&self.radii[range.clone()], &self.cos[range.clone()], &self.sin[range.clone()]);
+        let mut inside: u32 = 0;
+        for (i, square) in squares.iter().enumerate() {
+            inside |= u32::from(*square < r2) << i;
+        }
+        let mut removal = Removal::default();
+        while inside != 0 {
+            let at = range.start + inside.trailing_zeros() as usize;
+            inside &= inside - 1;
+            let (r, c, s) = (self.radii[at], self.cos[at], self.sin[at]);
+            let (cos_delta, sin_delta) = (wheel.cos_to(c, s), s * cos - c * sin);
+            let offset = x * sin_delta;
+            let left = x * cos_delta - libm::sqrt((r2 - offset * offset).max(0.0));
+            let penetration = r - left;
+            if penetration <= 0.0 {
+                continue;
+            }
+            removal.depth_mm = removal.depth_mm.max(penetration);
+            if cuts {
+                let after = r - penetration;
+                removal.area_mm2 += (r * r - after * after) * half_step;
+                self.radii[at] = after;
+            }
+        }
+        if removal.area_mm2 > 0.0 {
+            self.block_reach[block] = largest(&self.radii[range]);
+            self.changed = true;
+        }
+        removal
+    }
+}
+
+fn largest(radii: &[f64]) -> f64 {
+    // No radius is NaN. Four at a time, which do not wait for each other.
+    let larger = |a: f64, b: f64| if b > a { b } else { a };
+    let (fours, rest) = radii.as_chunks::<4>();
+    let most = fours.iter().fold([0.0; 4], |most, four| core::array::from_fn(|i| larger(most[i], four[i])));
+    rest.iter().chain(&most).fold(0.0, |most, radius| larger(most, *radius))
+}
+
+/// The part between the centres.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Workpiece {
+    lobes: Vec<Lobe>,
+}
+
+impl Workpiece {
+    /// Its lobes, in the order in which they were loaded.
+    #[must_use]
+    pub fn lobes(&self) -> &[Lobe] {
+        &self.lobes
+    }
+
+    /// The lobe with this name.
+    #[must_use]
+    pub fn lobe(&self, name: &str) -> Option<&Lobe> {
+        self.lobes.iter().find(|lobe| lobe.name == name)
+    }
+
+    /// No part is there.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.lobes.is_empty()
+    }
+
+    /// Adds a lobe, in the place of one with the same name.
+    pub fn load(&mut self, lobe: Lobe) {
+        match self.lobes.iter_mut().find(|other| other.name == lobe.name) {
+            Some(other) => *other = lobe,
+            None => self.lobes.push(lobe),
+        }
+    }
+
+    /// Takes the part out.
+    pub fn clear(&mut self) {
+        self.lobes.clear();
+    }
+
+    pub(crate) fn lobe_mut(&mut self, index: usize) -> &mut Lobe {
+        &mut self.lobes[index]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec;
+
+    fn blank(radius: f64) -> Lobe {
+        Lobe::new(String::from("L"), 0, 10.0, vec![radius; DEFAULT_AZIMUTHS]).expect("a round blank")
+    }
+
+    /// Every azimuth by the formula alone.
+    fn slow_pass(radii: &mut [f64], wheel: WheelPosition) {
+        let n = radii.len() as f64;
+        for (i, radius) in radii.iter_mut().enumerate() {
+            let delta = TURN_RAD * i as f64 / n - wheel.azimuth_rad;
+            let (x, r) = (wheel.centre_mm, wheel.radius_mm);
+            let under = r * r - (x * libm::sin(delta)) * (x * libm::sin(delta));
+            if under >= 0.0 && libm::cos(delta) > 0.0 {
+                *radius = radius.min(x * libm::cos(delta) - libm::sqrt(under));
+            }
+        }
+    }
+
+    /// Blocks that are passed over lose nothing: random wheels against the formula on every azimuth.
+    #[test]
+    fn blocks_cut_exactly_what_the_formula_cuts() {
+        let mut seed = 0x2545_f491_u32;
+        let mut random = || {
+            seed ^= seed << 13;
+            seed ^= seed >> 17;
+            seed ^= seed << 5;
+            f64::from(seed) / f64::from(u32::MAX)
+        };
+        for azimuths in [16, 31, 3600, 1001] {
+            let mut lobe = Lobe::new(String::from("L"), 0, 10.0, vec![25.0; azimuths]).expect("a round blank");
+            let mut slow = vec![25.0; azimuths];
+            let mut area = 0.0;
+            for _ in 0..300 {
+                let wheel = WheelPosition {
+                    azimuth_rad: 40.0 * (random() - 0.5),
+                    radius_mm: 60.0,
+                    centre_mm: 85.5 - 3.0 * random(),
+                };
+                area += lobe.pass(wheel, true).area_mm2;
+                lobe.refresh();
+                slow_pass(&mut slow, wheel);
+            }
+            for (i, (fast, slow)) in lobe.radii_mm().iter().zip(&slow).enumerate() {
+                assert!((fast - slow).abs() < 1e-12, "{azimuths} {i}: {fast} {slow}");
+            }
+            let left: f64 = lobe.radii_mm().iter().map(|r| r * r * 0.5 * TURN_RAD / azimuths as f64).sum();
+            assert!((area + left - 0.5 * TURN_RAD * 625.0).abs() < 1e-9, "what is gone is what was taken");
+        }
+    }
+
+    #[test]
+    fn looking_does_not_cut() {
+        let mut lobe = blank(20.0);
+        let wheel = WheelPosition { azimuth_rad: 1.0, centre_mm: 79.9, radius_mm: 60.0 };
+        let seen = lobe.pass(wheel, false);
+        assert!((seen.depth_mm - 0.1).abs() < 1e-4 && seen.area_mm2 == 0.0, "{seen:?}");
+        assert_eq!(lobe, blank(20.0));
+    }
+
+    #[test]
+    fn outlines_that_are_none_are_refused() {
+        let lobe = |radii: Vec<f64>| Lobe::new(String::from("L"), 0, 10.0, radii).map(|_| ());
+        assert!(matches!(lobe(vec![1.0; 3]), Err(LobeError::TooFewRadii { count: 3, .. })));
+        let mut radii = vec![1.0; 100];
+        radii[7] = f64::NAN;
+        assert!(matches!(lobe(radii), Err(LobeError::Radius { index: 7, .. })));
+    }
+}

@@ -1,0 +1,196 @@
+//! Grooves in which a roller runs, and the paths of end mills that cut them.
+//!
+//! The roller's centre runs on the pitch curve, and the walls lie a roller's radius to either side of it. A mill of that radius runs on
+//! the pitch curve itself, one that is smaller beside it, once along each wall, and in between as often as it takes to leave nothing:
+//!
+//! ```text
+//!   ───────────────────── wall
+//!     ( mill )                    P + (rr − rc) N
+//!   · · · · · · · · · · · pitch curve P
+//!               ( mill )          P − (rr − rc) N
+//!   ───────────────────── wall
+//! ```
+//!
+//! In the face of a plate ([`plate`]) that is exact at every depth. On a cylinder ([`barrel`]) the normal N turns with the radius, and a
+//! mill that is smaller than the roller leaves something at most radii, which is computed.
+
+pub mod barrel;
+pub mod plate;
+pub mod wall_error;
+
+use crate::cam::contour::ContourError;
+use crate::toolpath::wheel_path::ToolPathError;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use thiserror::Error;
+
+/// Which of a groove's walls.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wall {
+    /// In a plate the one nearer to the axis, on a cylinder the one towards −Z.
+    Inner,
+    /// In a plate the one farther from the axis, on a cylinder the one towards +Z.
+    Outer,
+}
+
+impl Wall {
+    /// Both.
+    pub const BOTH: [Wall; 2] = [Wall::Inner, Wall::Outer];
+
+    /// On which side of the pitch curve it lies, along its normal.
+    #[must_use]
+    pub const fn side(self) -> f64 {
+        match self {
+            Wall::Inner => -1.0,
+            Wall::Outer => 1.0,
+        }
+    }
+
+    /// Name in a plate, for people.
+    #[must_use]
+    pub const fn name_in_plate(self) -> &'static str {
+        match self {
+            Wall::Inner => "inner wall",
+            Wall::Outer => "outer wall",
+        }
+    }
+
+    /// Name on a cylinder, for people.
+    #[must_use]
+    pub const fn name_on_cylinder(self) -> &'static str {
+        match self {
+            Wall::Inner => "wall towards -Z",
+            Wall::Outer => "wall towards +Z",
+        }
+    }
+}
+
+/// Which paths of a groove are wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coverage {
+    /// All that it takes to leave nothing between the walls, from the inner one to the outer.
+    Slot,
+    /// Those along the walls.
+    Walls,
+}
+
+/// Why a groove cannot be, or cannot be cut.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum GrooveError {
+    /// A follower that runs in no groove.
+    #[error("a groove guides a roller, on a slide or on an arm; this follower is none")]
+    NoRoller,
+    /// A number that is out of its range.
+    #[error("{what} is {value} mm, it must be {bound}")]
+    BadNumber {
+        /// Which number.
+        what: &'static str,
+        /// Its value (mm).
+        value: f64,
+        /// What it must be.
+        bound: &'static str,
+    },
+    /// The pitch curve bends more tightly than the roller is round.
+    #[error(
+        "the groove is undercut at its {wall}, at cam angle {angle_deg:.2} deg, {from_axis_mm:.3} mm from the axis: the pitch curve has a radius of \
+         curvature of {slot_radius_mm:.3} mm there, it must be above {bound_mm:.3} mm"
+    )]
+    Undercut {
+        /// Which wall.
+        wall: &'static str,
+        /// Cam angle (deg).
+        angle_deg: f64,
+        /// Distance from the axis (mm).
+        from_axis_mm: f64,
+        /// Radius of curvature of the pitch curve (mm).
+        slot_radius_mm: f64,
+        /// What it must exceed (mm): the roller's radius, on a cylinder a little more.
+        bound_mm: f64,
+    },
+    /// The inner wall is no contour.
+    #[error("the inner wall of the groove: {0}")]
+    InnerWall(#[from] ContourError),
+    /// A mill that does not go into the slot.
+    #[error(
+        "a mill of radius {cutter_radius_mm} mm does not go into the groove, whose half width is {half_width_mm} mm with what is to be left on \
+         its walls"
+    )]
+    CutterTooLarge {
+        /// Radius of the mill (mm).
+        cutter_radius_mm: f64,
+        /// Half the width of the groove less what is left on a wall (mm).
+        half_width_mm: f64,
+    },
+    /// A mill that would have to go round far too often.
+    #[error(
+        "a mill of radius {cutter_radius_mm} mm needs {paths} paths beside each other in a groove of half width {half_width_mm} mm; at most \
+         {most} are allowed"
+    )]
+    CutterTooSmall {
+        /// Radius of the mill (mm).
+        cutter_radius_mm: f64,
+        /// Half the width of the groove less what is left on a wall (mm).
+        half_width_mm: f64,
+        /// Paths it would take.
+        paths: f64,
+        /// Most that are allowed.
+        most: u32,
+    },
+    /// A path that is not smooth enough, or not confirmed on its way back.
+    #[error(transparent)]
+    Path(#[from] ToolPathError),
+}
+
+/// Radii that differ by no more than this are the same (mm).
+const SAME_MM: f64 = 1e-9;
+
+/// Most paths beside each other.
+const MOST_PATHS: u32 = 64;
+
+/// Distance of neighbouring paths in diameters of the mill. What is missing to 1 makes up for rotation taking the place of a shift, which
+/// is wider at larger radii.
+const STEP_OVER: f64 = 0.75;
+
+/// A number that must be positive.
+fn positive(what: &'static str, value: f64) -> Result<f64, GrooveError> {
+    let good = value.is_finite() && value > 0.0;
+    if good { Ok(value) } else { Err(GrooveError::BadNumber { what, value, bound: "a positive number" }) }
+}
+
+/// Paths of a mill in a slot: how far each lies from the pitch curve along its normal (mm), with its name.
+fn side_by_side(
+    roller_radius_mm: f64,
+    cutter_radius_mm: f64,
+    leaves_mm: f64,
+    coverage: Coverage,
+    name: fn(Wall) -> &'static str,
+) -> Result<Vec<(String, f64)>, GrooveError> {
+    positive("the radius of the mill", cutter_radius_mm)?;
+    if !leaves_mm.is_finite() || leaves_mm < 0.0 {
+        let (what, bound) = ("what is left on the walls", "0 or more");
+        return Err(GrooveError::BadNumber { what, value: leaves_mm, bound });
+    }
+    let half_width_mm = roller_radius_mm - leaves_mm;
+    let beside_mm = half_width_mm - cutter_radius_mm;
+    if beside_mm < -SAME_MM {
+        return Err(GrooveError::CutterTooLarge { cutter_radius_mm, half_width_mm });
+    }
+    if beside_mm <= SAME_MM {
+        return Ok([("groove".to_string(), 0.0)].into());
+    }
+    let paths = libm::ceil(beside_mm / (STEP_OVER * cutter_radius_mm)).max(1.0) + 1.0;
+    if coverage == Coverage::Slot && paths > f64::from(MOST_PATHS) {
+        return Err(GrooveError::CutterTooSmall { cutter_radius_mm, half_width_mm, paths, most: MOST_PATHS });
+    }
+    let mut offsets = Vec::new();
+    offsets.push((name(Wall::Inner).to_string(), -beside_mm));
+    if coverage == Coverage::Slot {
+        for between in (1..MOST_PATHS).take_while(|between| f64::from(*between) < paths - 1.0) {
+            let share = f64::from(between) / (paths - 1.0);
+            offsets.push((format!("between {between}"), beside_mm * (2.0 * share - 1.0)));
+        }
+    }
+    offsets.push((name(Wall::Outer).to_string(), beside_mm));
+    Ok(offsets)
+}

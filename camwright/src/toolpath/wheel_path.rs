@@ -1,0 +1,340 @@
+//! Where the wheel stands while the part turns: X over the wheel-line angle θ.
+//!
+//! θ is the azimuth of the X axis line seen from the part. The wheel's centre is W = Q + R·N (contour point and outward
+//! normal), |W| its distance from the spindle axis, and the path carries X = |W| − R, the position of the wheel's cutting
+//! point on the X axis. The path travels as a periodic quintic spline on a uniform grid of θ.
+
+use crate::cam::compensation::FormCurve;
+use crate::cam::contour::Contour;
+use crate::math::periodic_spline::{PeriodicSpline, Sample};
+use crate::math::units::{TURN_RAD, deg_from_rad};
+use alloc::vec::Vec;
+use nalgebra::Vector2;
+use thiserror::Error;
+
+/// Why a wheel cannot make a contour.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ToolPathError {
+    /// The wheel radius is not a positive number.
+    #[error("wheel radius {wheel_radius_mm} mm is not a positive number")]
+    BadWheelRadius {
+        /// What was given (mm).
+        wheel_radius_mm: f64,
+    },
+    /// A concave flank is tighter than the wheel.
+    #[error(
+        "the wheel of radius {wheel_radius_mm:.3} mm does not reach into the concave flank at cam angle {angle_deg:.2} deg \
+         (1 + curvature x radius = {clearance:.4}, must be above 0): the largest usable radius is {largest_mm:.3} mm"
+    )]
+    WheelTooLarge {
+        /// Radius of the wheel (mm).
+        wheel_radius_mm: f64,
+        /// Radius that must not be reached (mm).
+        largest_mm: f64,
+        /// Cam angle of the tightest place (deg).
+        angle_deg: f64,
+        /// 1 + κR there.
+        clearance: f64,
+    },
+    /// The path is too rough for its spline.
+    #[error(
+        "the path bends too sharply: {knots} knots leave {error_mm:e} mm between them, allowed are {bound_mm:e} mm \
+         (an acceleration that jumps, or a wheel that hardly fits its concave flank)"
+    )]
+    Unresolved {
+        /// Largest number of knots tried.
+        knots: usize,
+        /// Remaining error (mm).
+        error_mm: f64,
+        /// Allowed (mm).
+        bound_mm: f64,
+    },
+    /// Going back from the path does not lead to the contour.
+    #[error(
+        "the path leaves the contour by {error_mm:e} mm at wheel-line angle {angle_deg:.3} deg, allowed are {bound_mm:e} mm"
+    )]
+    LeavesContour {
+        /// Distance (mm).
+        error_mm: f64,
+        /// Wheel-line angle (deg).
+        angle_deg: f64,
+        /// Allowed (mm).
+        bound_mm: f64,
+    },
+}
+
+/// How exact a path is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathAccuracy {
+    /// Knots of the spline over one turn.
+    pub knots: usize,
+    /// Largest error of X midway between knots, against the exact value (mm).
+    pub interpolation_error_mm: f64,
+    /// Largest distance from the contour of the points that the path grinds, found backwards (mm).
+    pub contour_error_mm: f64,
+}
+
+/// X over the wheel-line angle for one contour and one wheel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ToolPath {
+    spline: PeriodicSpline,
+    wheel_radius_mm: f64,
+    accuracy: PathAccuracy,
+}
+
+/// Fewest and most knots tried, doubling. 0.25° knots resolve a camshaft; the upper end is for tables of 0.01°.
+const KNOTS: (usize, usize) = (360, 23_040);
+
+/// Error of X between knots at which no more are added (mm).
+const WANTED_ERROR_MM: f64 = 1e-9;
+
+/// Error of X between knots that is still accepted with the most knots (mm): a tenth of the finest encoder count in use.
+/// Only laws whose acceleration jumps (harmonic beside a dwell) come near it.
+const ALLOWED_ERROR_MM: f64 = 1e-6;
+
+/// Distance of the ground points from the contour that is accepted (mm).
+pub(crate) const CONTOUR_ERROR_MM: f64 = 2e-6;
+
+/// Steps to the cam angle of a shifted contour; each leaves a share of a few hundredths for an ordinary correction.
+const MOST_STEPS: usize = 40;
+
+/// The way back is checked on a grid this much finer than the knots.
+pub(crate) const CHECK_DENSITY: usize = 8;
+
+impl ToolPath {
+    /// Whether a wheel reaches everywhere along a contour.
+    ///
+    /// # Errors
+    /// A radius that is none, or one that is too large for a concave flank, with the largest that fits.
+    pub fn fits(contour: &Contour, wheel_radius_mm: f64) -> Result<(), ToolPathError> {
+        if !wheel_radius_mm.is_finite() || wheel_radius_mm <= 0.0 {
+            return Err(ToolPathError::BadWheelRadius { wheel_radius_mm });
+        }
+        if let Some(place) = contour.most_concave() {
+            let clearance = 1.0 + place.value * wheel_radius_mm;
+            if clearance <= 1e-9 {
+                return Err(ToolPathError::WheelTooLarge {
+                    wheel_radius_mm,
+                    largest_mm: -1.0 / place.value,
+                    angle_deg: deg_from_rad(place.angle_rad),
+                    clearance,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The path on which a wheel grinds a contour.
+    ///
+    /// The contour is regular (its constructor saw to it), so with 1 + κR > 0 everywhere the wheel's centre goes round
+    /// the axis without turning back and its path cannot meet itself: the wheel touches the contour where it should and
+    /// cuts it nowhere else.
+    ///
+    /// # Errors
+    /// A wheel that is too large for a concave flank, with the largest that fits; a path that is not smooth enough; a
+    /// result that the way back does not confirm.
+    pub fn for_wheel(contour: &Contour, wheel_radius_mm: f64) -> Result<Self, ToolPathError> {
+        Self::fits(contour, wheel_radius_mm)?;
+        let exact = |angle: f64, guess: &mut f64| {
+            let cam_angle = contour.solve(angle, wheel_radius_mm, angle + *guess);
+            *guess = cam_angle - angle;
+            let (along, across) = contour.local(cam_angle).outside(wheel_radius_mm);
+            libm::hypot(along, across) - wheel_radius_mm
+        };
+        let mut path = Self::through(exact, wheel_radius_mm)?;
+        path.accuracy.contour_error_mm = path.check(|path, angle| path.misses(contour, angle))?;
+        Ok(path)
+    }
+
+    /// The path on which a wheel grinds what lies off a contour along its normal by a correction.
+    ///
+    /// With Q the contour, N its normal and T its tangent over the cam angle φ, dQ = a₀T and dN = ω′T, the shifted curve Q + cN runs with
+    /// aT + c′N, a = a₀ + ω′c, so that its normal is (aN − c′T)/√(a² + c′²); the wheel's centre lies R along that. It is seen from the
+    /// axis by a small angle δ(φ) beside the centre for the contour itself, and the cam angle at which it stands on the wheel line θ is
+    /// where the contour's own would stand on θ − δ(φ).
+    ///
+    /// # Errors
+    /// What [`Self::for_wheel`] says; a correction that the wheel cannot follow without cutting into it is one that the way back does
+    /// not confirm.
+    pub fn compensated(contour: &Contour, correction: &FormCurve, wheel_radius_mm: f64) -> Result<Self, ToolPathError> {
+        // Whether the wheel fits the contour at all, told in the contour's own words.
+        let design = Self::for_wheel(contour, wheel_radius_mm)?;
+        if correction.is_zero() {
+            return Ok(design);
+        }
+        // Distance of the centre from the axis, and its angle beside that of the contour itself.
+        let centre = |cam_angle: f64| {
+            let (frame, off) = (contour.local(cam_angle), correction.sample(cam_angle));
+            let (normal_along, normal_across) = (frame.normal_along, frame.normal_across);
+            let (run, rise) = (frame.arc + frame.turning * off.value, off.first);
+            let length = libm::hypot(run, rise);
+            let (outwards, beside) = (off.value + wheel_radius_mm * run / length, -wheel_radius_mm * rise / length);
+            let along = frame.along + outwards * normal_along - beside * normal_across;
+            let across = frame.across + outwards * normal_across + beside * normal_along;
+            let (own_along, own_across) = frame.outside(wheel_radius_mm);
+            let turned = own_along * across - own_across * along;
+            (libm::hypot(along, across), libm::atan2(turned, own_along * along + own_across * across))
+        };
+        let exact = |angle: f64, guess: &mut f64| {
+            let mut cam_angle = angle + *guess;
+            for _ in 0..MOST_STEPS {
+                let next = contour.solve(angle - centre(cam_angle).1, wheel_radius_mm, cam_angle);
+                let change = (next - cam_angle).abs();
+                cam_angle = next;
+                if change <= 1e-14 {
+                    break;
+                }
+            }
+            *guess = cam_angle - angle;
+            centre(cam_angle).0 - wheel_radius_mm
+        };
+        let mut path = Self::through(exact, wheel_radius_mm)?;
+        path.accuracy.contour_error_mm = path.check(|path, angle| {
+            let ground = path.contact(angle);
+            let (off_mm, cam_angle) =
+                contour.distance(libm::hypot(ground.x, ground.y), libm::atan2(ground.y, ground.x));
+            (off_mm - correction.sample(cam_angle).value).abs()
+        })?;
+        Ok(path)
+    }
+
+    /// The spline through exact values, its way back not checked yet.
+    fn through(exact: impl Fn(f64, &mut f64) -> f64, wheel_radius_mm: f64) -> Result<Self, ToolPathError> {
+        let (spline, interpolation_error_mm) = resample(exact)?;
+        let accuracy =
+            PathAccuracy { knots: spline.coefficients().len(), interpolation_error_mm, contour_error_mm: 0.0 };
+        Ok(Self { spline, wheel_radius_mm, accuracy })
+    }
+
+    /// X (mm) over the wheel-line angle (rad): position of the wheel's cutting point, as plans carry it.
+    #[must_use]
+    pub fn spline(&self) -> &PeriodicSpline {
+        &self.spline
+    }
+
+    /// X (mm) and its derivatives (mm/rad, …) at a wheel-line angle (rad).
+    #[must_use]
+    pub fn sample(&self, angle_rad: f64) -> Sample {
+        self.spline.sample(angle_rad)
+    }
+
+    /// Radius of the wheel (mm).
+    #[must_use]
+    pub fn wheel_radius_mm(&self) -> f64 {
+        self.wheel_radius_mm
+    }
+
+    /// The same positions of the wheel's cutting point under a wheel of another radius (mm): what is driven when a path is
+    /// kept over a dress. It does not lead along the contour.
+    #[must_use]
+    pub(crate) fn with_other_wheel(&self, wheel_radius_mm: f64) -> Self {
+        Self { wheel_radius_mm, ..self.clone() }
+    }
+
+    /// How exact it is.
+    #[must_use]
+    pub fn accuracy(&self) -> PathAccuracy {
+        self.accuracy
+    }
+
+    /// Angle β from the contour's normal to the wheel line (rad): tan β = X′/|W|.
+    #[must_use]
+    pub fn beta(&self, angle_rad: f64) -> f64 {
+        let x = self.sample(angle_rad);
+        libm::atan2(x.first, x.value + self.wheel_radius_mm)
+    }
+
+    /// Point of the contour that the wheel touches (mm, in the cam's frame): W − R(cos(θ − β), sin(θ − β)).
+    #[must_use]
+    pub fn contact(&self, angle_rad: f64) -> Vector2<f64> {
+        let x = self.sample(angle_rad);
+        let (centre, radius) = (x.value + self.wheel_radius_mm, self.wheel_radius_mm);
+        let normal = angle_rad - libm::atan2(x.first, centre);
+        Vector2::new(
+            centre * libm::cos(angle_rad) - radius * libm::cos(normal),
+            centre * libm::sin(angle_rad) - radius * libm::sin(normal),
+        )
+    }
+
+    /// Azimuth of that point (rad), growing by 2π with the wheel-line angle.
+    #[must_use]
+    pub fn contact_azimuth(&self, angle_rad: f64) -> f64 {
+        let x = self.sample(angle_rad);
+        let (centre, radius) = (x.value + self.wheel_radius_mm, self.wheel_radius_mm);
+        let beta = libm::atan2(x.first, centre);
+        // Relative to the wheel line the contact lies at (|W| − R cos β, R sin β).
+        angle_rad + libm::atan2(radius * libm::sin(beta), centre - radius * libm::cos(beta))
+    }
+
+    /// Footprint speed ratio vf/Ċ (mm/rad): how fast the contact runs along the contour per unit of work speed,
+    /// |W|/(cos β (1 + κR)). From the path alone: 1/(1 + κR) = 1 − R κc, with κc the curvature of the centre's path.
+    #[must_use]
+    pub fn footprint_speed_ratio_mm(&self, angle_rad: f64) -> f64 {
+        let (x, radius) = (self.sample(angle_rad), self.wheel_radius_mm);
+        let centre = x.value + radius;
+        let square = centre * centre + x.first * x.first;
+        footprint_ratio(x, radius, centre, square, libm::sqrt(square))
+    }
+
+    /// How far what it grinds at a wheel-line angle lies off the contour (mm).
+    fn misses(&self, contour: &Contour, angle_rad: f64) -> f64 {
+        let ground = self.contact(angle_rad);
+        let azimuth = self.contact_azimuth(angle_rad);
+        let cam_angle = contour.solve(azimuth, 0.0, angle_rad - self.beta(angle_rad));
+        (ground - contour.point(cam_angle)).dot(&contour.normal(cam_angle)).abs()
+    }
+
+    /// Goes back from the path to the contour, which shares nothing with how the path was found
+    /// but the contour itself, and returns the largest distance.
+    fn check(&self, misses: impl Fn(&Self, f64) -> f64) -> Result<f64, ToolPathError> {
+        let count = CHECK_DENSITY * self.accuracy.knots;
+        let mut worst = 0.0_f64;
+        for i in 0..count {
+            let angle = angle_of(i, count);
+            let error_mm = misses(self, angle);
+            if error_mm.is_nan() || error_mm > CONTOUR_ERROR_MM {
+                let angle_deg = deg_from_rad(angle);
+                return Err(ToolPathError::LeavesContour { error_mm, angle_deg, bound_mm: CONTOUR_ERROR_MM });
+            }
+            worst = worst.max(error_mm);
+        }
+        Ok(worst)
+    }
+}
+
+/// The footprint speed ratio from what is known of the path there: `x`, the distance of the wheel's centre, and square and length of
+/// the centre's speed per angle (mm/rad). κc = (|c′|² + X′² − |W| X″)/|c′|³ is the curvature of the centre's path.
+pub(crate) fn footprint_ratio(x: Sample, wheel_radius_mm: f64, centre: f64, square: f64, length: f64) -> f64 {
+    let curvature = (square + x.first * x.first - centre * x.second) / (square * length);
+    length * (1.0 - wheel_radius_mm * curvature)
+}
+
+#[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
+pub(crate) fn angle_of(index: usize, count: usize) -> f64 {
+    index as f64 * TURN_RAD / count as f64
+}
+
+/// Exact values on ever finer grids until the spline through them is right between them, with what it is off there (mm). The exact
+/// function is asked from angle to angle and may keep a guess from one to the next.
+pub(crate) fn resample(exact: impl Fn(f64, &mut f64) -> f64) -> Result<(PeriodicSpline, f64), ToolPathError> {
+    let mut guess = 0.0;
+    let mut knots = KNOTS.0;
+    let mut at_knots: Vec<f64> = (0..knots).map(|i| exact(angle_of(i, knots), &mut guess)).collect();
+    loop {
+        let between: Vec<f64> = (0..knots).map(|i| exact(angle_of(2 * i + 1, 2 * knots), &mut guess)).collect();
+        let unresolved = |error_mm| ToolPathError::Unresolved { knots, error_mm, bound_mm: ALLOWED_ERROR_MM };
+        let spline = PeriodicSpline::interpolate(&at_knots).map_err(|_| unresolved(f64::NAN))?;
+        let error_mm = (between.iter().enumerate())
+            .map(|(i, value)| (spline.sample(angle_of(2 * i + 1, 2 * knots)).value - value).abs())
+            .fold(0.0, |a: f64, b| if b.is_nan() { b } else { a.max(b) });
+        let last = 2 * knots > KNOTS.1;
+        if error_mm <= WANTED_ERROR_MM || (last && error_mm <= ALLOWED_ERROR_MM) {
+            return Ok((spline, error_mm));
+        }
+        if last {
+            return Err(unresolved(error_mm));
+        }
+        at_knots = at_knots.iter().zip(&between).flat_map(|(a, b)| [*a, *b]).collect();
+        knots *= 2;
+    }
+}
