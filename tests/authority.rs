@@ -7,6 +7,7 @@ mod cell;
 mod hostile;
 mod support;
 
+use camwright_axis_interpolator::AxisInterpolator;
 use camwright_msgs::camwright_msgs::action::{Home, HomeGoal};
 use camwright_msgs::camwright_msgs::msg::{
     CommandHolder, InterpolatorState, MachineAlarms, MachineCommand, MachineStream,
@@ -19,11 +20,8 @@ use camwright_msgs::lifecycle_msgs::srv::{GetState, GetStateRequest};
 use camwright_msgs::rcl_interfaces::msg::Parameter;
 use camwright_msgs::rcl_interfaces::srv::{SetParameters, SetParametersRequest};
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
-use camwright_nodes::authority::{Command, TakeError, TakeOptions};
-use camwright_nodes::axis_interpolator::AxisInterpolator;
-use camwright_nodes::ros::{
-    GoalStatus, MessageInfo, Node, NodeOptions, Publisher, Qos, RosArgs, SpinThread, Subscription,
-};
+use camwright_ros::authority::{Command, TakeError, TakeOptions};
+use camwright_ros::{GoalStatus, MessageInfo, Node, NodeOptions, Publisher, Qos, RosArgs, SpinThread, Subscription};
 use cell::{Cell, PATIENCE};
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};

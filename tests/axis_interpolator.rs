@@ -17,7 +17,7 @@ use camwright_msgs::control_msgs::msg::JointTolerance;
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
 use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
-use camwright_nodes::ros::{GoalStatus, Publisher, Qos};
+use camwright_ros::{GoalStatus, Publisher, Qos};
 use cell::{Cell, PATIENCE};
 use std::sync::mpsc;
 use watched::{LogLines, Watched};

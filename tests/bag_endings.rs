@@ -11,11 +11,11 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use camwright_nodes::bag::check::{Severity, check};
-use camwright_nodes::bag::qos::{Durability, Reliability};
-use camwright_nodes::bag::recording::{Recording, RecordingOptions};
-use camwright_nodes::bag::recover;
-use camwright_nodes::bag::{Bag, Outcome, QosProfile, Topic, WriterOptions};
+use camwright_bag::check::{Severity, check};
+use camwright_bag::qos::{Durability, Reliability};
+use camwright_bag::recording::{Recording, RecordingOptions};
+use camwright_bag::recover;
+use camwright_bag::{Bag, Outcome, QosProfile, Topic, WriterOptions};
 use support::Domain;
 
 /// What other people's readers count in a bag; they decode every message of it.

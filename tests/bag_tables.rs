@@ -5,12 +5,12 @@ mod support;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use camwright_bag::qos::{Durability, QosProfile, Reliability};
+use camwright_bag::{BagWriter, Outcome, Topic, TopicId, WriterOptions};
 use camwright_msgs::Message;
 use camwright_msgs::camwright_msgs::msg::{MachineInput, RecorderStatus, TopicRecord};
 use camwright_msgs::geometry_msgs::msg::PointStamped;
 use camwright_msgs::sensor_msgs::msg::JointState;
-use camwright_nodes::bag::qos::{Durability, QosProfile, Reliability};
-use camwright_nodes::bag::{BagWriter, Outcome, Topic, TopicId, WriterOptions};
 use serde_json::{Value, json};
 use support::{Domain, peer_env, repository};
 

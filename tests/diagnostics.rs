@@ -14,7 +14,7 @@ use camwright_msgs::lifecycle_msgs::msg::{Transition, TransitionEvent};
 use camwright_msgs::lifecycle_msgs::srv::{ChangeState, ChangeStateRequest};
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
-use camwright_nodes::ros::{Node, NodeOptions, ParameterValue, Qos, RosArgs, Subscription};
+use camwright_ros::{Node, NodeOptions, ParameterValue, Qos, RosArgs, Subscription};
 use cell::{Cell, PATIENCE};
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -5,13 +5,13 @@ mod cell;
 mod support;
 
 use camwright::motion::plan::SegmentKind;
+use camwright_files::convert::mm_from_m;
 use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, RunJobGoal};
 use camwright_msgs::camwright_msgs::msg::MachineAlarms;
 use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultRequest};
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
-use camwright_nodes::convert::mm_from_m;
-use camwright_nodes::planning::{FORM_TOLERANCE_MM, PreparedJob, lobe_result, prepare};
-use camwright_nodes::ros::{GoalStatus, Qos};
+use camwright_planning::{FORM_TOLERANCE_MM, PreparedJob, lobe_result, prepare};
+use camwright_ros::{GoalStatus, Qos};
 use cell::{Cell, PATIENCE};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};

@@ -3,8 +3,8 @@
 mod support;
 
 use byteorder::LittleEndian;
+use camwright_bag::Bag;
 use camwright_msgs::camwright_msgs::msg::{GaugeReading, PartLobe};
-use camwright_nodes::bag::Bag;
 use std::process::Command;
 use support::{Domain, Folder};
 

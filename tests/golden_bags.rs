@@ -8,9 +8,9 @@
 mod changed_bag;
 mod support;
 
-use camwright_nodes::bag::{Bag, BagWriter, Message, Outcome, Preset, WriterOptions};
-use camwright_nodes::replan::{archived_jobs, plan_again};
-use camwright_nodes::rerun::{Verdict, Window, again, within};
+use camwright_analysis::replan::{archived_jobs, plan_again};
+use camwright_analysis::rerun::{Verdict, Window, again, within};
+use camwright_bag::{Bag, BagWriter, Message, Outcome, Preset, WriterOptions};
 use changed_bag::Original;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

@@ -3,8 +3,8 @@
 
 mod support;
 
-use camwright_nodes::config::locate;
-use camwright_nodes::ros::{Node, NodeOptions, RosArgs};
+use camwright_files::locate;
+use camwright_ros::{Node, NodeOptions, RosArgs};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -3,14 +3,14 @@
 mod support;
 
 use byteorder::LittleEndian;
+use camwright_bag::Bag;
+use camwright_bag::check::check;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal};
 use camwright_msgs::camwright_msgs::msg::{InterpolatorState, MachineAlarms, PlanSegment};
 use camwright_msgs::camwright_msgs::srv::{LoadJob, LoadJobRequest};
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
-use camwright_nodes::bag::Bag;
-use camwright_nodes::bag::check::check;
-use camwright_nodes::ros::{GoalStatus, Node, NodeOptions, Qos, RosArgs, Subscription};
+use camwright_ros::{GoalStatus, Node, NodeOptions, Qos, RosArgs, Subscription};
 use std::path::Path;
 use std::process::Command;
 use std::sync::{Arc, Mutex, mpsc};

@@ -10,8 +10,8 @@ use camwright_msgs::camwright_msgs::srv::{
     ListJobs, ListJobsRequest, LoadJob, LoadJobRequest, PreviewJob, PreviewJobRequest, ValidateJob, ValidateJobRequest,
 };
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
-use camwright_nodes::planning;
-use camwright_nodes::ros::{CancelOutcome, GoalStatus, ParameterValue, Transition};
+use camwright_planning as planning;
+use camwright_ros::{CancelOutcome, GoalStatus, ParameterValue, Transition};
 use cell::{Cell, PATIENCE};
 
 /// One lobe, with the mounted wheel, in few turns.

@@ -17,9 +17,7 @@ use camwright_msgs::control_msgs::srv::{QueryTrajectoryState, QueryTrajectorySta
 use camwright_msgs::lifecycle_msgs::srv::{ChangeState, ChangeStateRequest};
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
-use camwright_nodes::ros::{
-    ActionClient, CancelOutcome, ClientGoal, GoalStatus, ParameterValue, Publisher, Qos, RosArgs,
-};
+use camwright_ros::{ActionClient, CancelOutcome, ClientGoal, GoalStatus, ParameterValue, Publisher, Qos, RosArgs};
 use cell::{Cell, PATIENCE};
 use serde_json::json;
 use std::sync::mpsc;

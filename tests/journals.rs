@@ -6,14 +6,14 @@ mod cell;
 mod support;
 
 use byteorder::LittleEndian;
+use camwright_analysis::rerun::again;
+use camwright_bag::Bag;
+use camwright_files::stiffness_file::KeptStiffness;
 use camwright_msgs::camwright_msgs::msg::{JobStatus, PartLobe, PlanPage};
 use camwright_msgs::camwright_msgs::srv::{
     GetStiffness, GetStiffnessRequest, IdentifyStiffness, IdentifyStiffnessRequest, IdentifyStiffnessResponse,
 };
-use camwright_nodes::bag::Bag;
-use camwright_nodes::config::stiffness_file::KeptStiffness;
-use camwright_nodes::rerun::again;
-use camwright_nodes::ros::{GoalStatus, ParameterValue};
+use camwright_ros::{GoalStatus, ParameterValue};
 use cell::{Cell, PATIENCE};
 use std::process::Command;
 use std::sync::mpsc;

@@ -12,9 +12,7 @@ use camwright_msgs::camwright_msgs::msg::InterpolatorState;
 use camwright_msgs::lifecycle_msgs::msg::Transition;
 use camwright_msgs::lifecycle_msgs::srv::{ChangeState, ChangeStateRequest};
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
-use camwright_nodes::ros::{
-    ActionClient, ClientGoal, GoalStatus, Node, NodeOptions, Qos, RosArgs, SpinThread, Subscription,
-};
+use camwright_ros::{ActionClient, ClientGoal, GoalStatus, Node, NodeOptions, Qos, RosArgs, SpinThread, Subscription};
 use std::path::PathBuf;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};

@@ -2,7 +2,7 @@
 
 #[path = "support/cell.rs"]
 mod cell;
-#[path = "../nodes/examples/loader_robot.rs"]
+#[path = "../nodes/camwright/examples/loader_robot.rs"]
 mod loader_robot;
 mod support;
 
@@ -14,7 +14,7 @@ use camwright_msgs::camwright_msgs::srv::{
     CellCommandRequest, InjectFault, InjectFaultRequest, SetCellMode, SetCellModeRequest,
 };
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
-use camwright_nodes::ros::{ParameterValue, Qos, Subscription};
+use camwright_ros::{ParameterValue, Qos, Subscription};
 use cell::{Cell, PATIENCE};
 use loader_robot::Robot;
 use std::sync::mpsc;

@@ -5,7 +5,7 @@ mod cell;
 mod support;
 
 use camwright_msgs::camwright_msgs::msg::CellState;
-use camwright_nodes::ros::{ParameterValue, Qos};
+use camwright_ros::{ParameterValue, Qos};
 use cell::{Cell, PATIENCE};
 use std::sync::mpsc;
 use support::{Guarded, peer_env, repository};

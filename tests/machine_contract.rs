@@ -5,10 +5,10 @@
 mod go_between;
 mod support;
 
+use camwright_machine_check::{CheckError, Checked, Moving, Settings, Verdict, check};
+use camwright_machine_sim::MachineSim;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest};
-use camwright_nodes::machine_check::{CheckError, Checked, Moving, Settings, Verdict, check};
-use camwright_nodes::machine_sim::MachineSim;
-use camwright_nodes::ros::{Node, NodeOptions, ParameterValue, RosArgs, Shutdown};
+use camwright_ros::{Node, NodeOptions, ParameterValue, RosArgs, Shutdown};
 use go_between::{Fault, GoBetween};
 use std::process::Command;
 use std::time::Duration;

@@ -9,9 +9,9 @@ mod chromium;
 mod support;
 
 use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldRequest, InjectFault, InjectFaultRequest};
-use camwright_nodes::operator_page::OperatorPage;
-use camwright_nodes::ros::{GoalStatus, ParameterValue, RosArgs};
-use camwright_nodes::run_logger::RunLogger;
+use camwright_operator_page::OperatorPage;
+use camwright_ros::{GoalStatus, ParameterValue, RosArgs};
+use camwright_run_logger::RunLogger;
 use cell::{Cell, PATIENCE};
 use chromium::Chromium;
 use std::io::{Read, Write};

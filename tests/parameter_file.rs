@@ -2,11 +2,11 @@
 
 mod support;
 
-use camwright_nodes::axis_interpolator::AxisInterpolator;
-use camwright_nodes::job_planner::JobPlanner;
-use camwright_nodes::machine_sim::MachineSim;
-use camwright_nodes::ros::{Node, ParameterValue, RosArgs};
-use camwright_nodes::run_logger::RunLogger;
+use camwright_axis_interpolator::AxisInterpolator;
+use camwright_job_planner::JobPlanner;
+use camwright_machine_sim::MachineSim;
+use camwright_ros::{Node, ParameterValue, RosArgs};
+use camwright_run_logger::RunLogger;
 use std::collections::BTreeMap;
 use support::{Domain, repository};
 

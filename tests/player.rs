@@ -7,6 +7,8 @@ mod support;
 use std::path::Path;
 use std::sync::{Arc, Mutex, mpsc};
 
+use camwright_bag::qos::{Durability, Reliability};
+use camwright_bag::{BagWriter, Outcome, QosProfile, Topic, WriterOptions};
 use camwright_msgs::Service;
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::rosbag2_interfaces::msg::ReadSplitEvent;
@@ -17,10 +19,8 @@ use camwright_msgs::rosbag2_interfaces::srv::{
 };
 use camwright_msgs::rosgraph_msgs::msg::Clock;
 use camwright_msgs::std_msgs::msg::String as Text;
-use camwright_nodes::bag::qos::{Durability, Reliability};
-use camwright_nodes::bag::{BagWriter, Outcome, QosProfile, Topic, WriterOptions};
-use camwright_nodes::replay::{Played, ReplayArgs, play};
-use camwright_nodes::ros::{Node, NodeOptions, Qos, Shutdown, SpinThread, Subscription};
+use camwright_nodes::player::{Played, ReplayArgs, play};
+use camwright_ros::{Node, NodeOptions, Qos, Shutdown, SpinThread, Subscription};
 use recorder::{args, directory};
 use support::{Domain, PATIENCE};
 

@@ -13,7 +13,7 @@ use camwright::gcode::post::Ran;
 use camwright::gcode::{
     Action, Block, Dialect, LEAST_RATE_MM_MIN, Motion, NcAxis, Pose, Program, Step, XValues, raised_feeds, read,
 };
-use camwright_nodes::planning::{compare_program, write_program};
+use camwright_planning::{compare_program, write_program};
 use sample::{random_program, target, two_cams};
 use support::{Driven, LinuxCnc};
 

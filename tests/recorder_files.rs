@@ -11,13 +11,13 @@ use std::process::Command;
 use std::sync::{Arc, Mutex};
 
 use bag_judges::{foxglove_counts, rosbags_counts};
+use camwright_bag::check::check;
+use camwright_bag::{Bag, BagMetadata};
 use camwright_msgs::camwright_msgs::msg::{Alarm, MachineAlarms};
 use camwright_msgs::rosbag2_interfaces::msg::WriteSplitEvent;
 use camwright_msgs::rosbag2_interfaces::srv::{Snapshot, SnapshotRequest, SplitBagfile, SplitBagfileRequest};
 use camwright_msgs::std_msgs::msg::String as Text;
-use camwright_nodes::bag::check::check;
-use camwright_nodes::bag::{Bag, BagMetadata};
-use camwright_nodes::ros::{Node, NodeOptions, Qos};
+use camwright_ros::{Node, NodeOptions, Qos};
 use recorder::{ACTIVATE, CONFIGURE, Cell, DEACTIVATE, args, directory, messages, until};
 use serde_json::json;
 use support::{Domain, Guarded, PATIENCE, Peer};

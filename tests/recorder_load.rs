@@ -16,11 +16,11 @@ mod support;
 mod usage;
 
 use account::{Lost, disagreements, enqueue, lost};
+use camwright_bag::Bag;
+use camwright_bag::check::{Severity, check};
 use camwright_msgs::camwright_msgs::action::{MoveTo, MoveToGoal};
 use camwright_msgs::std_msgs::msg::String as Text;
-use camwright_nodes::bag::Bag;
-use camwright_nodes::bag::check::{Severity, check};
-use camwright_nodes::ros::{Node, Qos};
+use camwright_ros::{Node, Qos};
 use load::{LAST, Load, Publisher, Stack, TOPIC};
 use recorders::Ours;
 use std::process::Command;
@@ -79,7 +79,7 @@ fn memory_mb(process: u32) -> f64 {
 
 /// Large and small messages as a job publishes them: plan pages and chunks of setpoints, and joint states. Sends what is due.
 struct Traffic {
-    topics: [(camwright_nodes::ros::Publisher<Text>, Text, u64); 2],
+    topics: [(camwright_ros::Publisher<Text>, Text, u64); 2],
     begun: Instant,
     refused: u64,
 }

@@ -9,6 +9,7 @@ mod changed_bag;
 mod keyframes;
 mod support;
 
+use camwright_analysis::rerun::{Verdict, again};
 use camwright_msgs::Action;
 use camwright_msgs::builtin_interfaces::msg::Duration as RosDuration;
 use camwright_msgs::camwright_msgs::action::{
@@ -18,12 +19,12 @@ use camwright_msgs::camwright_msgs::msg::{AppliedInput, MachineAlarms, MachineIn
 use camwright_msgs::camwright_msgs::srv::{
     FeedHold, FeedHoldRequest, InjectFault, InjectFaultRequest, SetOverride, SetOverrideRequest,
 };
+use camwright_msgs::cdr::sample_from_message;
 use camwright_msgs::control_msgs::action::{FollowJointTrajectory, FollowJointTrajectoryGoal};
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
 use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
-use camwright_nodes::rerun::{Verdict, again};
-use camwright_nodes::ros::{GoalStatus, ParameterValue, Qos, RosArgs, sample_from_message};
-use camwright_nodes::run_logger::RunLogger;
+use camwright_ros::{GoalStatus, ParameterValue, Qos, RosArgs};
+use camwright_run_logger::RunLogger;
 use cell::{Cell, PATIENCE};
 use changed_bag::{Original, as_it_was};
 use serde::Serialize;

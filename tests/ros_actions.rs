@@ -23,7 +23,7 @@ use camwright_msgs::{
     },
     unique_identifier_msgs::msg::UUID,
 };
-use camwright_nodes::ros::{
+use camwright_ros::{
     ActionHandler, CancelOutcome, ClientGoal, GoalDecision, GoalHandle, GoalId, GoalStatus, Lifecycle,
     LifecycleCallbacks, LifecycleState, Node, NodeOptions, Qos, RosArgs, RosError, SpinThread, Transition,
     diagnostic_status,

@@ -22,7 +22,7 @@ use camwright_msgs::{
     std_msgs::msg::{Float64, String as Text},
     std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerRequest, TriggerResponse},
 };
-use camwright_nodes::ros::{
+use camwright_ros::{
     DelayInjection, Level, Node, NodeOptions, Parameter, ParameterValue, Qos, RosArgs, RosError, SpinThread,
 };
 

@@ -4,8 +4,8 @@
 #[path = "support/mod.rs"]
 mod support;
 
-use camwright_nodes::bag::Bag;
-use camwright_nodes::rerun::again;
+use camwright_analysis::rerun::again;
+use camwright_bag::Bag;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;

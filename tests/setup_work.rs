@@ -12,7 +12,7 @@ use camwright_msgs::camwright_msgs::srv::{
 };
 use camwright_msgs::std_msgs::msg::Empty;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest};
-use camwright_nodes::ros::{GoalStatus, ParameterValue, Qos};
+use camwright_ros::{GoalStatus, ParameterValue, Qos};
 use cell::{Cell, PATIENCE};
 
 const MACHINE: [&str; 3] = [

@@ -2,19 +2,19 @@
 //! that the interpolator moves it. `ros2_control` itself is no part of the test: a stand-in does what its controller does with what comes
 //! on `~/joint_trajectory`, and says where it is on `~/controller_state`.
 
-#[path = "../nodes/examples/trajectory_controller_bridge.rs"]
+#[path = "../nodes/camwright/examples/trajectory_controller_bridge.rs"]
 mod bridge;
 #[path = "machine_contract/stand_in.rs"]
 mod stand_in;
 mod support;
 
 use bridge::Bridge;
+use camwright_axis_interpolator::AxisInterpolator;
+use camwright_files::locate::locate;
+use camwright_files::machine_file;
+use camwright_machine_check::{Checked, Moving, Settings, Verdict, check};
 use camwright_msgs::camwright_msgs::action::{MoveTo, MoveToGoal};
-use camwright_nodes::axis_interpolator::AxisInterpolator;
-use camwright_nodes::config::locate::locate;
-use camwright_nodes::config::machine_file;
-use camwright_nodes::machine_check::{Checked, Moving, Settings, Verdict, check};
-use camwright_nodes::ros::{GoalStatus, Node, NodeOptions, RosArgs, Shutdown};
+use camwright_ros::{GoalStatus, Node, NodeOptions, RosArgs, Shutdown};
 use stand_in::StandIn;
 use std::time::Duration;
 use support::command::share_command_of_axes;

@@ -5,15 +5,15 @@ mod cell;
 mod support;
 
 use byteorder::LittleEndian;
+use camwright_analysis::rerun::again;
+use camwright_bag::Bag;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobFeedback};
 use camwright_msgs::camwright_msgs::msg::{FormMap, JobStatus, MachineAlarms, TurnedPage};
 use camwright_msgs::camwright_msgs::srv::{
     FeedHold, FeedHoldRequest, FindPhase, FindPhaseRequest, LoadBar, LoadBarRequest, LoadJob, LoadJobRequest,
 };
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
-use camwright_nodes::bag::Bag;
-use camwright_nodes::rerun::again;
-use camwright_nodes::ros::{ClientGoal, GoalStatus, ParameterValue, Qos};
+use camwright_ros::{ClientGoal, GoalStatus, ParameterValue, Qos};
 use cell::{Cell, PATIENCE};
 use serde_json::Value;
 use std::process::{Command, Output};

@@ -3,7 +3,7 @@
 #[path = "support/mod.rs"]
 mod support;
 
-use camwright_nodes::bag::Bag;
+use camwright_bag::Bag;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use support::Domain;

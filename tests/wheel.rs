@@ -2,7 +2,7 @@
 
 mod support;
 
-use camwright_nodes::bag::Bag;
+use camwright_bag::Bag;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use support::{Domain, Folder};

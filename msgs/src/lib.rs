@@ -25,6 +25,7 @@
 //! of it.
 
 mod bounds;
+pub mod cdr;
 mod registry;
 mod traits;
 

@@ -9,13 +9,11 @@ use std::io::Cursor;
 use std::path::Path;
 use std::rc::Rc;
 
+use camwright_bag::metadata::{BagMetadata, FileEntry, NO_START_NS, RECORD_KEY, RECORD_NAME, TopicEntry, VERSION};
+use camwright_bag::qos::{self, Durability, QosProfile, Reliability};
 use camwright_msgs::camwright_msgs::msg::{MachineInput, RecorderStatus};
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::std_msgs::msg::String as Text;
-use camwright_nodes::bag::metadata::{
-    BagMetadata, FileEntry, NO_START_NS, RECORD_KEY, RECORD_NAME, TopicEntry, VERSION,
-};
-use camwright_nodes::bag::qos::{self, Durability, QosProfile, Reliability};
 use mcap::records::{MessageHeader, Metadata, op};
 
 /// Log time of the first message (ns since 1970).

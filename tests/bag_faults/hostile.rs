@@ -5,9 +5,9 @@
 #![allow(unreachable_pub, reason = "a module of a test binary has no outside")]
 
 use super::draft::{Draft, PAGES, patch_last, records, without_crc};
-use camwright_nodes::bag::export::{TableFormat, to_tables};
-use camwright_nodes::bag::info::BagInfo;
-use camwright_nodes::bag::{Bag, check, recover};
+use camwright_bag::export::{TableFormat, to_tables};
+use camwright_bag::info::BagInfo;
+use camwright_bag::{Bag, check, recover};
 use mcap::records::op;
 use std::path::Path;
 
@@ -247,8 +247,8 @@ pub fn read_in_every_way(directory: &Path) {
     let is_sound = check::check(&bag).is_ok_and(|report| report.worst().is_none());
     drop(BagInfo::read(&bag));
     drop(recover::recover(&bag, &directory.join("recovered")));
-    drop(camwright_nodes::report::write(&bag, Some(&directory.join("report.html"))));
-    drop(camwright_nodes::rerun::again(&bag));
+    drop(camwright_analysis::report::write(&bag, Some(&directory.join("report.html"))));
+    drop(camwright_analysis::rerun::again(&bag));
     let Ok(read) = Bag::open(&bag) else {
         assert!(!is_sound, "the check found nothing, and the bag cannot be opened");
         return;

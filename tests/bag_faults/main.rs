@@ -13,7 +13,7 @@ mod table;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use camwright_nodes::bag::check::{Finding, Severity, check};
+use camwright_bag::check::{Finding, Severity, check};
 use draft::Draft;
 use serde_json::Value;
 use support::{Domain, repository};

@@ -7,8 +7,8 @@
 use super::draft::{
     Draft, INPUTS, JOINTS, PAGES, STATUS, cdr, find, footer_at, message_with, patch_last, records, without_crc,
 };
+use camwright_bag::check::Severity;
 use camwright_msgs::camwright_msgs::msg::RecorderStatus;
-use camwright_nodes::bag::check::Severity;
 use mcap::records::op;
 use std::path::Path;
 

@@ -2,7 +2,7 @@
 
 use super::mutate;
 use super::random::Random;
-use camwright_nodes::bag::{Bag, BagWriter, Message, Outcome, Topic, WriterOptions};
+use camwright_bag::{Bag, BagWriter, Message, Outcome, Topic, WriterOptions};
 use std::fs;
 use std::path::Path;
 

@@ -5,7 +5,7 @@ use super::subjects::{SMALL_JOB, SMALL_TURNED, SURFACES, grid};
 use super::support::{Folder, repository};
 use super::{changed_bag, changed_bag::Original};
 use camwright_msgs::camwright_msgs::msg::MachineStream;
-use camwright_nodes::ros::sample_from_message;
+use camwright_msgs::cdr::sample_from_message;
 use std::borrow::Cow;
 use std::path::Path;
 

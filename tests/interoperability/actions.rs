@@ -5,7 +5,7 @@ use crate::matrix::BURST;
 use crate::support::{PATIENCE, Peer};
 use camwright_msgs::camwright_msgs::action::{Home, HomeFeedback, HomeGoal, HomeResult};
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerResponse};
-use camwright_nodes::ros::{ActionHandler, ActionServer, GoalDecision, GoalHandle, GoalId, Node};
+use camwright_ros::{ActionHandler, ActionServer, GoalDecision, GoalHandle, GoalId, Node};
 use serde_json::{Value, json};
 use std::sync::mpsc::{Receiver, Sender, channel};
 

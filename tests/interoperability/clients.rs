@@ -3,7 +3,7 @@
 use crate::ground::{Ground, HOME};
 use crate::support::PATIENCE;
 use camwright_msgs::camwright_msgs::action::{Home, HomeGoal};
-use camwright_nodes::ros::{CancelOutcome, ClientGoal, GoalStatus, Node};
+use camwright_ros::{CancelOutcome, ClientGoal, GoalStatus, Node};
 use serde_json::{Value, json};
 use std::sync::mpsc::{Receiver, channel};
 

@@ -2,7 +2,7 @@
 
 use crate::matrix::{Column, Matrix};
 use crate::support::{Domain, Peer, PeerEnv};
-use camwright_nodes::ros::{Node, NodeOptions, Parameter, RosArgs, SpinThread};
+use camwright_ros::{Node, NodeOptions, Parameter, RosArgs, SpinThread};
 use serde_json::{Value, json};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;

@@ -5,7 +5,7 @@ use crate::support::{PATIENCE, Peer};
 use camwright_msgs::rosgraph_msgs::msg::Clock;
 use camwright_msgs::std_msgs::msg::String as Text;
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerResponse};
-use camwright_nodes::ros::{Level, LifecycleCallbacks, LifecycleState, Qos};
+use camwright_ros::{Level, LifecycleCallbacks, LifecycleState, Qos};
 use serde_json::{Value, json};
 use std::sync::mpsc::channel;
 use std::time::Instant;

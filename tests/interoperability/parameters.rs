@@ -2,7 +2,7 @@
 
 use crate::ground::{Ground, strings};
 use crate::support::{Peer, repository};
-use camwright_nodes::ros::{NodeOptions, Parameter, ParameterValue, RosArgs};
+use camwright_ros::{NodeOptions, Parameter, ParameterValue, RosArgs};
 use serde_json::{Value, json};
 use std::io::Write as _;
 
@@ -114,7 +114,7 @@ pub fn dumped_and_loaded(ground: &mut Ground<'_>) {
         let words: Vec<String> = words.iter().map(ToString::to_string).collect();
         let (args, _) = RosArgs::parse_with(&words, |_| None).unwrap_or_else(|error| panic!("{error} in\n{text}"));
         let options = NodeOptions::new("planner", &args.with_domain_id(ground.domain.id())).parameters(declared());
-        let again = camwright_nodes::ros::Node::new(options).unwrap_or_else(|error| panic!("{error} in\n{text}"));
+        let again = camwright_ros::Node::new(options).unwrap_or_else(|error| panic!("{error} in\n{text}"));
         for name in ["infeed_um_rev", "job", "lobes", "group.depth", "use_sim_time"] {
             assert_eq!(again.parameters().get(name), node.parameters().get(name), "{name} of\n{text}");
         }

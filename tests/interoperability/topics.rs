@@ -6,7 +6,7 @@ use camwright_msgs::rcl_interfaces::msg::Log;
 use camwright_msgs::std_msgs::msg::String as Text;
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerResponse};
 use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
-use camwright_nodes::ros::{Node, Qos, Subscription};
+use camwright_ros::{Node, Qos, Subscription};
 use serde_json::json;
 use std::sync::mpsc::{Receiver, channel};
 

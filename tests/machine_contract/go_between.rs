@@ -12,8 +12,8 @@ use camwright_msgs::camwright_msgs::srv::{TakeCommand, TakeCommandResponse};
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
-use camwright_nodes::authority::Command;
-use camwright_nodes::ros::{
+use camwright_ros::authority::Command;
+use camwright_ros::{
     Client, Guid, Node, NodeOptions, Publisher, Qos, RosArgs, ServiceHandle, SpinThread, Subscription,
 };
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -7,7 +7,7 @@
 
 use camwright_msgs::control_msgs::msg::JointTrajectoryControllerState;
 use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
-use camwright_nodes::ros::{Node, NodeOptions, Qos, RosArgs, SpinThread, Subscription, TimerHandle};
+use camwright_ros::{Node, NodeOptions, Qos, RosArgs, SpinThread, Subscription, TimerHandle};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -56,7 +56,7 @@ impl StandIn {
                 joint_names: JOINTS.map(str::to_owned).to_vec(),
                 ..Default::default()
             };
-            said.header.stamp = camwright_nodes::convert::time::time_from_ns(state.ns);
+            said.header.stamp = camwright_files::convert::time::time_from_ns(state.ns);
             let [positions, velocities, accelerations] = state.state.map(|values| values.to_vec());
             said.feedback = JointTrajectoryPoint { positions, velocities, accelerations, ..Default::default() };
             publisher.publish(&said).expect("it can be said");

@@ -1,8 +1,8 @@
 //! From the middle: every keyframe begins a run that is the same to the bit, and none is trusted.
 
 use crate::changed_bag::{Original, as_it_was};
+use camwright_analysis::rerun::{Verdict, Window, again, within};
 use camwright_msgs::camwright_msgs::msg::{MachineInput, MachineKeyframe};
-use camwright_nodes::rerun::{Verdict, Window, again, within};
 use std::path::Path;
 
 fn from_tick(tick: u64) -> Window {

@@ -3,10 +3,10 @@
 #![allow(dead_code, reason = "each test target uses its part")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 
+use camwright_bag::{Bag, BagWriter, Message, Outcome, WriterOptions};
+use camwright_files::convert::keyframes::{Arriving, pages};
 use camwright_msgs::camwright_msgs::msg::MachineKeyframe;
-use camwright_nodes::bag::{Bag, BagWriter, Message, Outcome, WriterOptions};
-use camwright_nodes::convert::keyframes::{Arriving, pages};
-use camwright_nodes::ros::{message_from_sample, sample_from_message};
+use camwright_msgs::cdr::{message_from_sample, sample_from_message};
 use serde::de::DeserializeOwned;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};

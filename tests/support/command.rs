@@ -3,8 +3,8 @@
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 
 use super::{Domain, PATIENCE};
-use camwright_nodes::authority::{Command, TakeOptions};
-use camwright_nodes::ros::{Node, NodeOptions, RosArgs, SpinThread};
+use camwright_ros::authority::{Command, TakeOptions};
+use camwright_ros::{Node, NodeOptions, RosArgs, SpinThread};
 use std::time::Duration;
 
 fn options() -> TakeOptions {

@@ -10,11 +10,11 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use camwright_bag::{Bag, Message};
 use camwright_msgs::camwright_msgs::msg::RecorderStatus;
 use camwright_msgs::lifecycle_msgs::srv::{ChangeState, ChangeStateRequest};
-use camwright_nodes::bag::{Bag, Message};
-use camwright_nodes::ros::{Node, NodeOptions, Qos, RosArgs, Shutdown, SpinThread};
-use camwright_nodes::run_logger::RunLogger;
+use camwright_ros::{Node, NodeOptions, Qos, RosArgs, Shutdown, SpinThread};
+use camwright_run_logger::RunLogger;
 
 /// `lifecycle_msgs/msg/Transition`.
 pub const CONFIGURE: u8 = 1;

@@ -6,7 +6,7 @@
 
 use crate::cell::{Cell, PATIENCE};
 use camwright_msgs::rcl_interfaces::msg::Log;
-use camwright_nodes::ros::{Qos, Subscription};
+use camwright_ros::{Qos, Subscription};
 use std::sync::{Arc, Mutex, mpsc};
 use std::time::{Duration, Instant};
 

@@ -2,12 +2,12 @@
 
 use super::figures::{Dice, Row};
 use super::support::Domain;
+use camwright_files::convert::time::{ns_from_time, time_from_ns};
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::{MachineIo, MachineStream};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 use camwright_msgs::{Message, Service};
-use camwright_nodes::convert::time::{ns_from_time, time_from_ns};
-use camwright_nodes::ros::{Node, NodeOptions, Qos, RosArgs, SpinThread};
+use camwright_ros::{Node, NodeOptions, Qos, RosArgs, SpinThread};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};

@@ -3,14 +3,14 @@
 use super::asker::{Asker, DISCOVERY, between_ns, now_ns, qos};
 use super::figures::Row;
 use super::support::{Domain, Guarded, command::Shared, processes::in_domain};
+use camwright_files::convert::time::{TickClock, ns_from_time};
 use camwright_msgs::Message;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal};
 use camwright_msgs::camwright_msgs::msg::{MachineIo, MachineStream};
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
-use camwright_nodes::convert::time::{TickClock, ns_from_time};
-use camwright_nodes::ros::{Qos, Subscription};
+use camwright_ros::{Qos, Subscription};
 use std::os::unix::process::CommandExt;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::{Duration, Instant};

@@ -7,7 +7,7 @@ use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, MoveTo, MoveToGoal}
 use camwright_msgs::camwright_msgs::msg::{MachineIo, MachineStream};
 use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultRequest};
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
-use camwright_nodes::ros::{ActionClient, Client, ClientGoal};
+use camwright_ros::{ActionClient, Client, ClientGoal};
 use std::time::{Duration, Instant};
 
 /// Shares of the wheelhead's speed at which it meets the switch: 100, 250 and 500 mm/s.

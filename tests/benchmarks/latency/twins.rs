@@ -3,14 +3,14 @@
 use super::asker::{Asker, Stamped, qos};
 use super::figures::Row;
 use super::support::{Domain, Guarded, LOOPBACK, PeerEnv};
+use camwright_files::convert::setpoints::joint_names;
+use camwright_files::convert::time::duration_from_ns;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal, RunJobResult};
 use camwright_msgs::camwright_msgs::msg::{MachineIo, MachineStream};
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse};
 use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
 use camwright_msgs::{Action, unique_identifier_msgs::msg::UUID};
-use camwright_nodes::convert::setpoints::joint_names;
-use camwright_nodes::convert::time::duration_from_ns;
-use camwright_nodes::ros::{ActionHandler, GoalDecision, GoalHandle, GoalId, Node, NodeOptions, RosArgs, Subscription};
+use camwright_ros::{ActionHandler, GoalDecision, GoalHandle, GoalId, Node, NodeOptions, RosArgs, Subscription};
 use serde::Serialize;
 use std::io::Read;
 use std::os::unix::process::CommandExt;

@@ -1,8 +1,8 @@
 //! What became of every message of a load: from the bag, from the recorder's own words, and whether the two agree.
 
 use super::load::{Sent, TOPIC, number};
-use camwright_nodes::bag::check::{Severity, check};
-use camwright_nodes::bag::{Bag, Message};
+use camwright_bag::check::{Severity, check};
+use camwright_bag::{Bag, Message};
 use std::path::Path;
 
 /// What the recorder says of the topic.

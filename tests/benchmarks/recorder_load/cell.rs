@@ -2,13 +2,14 @@
 
 use super::recorders::Ours;
 use super::support::{Domain, Guarded, PATIENCE, command::Shared, processes::in_domain};
+use camwright_analysis::rerun;
+use camwright_bag::check::check;
+use camwright_bag::{Bag, Message};
+use camwright_files::convert::time::ns_from_time;
 use camwright_msgs::camwright_msgs::msg::{MachineInput, MachineStream, RecorderStatus};
+use camwright_msgs::cdr::message_from_sample;
 use camwright_msgs::sensor_msgs::msg::JointState;
-use camwright_nodes::bag::check::check;
-use camwright_nodes::bag::{Bag, Message};
-use camwright_nodes::convert::time::ns_from_time;
-use camwright_nodes::rerun;
-use camwright_nodes::ros::{Node, message_from_sample};
+use camwright_ros::Node;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::time::Duration;

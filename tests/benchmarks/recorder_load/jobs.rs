@@ -4,7 +4,7 @@ use super::cell;
 use super::support::PATIENCE;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal};
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
-use camwright_nodes::ros::Node;
+use camwright_ros::Node;
 use std::path::Path;
 use std::time::{Duration, Instant};
 

@@ -19,7 +19,7 @@ mod twin;
 mod usage;
 
 use account::{Enqueue, Lost, disagreements, enqueue, lost};
-use camwright_nodes::bag::Bag;
+use camwright_bag::Bag;
 use clap::Parser;
 use computer::{computer, first_line};
 use indicatif::{ProgressBar, ProgressStyle};

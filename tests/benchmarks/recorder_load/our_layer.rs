@@ -1,7 +1,7 @@
 //! The load from our own ROS layer: what a process of the benchmark does that was started with [`PUBLISH`].
 
 use super::load::{LAST, NUMBER, PUBLISH};
-use camwright_nodes::ros::{Node, NodeOptions, Qos, RosArgs};
+use camwright_ros::{Node, NodeOptions, Qos, RosArgs};
 use std::io::{BufRead, Read};
 use std::time::{Duration, Instant};
 

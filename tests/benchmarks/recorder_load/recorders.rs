@@ -5,7 +5,7 @@ use super::load::TOPIC;
 use super::support::{Domain, Guarded, PATIENCE, processes::in_domain};
 use super::usage;
 use camwright_msgs::camwright_msgs::msg::RecorderStatus;
-use camwright_nodes::ros::{Node, NodeOptions, Qos, RosArgs, SpinThread, Subscription};
+use camwright_ros::{Node, NodeOptions, Qos, RosArgs, SpinThread, Subscription};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -4,7 +4,7 @@ use super::account::{Found, Told, find};
 use super::load::{Load, TOPIC};
 use super::recorders::{DEPTH, Used, used};
 use super::support::{Domain, Guarded, LOOPBACK, PATIENCE, PeerEnv};
-use camwright_nodes::bag::Bag;
+use camwright_bag::Bag;
 use std::io::Write;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};

@@ -1,0 +1,5 @@
+//! Analysis of recorded runs, from bags alone: report, replay to the bit, and planning again.
+
+pub mod replan;
+pub mod report;
+pub mod rerun;

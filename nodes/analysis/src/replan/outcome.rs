@@ -1,0 +1,147 @@
+//! What came of planning an archived job again, in the words and units of the trade.
+
+use super::archive::ArchivedJob;
+use camwright::machine::description::Axis;
+use camwright::math::units::{deg_from_rad, rpm_from_rad_s, um_from_mm};
+use camwright::motion::plan::{Plan, Segment};
+use camwright::planner::plan_difference::{Difference, Moved, PlanDifference, compare};
+use camwright_files::convert::machine_now::recorded_machine;
+use camwright_files::convert::plan::{phase_name, plan_from_pages};
+use camwright_planning::plan_recorded;
+use std::fmt;
+
+/// Something that moved.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line {
+    /// Which step, by its number and what it is for.
+    pub step: String,
+    /// What of it, from what to what.
+    pub text: String,
+}
+
+/// What came of planning a job again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// Hashes of the plan as it was and as it is.
+    pub hashes: [String; 2],
+    /// Both plans are the same in every value.
+    pub is_same: bool,
+    /// Predicted durations (s).
+    pub duration_s: [f64; 2],
+    /// What moved by more than was allowed.
+    pub lines: Vec<Line>,
+    /// Differences that were no more than was allowed.
+    pub within: usize,
+}
+
+impl Outcome {
+    /// Something moved.
+    #[must_use]
+    pub fn moved(&self) -> bool {
+        !self.lines.is_empty()
+    }
+}
+
+/// Plans a job again, on the machine as it was but for `set_machine`, as it was but for `set`.
+///
+/// # Errors
+/// Why it cannot be planned or compared, as the end of a sentence.
+pub fn plan_again(
+    job: &ArchivedJob,
+    set: &[String],
+    set_machine: &[String],
+    tolerance_um: f64,
+) -> Result<Outcome, String> {
+    let message = job.machine.as_ref().ok_or("no machine description is recorded")?;
+    let machine = recorded_machine(message, set_machine)?;
+    let old = job.plan(&machine)?;
+    let prepared = plan_recorded(&job.status, job.files.clone(), message, machine.clone(), set)?;
+    let new = plan_from_pages(prepared.first_pages(), &machine).map(|(plan, _)| plan).map_err(|e| e.to_string())?;
+    let difference = compare(&old, &new, &machine);
+    let is_same = old == new;
+    let mut lines = lines_of(&old, &new, &difference, tolerance_um);
+    let told = difference.moved.len() + difference.only_old.len() + difference.only_new.len();
+    let within = told - lines.len();
+    if difference.is_none() && !is_same {
+        let text = "moves alike at all places that were looked at, but its values are others".to_owned();
+        lines.push(Line { step: "the plan".to_owned(), text });
+    }
+    let hashes = [job.status.plan_hash.clone(), prepared.plan_hash().to_owned()];
+    Ok(Outcome { hashes, is_same, duration_s: [old.duration_s, new.duration_s], lines, within })
+}
+
+fn lines_of(old: &Plan, new: &Plan, difference: &PlanDifference, tolerance_um: f64) -> Vec<Line> {
+    let mut lines: Vec<Line> = Vec::new();
+    let only = |plan: &Plan, steps: &[usize], text: &str| -> Vec<Line> {
+        let named = steps.iter().filter_map(|step| Some((*step, plan.segments.get(*step)?)));
+        named.map(|(step, segment)| Line { step: name(plan, step, segment), text: text.to_owned() }).collect()
+    };
+    lines.extend(only(old, &difference.only_old, "is not there any more"));
+    lines.extend(only(new, &difference.only_new, "is new"));
+    for found in &difference.moved {
+        let Some(segment) = new.segments.get(found.new_step) else { continue };
+        if let Some(text) = text(found, tolerance_um) {
+            lines.push(Line { step: name(new, found.new_step, segment), text });
+        }
+    }
+    lines
+}
+
+/// A step by its number, from 1 on, phase and lobe.
+fn name(plan: &Plan, step: usize, segment: &Segment) -> String {
+    let lobe = segment.lobe.and_then(|lobe| plan.lobes.get(lobe));
+    let lobe = lobe.map_or_else(String::new, |lobe| format!(" of {lobe}"));
+    format!("step {} ({}{lobe})", step + 1, phase_name(segment.phase))
+}
+
+/// What moved; none where it is no more than is allowed.
+fn text(found: &Difference, tolerance_um: f64) -> Option<String> {
+    let at = found.at_rad.map_or_else(String::new, |at| format!(" at {:.2} deg", deg_from_rad(at)));
+    let way = |what: &str| {
+        let by = um_from_mm(found.by());
+        (by.abs() > tolerance_um).then(|| format!("{what} by {by:+.6} um{at}"))
+    };
+    let turned = |what: &str| {
+        // As much as the same number of um on a radius of 1 m.
+        let is_more = um_from_mm(um_from_mm(found.by())).abs() > tolerance_um;
+        is_more.then(|| format!("{what} by {:+.6} deg{at}", deg_from_rad(found.by())))
+    };
+    let told = |what: &str, old: f64, new: f64, unit: &str| Some(format!("{what} {old} -> {new}{unit}{at}"));
+    match found.moved {
+        Moved::Target(Axis::C) => turned("goes to another place of c_axis,"),
+        Moved::Target(axis) => way(&format!("goes to another place of {},", axis.joint())),
+        Moved::PathOfX => way("path of x_axis over c_axis moved"),
+        Moved::PathOfZ => way("path of z_axis over c_axis moved"),
+        Moved::Infeed => way("infeed moved"),
+        Moved::Stock => way("material above the contour at its beginning changed"),
+        Moved::Start => turned("begins at another angle,"),
+        Moved::Ratio => Some(format!("way of x_axis per depth changed by {:+.3e}{at}", found.by())),
+        Moved::Turns => told("turns", found.old, found.new, ""),
+        Moved::Speed => {
+            let rpm = [found.old, found.new].map(rpm_from_rad_s);
+            Some(format!("speed of c_axis {:.4} -> {:.4} rpm ({:+.4} rpm){at}", rpm[0], rpm[1], rpm[1] - rpm[0]))
+        }
+        Moved::Time => Some(format!("takes {:.3} -> {:.3} s ({:+.3} s)", found.old, found.new, found.by())),
+        Moved::Words => Some("says something else: a limit, an input, an order, or how it is left".to_owned()),
+    }
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [old, new] = &self.hashes;
+        match (self.is_same, old == new) {
+            (true, true) => return write!(f, "the same plan {old:.12}"),
+            (true, false) => return write!(f, "the same motions to the bit; plan {old:.12} is {new:.12} now"),
+            _ => {}
+        }
+        let [before, after] = self.duration_s;
+        write!(f, "plan {old:.12} is {new:.12} now, {before:.3} -> {after:.3} s ({:+.3} s)", after - before)?;
+        for line in &self.lines {
+            write!(f, "\n    {}: {}", line.step, line.text)?;
+        }
+        if self.within > 0 {
+            write!(f, "\n    {} more within the tolerance", self.within)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,209 @@
+//! What a bag says of its run, topic by topic; what it does not hold is left empty and never guessed.
+
+use super::ReportError;
+use camwright_bag::schema_evolution::{add_empty_lists, lists_since};
+use camwright_bag::{Bag, Message, Topic};
+use camwright_files::convert::time::{TickClock, ns_from_time};
+use camwright_msgs::camwright_msgs::msg::{
+    Alarm, AppliedInput, FormMap, GaugeReading, InterpolatorState, JobFilePage, JobStatus, LobeForm, MachineAlarms,
+    MachineDescription, MachineStream, PartLobe, PlanPage, RecorderStatus, TurnedPage,
+};
+use camwright_msgs::cdr::message_from_sample;
+use serde::de::DeserializeOwned;
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// A message with the time at which it was recorded (ns since 1970).
+#[derive(Debug, Clone)]
+pub(super) struct At<T> {
+    pub(super) ns: u64,
+    pub(super) said: T,
+}
+
+/// One storage file.
+#[derive(Debug, Clone)]
+pub(super) struct StoredFile {
+    pub(super) name: String,
+    pub(super) bytes: u64,
+    pub(super) sha256: String,
+}
+
+/// An alarm from its raising to its reset.
+#[derive(Debug, Clone)]
+pub(super) struct AlarmTold {
+    pub(super) alarm: Alarm,
+    /// Tick of the first list without it.
+    pub(super) gone: Option<u64>,
+}
+
+/// Messages of a topic that are missing by their numbers.
+#[derive(Debug, Clone)]
+pub(super) struct Gap {
+    pub(super) topic: String,
+    pub(super) missing: u64,
+}
+
+/// Everything that was recorded, but for what is there a thousand times a second.
+#[derive(Debug, Default)]
+pub(super) struct Recorded {
+    pub(super) name: String,
+    pub(super) files: Vec<StoredFile>,
+    pub(super) custom: BTreeMap<String, String>,
+    pub(super) is_closed: bool,
+    pub(super) span_ns: Option<(u64, u64)>,
+    pub(super) messages: u64,
+    pub(super) topics: usize,
+    /// Name of the cell, with which its topics begin.
+    pub(super) prefix: String,
+    pub(super) clock: Option<TickClock>,
+    pub(super) machines: Vec<At<MachineDescription>>,
+    pub(super) statuses: Vec<At<JobStatus>>,
+    pub(super) forms: Vec<At<LobeForm>>,
+    pub(super) parts: Vec<At<PartLobe>>,
+    pub(super) job_files: Vec<At<JobFilePage>>,
+    pub(super) pages: Vec<At<PlanPage>>,
+    pub(super) states: Vec<At<InterpolatorState>>,
+    pub(super) inputs: Vec<At<AppliedInput>>,
+    pub(super) alarms: Vec<AlarmTold>,
+    pub(super) gauge: Vec<At<GaugeReading>>,
+    pub(super) maps: Vec<At<FormMap>>,
+    pub(super) surface: Vec<At<TurnedPage>>,
+    pub(super) recorder: Option<RecorderStatus>,
+    pub(super) gaps: Vec<Gap>,
+    /// Messages that could not be understood, by topic, with the first reason.
+    pub(super) unread: BTreeMap<String, (u64, String)>,
+}
+
+impl Recorded {
+    pub(super) fn of(bag: &Bag) -> Result<Self, ReportError> {
+        let mut recorded = Self {
+            name: name_of(bag.path()),
+            files: bag.files().iter().map(|file| stored(&file.path)).collect::<Result<_, _>>()?,
+            custom: bag.custom_data().clone(),
+            is_closed: bag.files().iter().all(|file| file.is_closed),
+            span_ns: bag.log_times_ns(),
+            messages: bag.message_counts().iter().sum(),
+            topics: bag.message_counts().iter().filter(|count| **count > 0).count(),
+            prefix: prefix_of(bag),
+            ..Self::default()
+        };
+        let names: Vec<Option<String>> =
+            bag.topics().iter().map(|t| t.name.strip_prefix(&recorded.prefix).map(str::to_owned)).collect();
+        let mut highest: Vec<(u64, u64)> = vec![(0, 0); names.len()];
+        // What a bag of a former program does not say of a message is empty.
+        let since = |topic: &Topic| {
+            camwright_msgs::by_type_name(&topic.type_name).map_or(0, |ours| lists_since(topic, ours.schema))
+        };
+        let since: Vec<usize> = bag.topics().iter().map(since).collect();
+        let mut messages = bag.messages();
+        while let Some(mut message) = messages.next_message()? {
+            add_empty_lists(&mut message.data, since[message.topic]);
+            let seen = &mut highest[message.topic];
+            *seen = (seen.0.max(u64::from(message.sequence)), seen.1 + 1);
+            if let Some(name) = &names[message.topic] {
+                recorded.take(name, &message);
+            }
+        }
+        let gaps = bag.topics().iter().zip(&highest);
+        recorded.gaps = gaps
+            .filter(|(_, (last, seen))| last > seen)
+            .map(|(topic, (last, seen))| Gap { topic: topic.name.clone(), missing: last - seen })
+            .collect();
+        Ok(recorded)
+    }
+
+    fn take(&mut self, name: &str, message: &Message) {
+        let outcome = match name {
+            "machine/description" => push(&mut self.machines, message),
+            "machine/stream" if self.clock.is_none() => self.take_stream(message),
+            "machine/part" => push(&mut self.parts, message),
+            "machine/gauge" => push(&mut self.gauge, message),
+            "machine/turned_part" => push(&mut self.surface, message),
+            "job_planner/job_status" => push(&mut self.statuses, message),
+            "job_planner/job_files" => push(&mut self.job_files, message),
+            "job_planner/lobe_forms" => push(&mut self.forms, message),
+            "job_planner/plan" => push(&mut self.pages, message),
+            "job_planner/form_map" => push(&mut self.maps, message),
+            "axis_interpolator/state" => push(&mut self.states, message),
+            "axis_interpolator/inputs" => push(&mut self.inputs, message),
+            "run_logger/status" => message_from_sample(&message.data).map(|said| self.recorder = Some(said)),
+            "machine/alarms" | "axis_interpolator/alarms" => {
+                message_from_sample(&message.data).map(|list| self.take_alarms(list))
+            }
+            _ => Ok(()),
+        };
+        if let Err(reason) = outcome {
+            let unread = self.unread.entry(format!("{}{name}", self.prefix)).or_insert((0, reason));
+            unread.0 += 1;
+        }
+    }
+
+    fn take_stream(&mut self, message: &Message) -> Result<(), String> {
+        let stream: MachineStream = message_from_sample(&message.data)?;
+        if let Some(machine) = self.machines.first() {
+            self.clock =
+                Some(TickClock { epoch_ns: ns_from_time(&stream.epoch), cycle_time_ns: machine.said.cycle_time_ns });
+        }
+        Ok(())
+    }
+
+    /// What is in the list for the first time was raised; what is not in it any more has gone.
+    fn take_alarms(&mut self, list: MachineAlarms) {
+        let is = |a: &Alarm, b: &Alarm| (a.number, a.tick, &a.source) == (b.number, b.tick, &b.source);
+        // Both nodes tell what ended a motion: it is one alarm.
+        let of_these = |told: &Alarm, list: &MachineAlarms| list.alarms.iter().any(|alarm| is(alarm, told));
+        for told in self.alarms.iter_mut().filter(|told| told.gone.is_none()) {
+            if !of_these(&told.alarm, &list) && told.alarm.tick <= list.tick && list.alarms.is_empty() {
+                told.gone = Some(list.tick);
+            }
+        }
+        for alarm in list.alarms {
+            if !self.alarms.iter().any(|told| is(&told.alarm, &alarm)) {
+                self.alarms.push(AlarmTold { alarm, gone: None });
+            }
+        }
+    }
+
+    /// Length of a tick (s); none where no machine was heard.
+    pub(super) fn cycle_s(&self) -> Option<f64> {
+        self.clock.map(|clock| f64::from(clock.cycle_time_ns) * 1e-9)
+    }
+}
+
+fn push<T: DeserializeOwned>(into: &mut Vec<At<T>>, message: &Message) -> Result<(), String> {
+    into.push(At { ns: message.log_time_ns, said: message_from_sample(&message.data)? });
+    Ok(())
+}
+
+/// What the topics of the cell begin with: that of the first machine or planner in the bag.
+fn prefix_of(bag: &Bag) -> String {
+    let named = ["machine/description", "job_planner/job_status"];
+    let of = |ending: &str| {
+        bag.topics().iter().find_map(|topic| topic.name.strip_suffix(ending).filter(|start| start.ends_with('/')))
+    };
+    named.into_iter().find_map(of).unwrap_or("/").to_owned()
+}
+
+fn name_of(path: &Path) -> String {
+    let whole = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    whole.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+}
+
+fn stored(path: &Path) -> Result<StoredFile, ReportError> {
+    let failed = |source| ReportError::Io { action: "read", path: path.to_owned(), source };
+    let mut file = File::open(path).map_err(failed)?;
+    let (mut hasher, mut bytes, mut buffer) = (Sha256::new(), 0, vec![0; 1 << 16]);
+    loop {
+        let read = file.read(&mut buffer).map_err(failed)?;
+        if read == 0 {
+            break;
+        }
+        bytes += read as u64;
+        hasher.update(&buffer[..read]);
+    }
+    let sha256 = hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    Ok(StoredFile { name: name_of(path), bytes, sha256 })
+}

@@ -1,0 +1,137 @@
+//! What the gauge read, and how far journals ran out before and after they were corrected.
+
+use super::Findings;
+use super::chart::{Chart, Curve};
+use super::columns::Columns;
+use super::head::COLUMNS;
+use super::page::table;
+use super::text::{escape, fixed, um};
+use camwright::math::range::least_and_most;
+use camwright::math::units::{TURN_RAD, deg_from_rad, mm_from_um, wrap_turn};
+use camwright_files::convert::m_from_mm;
+use camwright_msgs::camwright_msgs::msg::{GaugeReading, LobeResult};
+
+pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
+    let corrected: Vec<&LobeResult> = findings.story.status.map_or_else(Vec::new, |status| {
+        status.lobes.iter().filter(|lobe| lobe.runout_before > 0.0 || lobe.machine_stiffness > 0.0).collect()
+    });
+    if corrected.is_empty() && findings.story.gauge.is_empty() {
+        return;
+    }
+    out.push_str("<section id=\"gauge\"><h2>Gauge and runout</h2>");
+    if !corrected.is_empty() {
+        results(out, &corrected);
+    }
+    out.push_str("<div class=\"figures\">");
+    for (index, name) in findings.story.names().iter().enumerate() {
+        let readings: Vec<&GaugeReading> =
+            findings.story.gauge.iter().copied().filter(|reading| reading.lobe == *name && !reading.pushing).collect();
+        if !readings.is_empty() {
+            out.push_str(&diameter(findings, index, name, &readings).figure());
+        }
+        if let Some(chart) = outline(findings, name) {
+            out.push_str(&chart.figure());
+        }
+    }
+    out.push_str("</div></section>\n");
+}
+
+fn results(out: &mut String, lobes: &[&LobeResult]) {
+    // N/m and N/µm differ as µm and m do, the other way round.
+    let n_um = |n_m: f64| mm_from_um(m_from_mm(n_m));
+    let given = |value: f64, text: String| if value > 0.0 { text } else { "–".to_owned() };
+    let row = |lobe: &&LobeResult| {
+        vec![
+            escape(&lobe.name),
+            given(lobe.runout_before, fixed(um(lobe.runout_before), 2)),
+            given(lobe.runout, fixed(um(lobe.runout), 3)),
+            given(lobe.spark_out_turns, fixed(lobe.spark_out_turns.ceil(), 0)),
+            given(
+                lobe.machine_stiffness,
+                format!(
+                    "{} ± {}",
+                    fixed(n_um(lobe.machine_stiffness), 2),
+                    fixed(n_um(lobe.machine_stiffness_uncertainty), 2)
+                ),
+            ),
+            given(
+                lobe.grinding_stiffness,
+                format!(
+                    "{} ± {}",
+                    fixed(n_um(lobe.grinding_stiffness), 1),
+                    fixed(n_um(lobe.grinding_stiffness_uncertainty), 1)
+                ),
+            ),
+        ]
+    };
+    let heads = [
+        ("journal", true),
+        ("runout before µm", false),
+        ("after µm", false),
+        ("turns that sparking out would take", false),
+        ("stiffness of machine N/µm", false),
+        ("of the cut N/µm", false),
+    ];
+    table(out, &heads, &lobes.iter().map(row).collect::<Vec<_>>());
+}
+
+/// The reading of the gauge over the last turn of each half of the job, from its mean.
+fn diameter(findings: &Findings<'_>, index: usize, name: &str, readings: &[&GaugeReading]) -> Chart {
+    let split = findings.story.stretches.iter().find(|s| s.plan > 0 && s.lobe == Some(index)).map(|s| s.from);
+    let split = split.unwrap_or(u64::MAX);
+    let half = |is_first: bool| {
+        let of: Vec<&&GaugeReading> = readings.iter().filter(|reading| (reading.tick < split) == is_first).collect();
+        let last = of.last().map_or(0.0, |reading| reading.spindle_angle);
+        let turn: Vec<(f64, f64)> = (of.iter().filter(|reading| (last - reading.spindle_angle).abs() <= TURN_RAD))
+            .map(|reading| {
+                let at = findings.sense() * reading.spindle_angle;
+                (deg_from_rad(wrap_turn(at)), um(reading.reading))
+            })
+            .collect();
+        let (least, most) = least_and_most(turn.iter().map(|point| point.1));
+        let middle = 0.5 * (least + most);
+        let size = mm_from_um(middle);
+        let points = Columns::of(0.0, 360.0, COLUMNS, turn.iter().map(|(at, value)| (*at, value - middle))).points();
+        (points, size, most - least)
+    };
+    let curve = |class, when: &str, (points, size, range): (Vec<(f64, f64)>, f64, f64)| Curve {
+        class,
+        name: format!("{when}: about {} mm, {} µm from least to most", fixed(size, 4), fixed(range, 2)),
+        points,
+    };
+    let kind = if readings.iter().any(|reading| reading.kind == GaugeReading::RADIUS) { "radius" } else { "diameter" };
+    Chart {
+        across: "azimuth of the wheel's line on the part (°)",
+        curves: vec![
+            curve("other", "last turn before the correction", half(true)),
+            curve("is", "last turn of all", half(false)),
+        ],
+        has_zero: true,
+        ..Chart::over_azimuth(format!("{name}: reading of the gauge, a {kind}, from its middle (µm)"))
+    }
+}
+
+/// The outline of a journal from its mean: what it runs out by now.
+#[allow(clippy::cast_precision_loss, reason = "some thousand azimuths")]
+fn outline(findings: &Findings<'_>, name: &str) -> Option<Chart> {
+    let result = findings.story.status?.lobes.iter().find(|lobe| lobe.name == name && lobe.runout_before > 0.0)?;
+    let part = findings.story.outlines.iter().find(|part| part.name == name && !part.radius.is_empty())?;
+    let (least, most) = least_and_most(part.radius.iter().copied());
+    let middle = 0.5 * (least + most);
+    let count = part.radius.len() as f64;
+    let points = part.radius.iter().enumerate().map(|(at, r)| (360.0 * at as f64 / count, um(r - middle)));
+    let curve = Curve {
+        class: "is",
+        name: format!(
+            "ran out by {} µm before, now by {} µm",
+            fixed(um(result.runout_before), 2),
+            fixed(um(result.runout), 3)
+        ),
+        points: Columns::of(0.0, 360.0, COLUMNS, points).points(),
+    };
+    Some(Chart {
+        curves: vec![curve],
+        has_zero: true,
+        ..Chart::over_azimuth(format!("{name}: distance of the outline from the axis, from its middle (µm)"))
+    })
+}

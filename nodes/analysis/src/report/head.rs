@@ -1,0 +1,154 @@
+//! What is seen first: the verdict, the worst place, what is allowed there, and why; with a picture of each.
+
+use super::Findings;
+use super::chart::{Chart, Curve, Mark, Size};
+use super::columns::Columns;
+use super::judge::{Tone, Worst};
+use super::lag::Left;
+use super::part_drawing::Section;
+use super::text::{escape, fixed, signed, um};
+use super::turned;
+use camwright::math::units::{deg_from_rad, wrap_turn};
+use camwright_bag::info::utc;
+use camwright_files::convert::mm_from_m;
+use camwright_msgs::camwright_msgs::msg::LobeForm;
+use std::fmt::Write as _;
+
+/// Columns of a chart over a turn.
+pub(super) const COLUMNS: usize = 360;
+
+pub(super) fn write(out: &mut String, findings: &Findings<'_>) {
+    let verdict = findings.verdict;
+    titles(out, findings);
+    let tone = match verdict.tone {
+        Tone::Good => "good",
+        Tone::Wrong => "wrong",
+        Tone::Waits => "waits",
+    };
+    let _infallible = write!(
+        out,
+        "<div class=\"verdict {tone}\" id=\"verdict\"><h1>{}</h1><p>{}</p></div>\n<div class=\"tiles\">",
+        verdict.word,
+        escape(&verdict.reason)
+    );
+    match &verdict.worst {
+        Some(worst) => {
+            let _infallible = write!(
+                out,
+                "<div class=\"tile\" id=\"worst\"><h2>Worst form error</h2><div class=\"big\">{} µm</div><div class=\"place\">{}, {}</div></div>\
+                 <div class=\"tile\" id=\"bound\"><h2>Allowed</h2><div class=\"big\">±{} µm</div><div class=\"place\">{} % of it used</div></div>",
+                signed(worst.error_um, 2),
+                escape(&worst.name),
+                escape(&worst.place),
+                fixed(worst.allowed_um, 1),
+                fixed(100.0 * worst.error_um.abs() / worst.allowed_um, 0),
+            );
+        }
+        None => out.push_str(
+            "<div class=\"tile\" id=\"worst\"><h2>Worst form error</h2><div class=\"big\">–</div><div class=\"place\">nothing was judged</div></div>\
+             <div class=\"tile\" id=\"bound\"><h2>Allowed</h2><div class=\"big\">–</div></div>",
+        ),
+    }
+    out.push_str("<div class=\"tile cause\" id=\"cause\"><h2>Where it comes from</h2>");
+    for cause in &verdict.causes {
+        let _infallible = write!(out, "<p>{}</p>", escape(cause));
+    }
+    out.push_str("</div></div>\n");
+    if let Some(worst) = &verdict.worst {
+        pictures(out, findings, worst);
+    }
+}
+
+fn titles(out: &mut String, findings: &Findings<'_>) {
+    let recorded = findings.recorded;
+    let status = findings.story.status;
+    let machine = findings.story.machine.map_or("not recorded", |machine| &machine.name);
+    let started = recorded.span_ns.map_or_else(|| "–".to_owned(), |(first, _)| utc(first).replace('T', " "));
+    let parts = findings.story.ended.len();
+    let _infallible = write!(
+        out,
+        "<header><span>job <b>{}</b></span><span>machine <b>{}</b></span><span>recorded <b>{}</b></span><span>bag <b>{}</b></span>",
+        escape(status.map_or("", |status| &status.job)),
+        escape(machine),
+        escape(started.split('.').next().unwrap_or("")),
+        escape(&recorded.name)
+    );
+    if parts > 1 {
+        let _infallible = write!(out, "<span>the last of <b>{parts} jobs</b> in the bag</span>");
+    }
+    out.push_str("</header>\n");
+}
+
+/// The worst lobe as a drawing and as a curve.
+fn pictures(out: &mut String, findings: &Findings<'_>, worst: &Worst) {
+    let name = findings.story.names().get(worst.index).map_or("", String::as_str);
+    let form = findings.story.forms.iter().find(|form| form.name == name);
+    let (section, chart) = match form {
+        Some(form) => (section(findings, form), error_chart(findings, worst.index, form, Some(worst))),
+        None => match turned::worst_section(findings, worst) {
+            Some(pictures) => pictures,
+            None => return,
+        },
+    };
+    let chart = Chart { size: Size(800.0, 360.0), ..chart };
+    let _infallible = writeln!(
+        out,
+        "<div class=\"first\"><div><h2>{}</h2>{}</div><div>{}</div></div>",
+        escape(&section.title),
+        section.svg(),
+        chart.figure()
+    );
+}
+
+/// A lobe as it shall be with what it is off by.
+pub(super) fn section(findings: &Findings<'_>, form: &LobeForm) -> Section {
+    let errors: Vec<f64> = form.form_error.iter().map(|error| um(*error)).collect();
+    let outline = findings.story.outlines.iter().find(|part| part.name == form.name);
+    let worst = super::judge::farthest_deg(form).zip(errors.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())));
+    Section {
+        radius_mm: form.contour.iter().map(|radius| mm_from_m(*radius)).collect(),
+        lowest_um: errors.clone(),
+        highest_um: errors,
+        allowed_um: um(form.tolerance),
+        key_way_deg: outline.map(|part| deg_from_rad(wrap_turn(part.key_way))),
+        worst,
+        title: format!("Lobe {}, design and form error", form.name),
+    }
+}
+
+/// The form error of a lobe over its azimuth, with what of it the drives leave.
+#[allow(clippy::cast_precision_loss, reason = "some hundred azimuths")]
+pub(super) fn error_chart(findings: &Findings<'_>, index: usize, form: &LobeForm, worst: Option<&Worst>) -> Chart {
+    let count = form.form_error.len().max(1);
+    let points = form.form_error.iter().enumerate();
+    let errors = points.map(|(at, error)| (360.0 * at as f64 / count as f64, um(*error)));
+    let mut curves = vec![Curve {
+        class: "is",
+        name: "form error along the normal".into(),
+        points: Columns::of(0.0, 360.0, COLUMNS, errors).points(),
+    }];
+    // Of a cut that was broken off the way out is no error of the part.
+    let judged = findings.lags.get(index).filter(|_| !form.form_error.is_empty());
+    if let Some(lag) = judged.and_then(Option::as_ref) {
+        // The drives ring faster than a column is wide: its middle is what the eye can follow.
+        let curve = |class, name: &str, left: &Left| {
+            let middle = |degree: u16| Some((f64::from(degree) + 0.5, left.at(f64::from(degree) + 0.5)?));
+            Curve { class, name: name.into(), points: (0..360).filter_map(middle).collect() }
+        };
+        if let Some(tool) = &lag.tool {
+            curves.push(curve("plan", "what lag and swing of the axes leave", tool));
+        }
+        curves.push(curve("other", "what lag alone leaves, by the encoders", &lag.encoders));
+    }
+    let mark = worst.and_then(|worst| {
+        let at = (worst.azimuth_deg?, worst.error_um);
+        Some(Mark { at, label: format!("{} µm at {}", signed(worst.error_um, 2), worst.place) })
+    });
+    Chart {
+        curves,
+        mark,
+        allowed: Some(um(form.tolerance)),
+        has_zero: true,
+        ..Chart::over_azimuth(format!("Lobe {}: form error (µm), shaded what is allowed", form.name))
+    }
+}

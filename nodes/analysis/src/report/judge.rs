@@ -1,0 +1,229 @@
+//! Whether the part is good, where it is worst, and why, as far as the recorded data say.
+
+use super::edge::Split;
+use super::gather::Recorded;
+use super::job_timeline::Story;
+use super::lag::{Lag, Left};
+use super::text::{fixed, signed, um};
+use super::turned_cause;
+use camwright::math::units::{deg_from_rad, wrap_turn};
+use camwright_files::convert::mm_from_m;
+use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus, LobeForm, LobeResult, PlanHeader, TurnedResult};
+
+/// An error is said to come from one source if that explains all of it but this share.
+const REST: f64 = 0.35;
+
+/// What a part is whose form is good and that was ground too hot.
+pub const BURNT: &str = "NOT GOOD, BURNT";
+
+/// How much the verdict wants to be looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Tone {
+    Good,
+    Wrong,
+    Waits,
+}
+
+/// The worst place of the part.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Worst {
+    /// Which lobe, or the part.
+    pub(super) index: usize,
+    pub(super) name: String,
+    pub(super) error_um: f64,
+    pub(super) allowed_um: f64,
+    /// "cam angle 140.7°", or azimuth and place along the part.
+    pub(super) place: String,
+    /// Azimuth from where C is 0, where it is known (deg).
+    pub(super) azimuth_deg: Option<f64>,
+}
+
+/// What is said first.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Verdict {
+    pub(super) tone: Tone,
+    pub(super) word: &'static str,
+    /// One sentence: why.
+    pub(super) reason: String,
+    pub(super) worst: Option<Worst>,
+    /// Where the error comes from; the first is the short answer.
+    pub(super) causes: Vec<String>,
+}
+
+/// Judges the last job; one lag for each lobe, where the ticks are recorded, and of a turned part what made its worst place.
+pub(super) fn judge(
+    recorded: &Recorded,
+    story: &Story<'_>,
+    lags: &[Option<Lag>],
+    split: Option<&Result<Split, String>>,
+) -> Verdict {
+    let Some(status) = story.status else {
+        return without_part("NOT JUDGED", "The bag holds no job.".into(), Vec::new());
+    };
+    let worst = worst(status, story);
+    if status.state != JobStatus::COMPLETE {
+        let stopped = not_complete(recorded, story, status);
+        return Verdict { worst, ..stopped };
+    }
+    let Some(worst) = worst else {
+        let only_measured = story.plans.iter().any(|(_, header)| header.half == PlanHeader::NO_PART);
+        let why = if only_measured { "Nothing was to be cut, or only to be measured." } else { "No lobe was judged." };
+        return without_part("NOT JUDGED", format!("The job ended as planned. {why}"), vec![status.message.clone()]);
+    };
+    let count = status.lobes.len() + status.turned.len();
+    let bad = bad_count(status, story);
+    let burnt = burnt(&status.lobes);
+    let allowed = fixed(worst.allowed_um, 1);
+    let (tone, word, reason) = match (bad, burnt) {
+        (0, None) => {
+            let all = if count > 1 { format!("All {count} lobes are") } else { "The part is".into() };
+            let reserve = fixed(worst.allowed_um - worst.error_um.abs(), 2);
+            let reason = format!("{all} within the allowed ±{allowed} µm; the worst place has {reserve} µm to spare.");
+            (Tone::Good, "GOOD", reason)
+        }
+        (0, Some(burnt)) => (Tone::Wrong, BURNT, format!("The form is within tolerance. {}", burnt_text(burnt))),
+        (bad, _) => {
+            let over = fixed(worst.error_um.abs() - worst.allowed_um, 2);
+            let side = if worst.error_um > 0.0 { "more material" } else { "less material" };
+            let which = match count {
+                1 => String::from("It is out of tolerance"),
+                count if bad == count => format!("All {count} lobes are out of tolerance"),
+                count => format!("{bad} of {count} lobes are out of tolerance"),
+            };
+            let reason = format!("{which}: the worst place has {over} µm {side} than the allowed ±{allowed} µm.");
+            (Tone::Wrong, "NOT GOOD", reason)
+        }
+    };
+    let lag = lags.get(worst.index).and_then(Option::as_ref);
+    let mut causes = match (lag, split) {
+        (_, Some(split)) => turned_cause::told(&status.turned[0], split.as_ref(), lag),
+        (Some(lag), None) => causes_of_lobe(&worst, lag),
+        (None, None) => vec!["Not known: the axes' ticks are not in the bag.".to_owned()],
+    };
+    causes.extend(burnt.filter(|_| bad > 0).map(burnt_text));
+    Verdict { tone, word, reason, worst: Some(worst), causes }
+}
+
+/// The lobe that burnt most, if one did.
+pub fn burnt(lobes: &[LobeResult]) -> Option<&LobeResult> {
+    let burns = lobes.iter().filter(|lobe| lobe.burn_index_max > 1.0);
+    burns.max_by(|a, b| a.burn_index_max.total_cmp(&b.burn_index_max))
+}
+
+fn without_part(word: &'static str, reason: String, causes: Vec<String>) -> Verdict {
+    Verdict { tone: Tone::Waits, word, reason, worst: None, causes }
+}
+
+fn burnt_text(lobe: &LobeResult) -> String {
+    format!(
+        "Lobe {} was hotter than what just does not burn, by a factor of {} at cam angle {}°.",
+        lobe.name,
+        fixed(lobe.burn_index_max, 2),
+        fixed(deg_from_rad(lobe.burn_index_max_angle), 1)
+    )
+}
+
+/// What a lobe may be off by (m).
+fn allowed(story: &Story<'_>, name: &str) -> Option<f64> {
+    story.forms.iter().find(|form| form.name == name).map(|form| form.tolerance)
+}
+
+fn bad_count(status: &JobStatus, story: &Story<'_>) -> usize {
+    let lobe = |l: &&LobeResult| allowed(story, &l.name).is_some_and(|allowed| l.form_error_max.abs() > allowed);
+    let turned = |t: &&TurnedResult| t.form_error_max.abs() > t.form_error_allowed;
+    status.lobes.iter().filter(lobe).count() + status.turned.iter().filter(turned).count()
+}
+
+/// The place that is worst by what is allowed there.
+fn worst(status: &JobStatus, story: &Story<'_>) -> Option<Worst> {
+    let of_lobe = |lobe: &LobeResult| {
+        let form = story.forms.iter().find(|form| form.name == lobe.name)?;
+        Some(Worst {
+            index: story.names().iter().position(|name| *name == lobe.name)?,
+            name: format!("lobe {}", lobe.name),
+            error_um: um(lobe.form_error_max),
+            allowed_um: um(form.tolerance),
+            place: format!("cam angle {}°", fixed(deg_from_rad(lobe.form_error_max_angle), 1)),
+            azimuth_deg: farthest_deg(form),
+        })
+    };
+    let of_part = |part: &TurnedResult| Worst {
+        index: 0,
+        name: "part".to_owned(),
+        error_um: um(part.form_error_max),
+        allowed_um: um(part.form_error_allowed),
+        place: format!(
+            "azimuth {}°, z {} mm",
+            fixed(deg_from_rad(wrap_turn(part.form_error_max_azimuth)), 1),
+            fixed(mm_from_m(part.form_error_max_z), 2)
+        ),
+        azimuth_deg: Some(deg_from_rad(wrap_turn(part.form_error_max_azimuth))),
+    };
+    let all = status.lobes.iter().filter_map(of_lobe).chain(status.turned.iter().map(of_part));
+    all.max_by(|a, b| (a.error_um.abs() / a.allowed_um).total_cmp(&(b.error_um.abs() / b.allowed_um)))
+}
+
+/// The azimuth at which a lobe is farthest off (deg); none before it was judged.
+#[allow(clippy::cast_precision_loss, reason = "some hundred azimuths")]
+pub(super) fn farthest_deg(form: &LobeForm) -> Option<f64> {
+    let errors = form.form_error.iter().enumerate();
+    let (index, _) = errors.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    Some(360.0 * index as f64 / form.form_error.len() as f64)
+}
+
+fn not_complete(recorded: &Recorded, story: &Story<'_>, status: &JobStatus) -> Verdict {
+    let begin = story.ticks.map_or(0, |(first, _)| first);
+    let stopping = recorded.alarms.iter().map(|told| &told.alarm);
+    let first = stopping.filter(|alarm| alarm.severity >= Alarm::STOP && alarm.tick >= begin).min_by_key(|a| a.tick);
+    let done = status.lobes.len() + status.turned.len();
+    let of = story.names().len();
+    let reason = match first {
+        Some(alarm) => format!("Alarm {} ({}) stopped the job: {}.", alarm.number, alarm.source, alarm.text),
+        None => match status.state {
+            JobStatus::STOPPED => "The job was cancelled.".to_owned(),
+            JobStatus::ABORTED => "The job was aborted or refused.".to_owned(),
+            _ => "The recording ends before the job does.".to_owned(),
+        },
+    };
+    let mut causes: Vec<String> = first.map(|alarm| format!("What to do: {}.", alarm.remedy)).into_iter().collect();
+    if !status.message.is_empty() {
+        causes.push(status.message.clone());
+    }
+    causes.push(format!("{done} of {of} lobes or parts were judged."));
+    Verdict { tone: Tone::Wrong, word: "NOT COMPLETE", reason, worst: None, causes }
+}
+
+/// What of the error at the worst place of a lobe which source leaves.
+fn causes_of_lobe(worst: &Worst, lag: &Lag) -> Vec<String> {
+    let [low, high] = [lag.most().lowest_um, lag.most().highest_um].map(|um| signed(um, 2));
+    let range =
+        format!("Round all of {} lag and swing of the axes leave {low} to {high} µm in the last turn.", worst.name);
+    let at = |left: &Left| worst.azimuth_deg.and_then(|azimuth| left.at(azimuth));
+    let Some(drives) = at(&lag.encoders) else { return vec![range] };
+    let mut sources = vec![(drives, "the drives' lag behind the path", "lag by the encoders")];
+    let tool = lag.tool.as_ref().and_then(at);
+    if let Some(tool) = tool {
+        let name = "the structures of the axes, which swing behind the encoders when X and C are accelerated";
+        sources.push((tool - drives, name, "swing of the structures under the recorded motion"));
+    }
+    let rest = worst.error_um - tool.unwrap_or(drives);
+    sources.push((
+        rest,
+        "what no sensor shows: wheel and part giving way, wear, warmth",
+        "giving way, wear, warmth (the rest)",
+    ));
+    let mut causes = causes_of(worst.error_um, &sources);
+    causes.push(range);
+    causes
+}
+
+/// The source that leaves most towards an error, and what each leaves (µm); of each its name alone and in a row.
+pub(super) fn causes_of(error_um: f64, sources: &[(f64, &str, &str)]) -> Vec<String> {
+    let towards = |source: &f64| source * error_um.signum();
+    let first = sources.iter().max_by(|a, b| towards(&a.0).total_cmp(&towards(&b.0)));
+    let whole = first.is_some_and(|(share, _, _)| towards(share) >= (1.0 - REST) * error_um.abs());
+    let named = first.map_or("", |(_, name, _)| name);
+    let mostly = format!("{} {named}.", if whole { "Mostly" } else { "Several sources, most of all" });
+    let told: Vec<String> = sources.iter().map(|(share, _, name)| format!("{} µm {name}", signed(*share, 2))).collect();
+    vec![mostly, format!("At that place: {}.", told.join(", "))]
+}

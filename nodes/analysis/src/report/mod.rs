@@ -1,0 +1,191 @@
+//! The report of a recorded run: one HTML file that needs nothing else, no script, no font, no network.
+//!
+//! ```text
+//! bag ─► gather (what is said) ─► story (the last job) ─► motion (its ticks) ─► judge (good? why?) ─► page
+//!                                    └─► again (its plan, if it plans to the recorded hash) ─► edge (what made a turned part's worst place)
+//! ```
+//!
+//! It is made from the bag and from nothing else, so that everybody who has the bag makes the same bytes; what the bag does not hold is said to be
+//! missing.
+
+mod alarms;
+mod chart;
+mod columns;
+mod edge;
+mod gather;
+mod gauging;
+mod head;
+mod job_timeline;
+mod judge;
+mod lag;
+mod lobes;
+mod motion;
+mod page;
+mod part_drawing;
+mod provenance;
+mod replan;
+mod text;
+mod time_line;
+mod turned;
+mod turned_cause;
+
+#[cfg(test)]
+mod tests;
+
+use camwright::machine::description::MachineDescription;
+use camwright_bag::{Bag, BagError};
+use camwright_planning::AnyPrepared;
+use edge::Split;
+use gather::Recorded;
+use job_timeline::Story;
+use judge::Verdict;
+pub use judge::{BURNT, burnt};
+use lag::Lag;
+use motion::Motion;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Name of the report within a bag's directory.
+pub const FILE_NAME: &str = "report.html";
+
+/// Why there is no report.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReportError {
+    /// The bag cannot be read.
+    #[error(transparent)]
+    Bag(#[from] BagError),
+    /// The file system refused.
+    #[error("cannot {action} {}: {source}", path.display())]
+    Io {
+        /// What was tried, as a verb.
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// There is nothing to report of.
+    #[error("{} holds no job: nothing was recorded on job_planner/job_status", path.display())]
+    NoJob {
+        /// The bag.
+        path: PathBuf,
+    },
+}
+
+/// Everything that the page is made from.
+struct Findings<'a> {
+    recorded: &'a Recorded,
+    story: &'a Story<'a>,
+    motion: Option<&'a Motion>,
+    /// What the axes leave on each lobe, or the part.
+    lags: &'a [Option<Lag>],
+    /// What made the worst place of a part that is turned, or why that is not known; none where none is, or was judged.
+    split: Option<&'a Result<Split, String>>,
+    /// The plan that was driven, or why it is not known.
+    again: &'a Result<AnyPrepared, String>,
+    verdict: &'a Verdict,
+}
+
+impl Findings<'_> {
+    /// Ticks from the job's first one on, in seconds; none where the machine did not tell of its ticks.
+    #[allow(clippy::cast_precision_loss, reason = "ticks are far below 2^53")]
+    fn seconds(&self, tick: u64) -> Option<f64> {
+        let (first, _) = self.story.ticks?;
+        Some((tick as f64 - first as f64) * self.recorded.cycle_s()?)
+    }
+
+    /// +1 where the part turns clockwise with a positive C.
+    fn sense(&self) -> f64 {
+        self.story.machine.map_or(1.0, |machine| f64::from(machine.rotation_sense))
+    }
+}
+
+/// The report of a bag as HTML.
+///
+/// # Errors
+/// A bag that cannot be read, or that holds no job.
+pub fn html(path: &Path) -> Result<String, ReportError> {
+    let bag = Bag::open(path)?;
+    let recorded = Recorded::of(&bag)?;
+    let story = Story::of(&recorded);
+    if story.status.is_none() {
+        return Err(ReportError::NoJob { path: path.to_owned() });
+    }
+    let cuts: Vec<Option<(u64, u64)>> = (0..story.names().len()).map(|lobe| story.last_cut(lobe)).collect();
+    let infeeds = (0..story.names().len()).map(|lobe| story.first_infeed(lobe));
+    let margin = lag::MARGIN_TICKS;
+    let windows: Vec<(u64, u64)> = (cuts.iter().copied().chain(infeeds).flatten())
+        .map(|(from, to)| (from.saturating_sub(margin), to.saturating_add(margin)))
+        .collect();
+    let motion = match story.ticks {
+        Some(ticks) => Motion::of(&bag, &recorded, ticks, &windows)?,
+        None => None,
+    };
+    let described = replan::described(&story);
+    let lag = |cut: &Option<(u64, u64)>| lag_of(&recorded, &story, described.as_ref().ok(), motion.as_ref()?, (*cut)?);
+    let lags: Vec<Option<Lag>> = cuts.iter().map(lag).collect();
+    let again = replan::plan(&story, described);
+    let split = split_of(&story, &again, motion.as_ref(), cuts.first().copied().flatten());
+    let verdict = judge::judge(&recorded, &story, &lags, split.as_ref());
+    Ok(page::html(&Findings {
+        recorded: &recorded,
+        story: &story,
+        motion: motion.as_ref(),
+        lags: &lags,
+        split: split.as_ref(),
+        again: &again,
+        verdict: &verdict,
+    }))
+}
+
+/// What the axes leave in the last turn of a cut, or in the last pass of a part that is turned.
+fn lag_of(
+    recorded: &Recorded,
+    story: &Story<'_>,
+    description: Option<&MachineDescription>,
+    motion: &Motion,
+    cut: (u64, u64),
+) -> Option<Lag> {
+    let machine = story.machine?;
+    let is_turned = story.forms.is_empty();
+    let from = if is_turned { cut.0 } else { motion.last_turn(cut).first()?.tick };
+    let known = lag::Known {
+        description,
+        cycle_s: recorded.cycle_s()?,
+        sense: f64::from(machine.rotation_sense),
+        wheel_m: (!is_turned).then_some(machine.wheel_radius),
+    };
+    Lag::of(motion, motion.within(cut), from, known)
+}
+
+/// What made the worst place of a part that was turned; none where no such part was judged.
+fn split_of(
+    story: &Story<'_>,
+    again: &Result<AnyPrepared, String>,
+    motion: Option<&Motion>,
+    pass: Option<(u64, u64)>,
+) -> Option<Result<Split, String>> {
+    let result = story.status?.turned.first()?;
+    Some(match (again, motion.zip(pass)) {
+        (_, None) => Err("the axes' ticks are not in the bag".into()),
+        (Err(reason), _) => Err(reason.clone()),
+        (Ok(AnyPrepared::Turned(prepared)), Some((motion, pass))) => {
+            edge::worst(prepared, result, motion, motion.within(pass))
+        }
+        (Ok(AnyPrepared::Ground(_)), _) => Err("the recorded job turns no part".into()),
+    })
+}
+
+/// Makes the report of a bag and writes it; left out, `out` is `report.html` in the bag's directory. Returns where it lies.
+///
+/// # Errors
+/// As [`html`], and where the file cannot be written.
+pub fn write(bag: &Path, out: Option<&Path>) -> Result<PathBuf, ReportError> {
+    let page = html(bag)?;
+    let beside = || if bag.is_dir() { bag.join(FILE_NAME) } else { bag.with_extension("html") };
+    let out = out.map_or_else(beside, Path::to_owned);
+    fs::write(&out, page).map_err(|source| ReportError::Io { action: "write", path: out.clone(), source })?;
+    Ok(out)
+}

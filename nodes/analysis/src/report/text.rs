@@ -1,0 +1,64 @@
+//! Numbers and recorded strings as the page shows them.
+
+pub(super) use camwright_files::convert::um_from_m as um;
+
+/// A number with so many digits behind the point; what is none is a dash.
+pub(super) fn fixed(value: f64, digits: usize) -> String {
+    if !value.is_finite() {
+        return "–".to_owned();
+    }
+    let text = format!("{value:.digits$}");
+    match text.strip_prefix('-') {
+        Some(rest) if rest.chars().all(|c| c == '0' || c == '.') => rest.to_owned(),
+        Some(rest) => format!("−{rest}"),
+        None => text,
+    }
+}
+
+/// The same with its sign.
+pub(super) fn signed(value: f64, digits: usize) -> String {
+    let text = fixed(value, digits);
+    if value > 0.0 && text.contains(|c: char| ('1'..='9').contains(&c)) { format!("+{text}") } else { text }
+}
+
+/// Text that stands in the page as it is, whatever it holds. Control characters, which HTML may not have, are told by a sign.
+pub(super) fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            '\n' | '\t' => out.push(c),
+            c if c.is_control() => out.push('\u{fffd}'),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_recorded_text_becomes_part_of_the_page() {
+        let text = "<script>alert(\"1\" & '2')</script>\u{0}\u{85}\n";
+        let escaped = escape(text);
+        assert_eq!(escaped, "&lt;script&gt;alert(&quot;1&quot; &amp; &#39;2&#39;)&lt;/script&gt;\u{fffd}\u{fffd}\n");
+    }
+
+    #[test]
+    fn numbers_have_fixed_digits_and_no_negative_zero() {
+        assert_eq!(
+            (fixed(-0.0004, 3), fixed(-1.25, 1), fixed(f64::NAN, 2)),
+            ("0.000".into(), "−1.2".into(), "–".into())
+        );
+        assert_eq!(
+            (signed(0.0004, 3), signed(2.0, 1), signed(-2.0, 1)),
+            ("0.000".into(), "+2.0".into(), "−2.0".into())
+        );
+    }
+}

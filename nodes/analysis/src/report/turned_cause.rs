@@ -1,0 +1,141 @@
+//! In words and as a table, what of the worst deviation of a turned part comes from where.
+
+use super::Findings;
+use super::edge::{OfAxis, Split, turns_since};
+use super::judge::causes_of;
+use super::lag::{Lag, Left};
+use super::page::table;
+use super::text::{escape, fixed, signed, um};
+use camwright::machine::description::Axis;
+use camwright::math::units::{deg_from_rad, um_from_mm, wrap_turn};
+use camwright::toolpath::insert_path::Feed;
+use camwright_files::convert::mm_from_m;
+use camwright_msgs::camwright_msgs::msg::TurnedResult;
+use camwright_planning::AnyPrepared;
+use std::fmt::Write as _;
+
+/// What no sensor shows.
+const REST: &str = "insert and part giving way, wear, warmth (the rest)";
+
+/// The causes of the worst place, the short answer first.
+pub(super) fn told(part: &TurnedResult, split: Result<&Split, &String>, lag: Option<&Lag>) -> Vec<String> {
+    let mut causes = match split {
+        Ok(split) => sources(split),
+        Err(reason) => vec![format!("Not known: {reason}.")],
+    };
+    let range = |left: &Left| format!("{} to {} µm", signed(left.lowest_um, 2), signed(left.highest_um, 2));
+    let over_c = lag.map_or_else(String::new, |lag| {
+        let swing = lag.tool.as_ref().map_or_else(String::new, |tool| format!(", with the structures {}", range(tool)));
+        format!("In the last pass X was {} off its path over C by the encoders{swing}. ", range(&lag.encoders))
+    });
+    let cusps = fixed(um(part.cusp_height_theory), 2);
+    let together = split.map_or_else(
+        |_| String::new(),
+        |split| format!("Lags of the three axes together leave {} µm there. ", signed(split.lag_um(), 2)),
+    );
+    causes.push(format!("{together}{over_c}Feed, insert and design must leave cusps of up to {cusps} µm."));
+    causes
+}
+
+fn sources(split: &Split) -> Vec<String> {
+    let [c, x, z] = split.axes;
+    let swings = swings(split);
+    let mut sources = vec![
+        (x.lag_um, "X off its setpoint by its encoder", "X off its setpoint"),
+        (c.lag_um, "C off its setpoint where the surface rises or falls", "C off its setpoint, by the slope there"),
+        (z.lag_um, "Z off its setpoint where the surface is inclined along it", "Z off its setpoint"),
+    ];
+    if split.has_swing() {
+        sources.push((split.swing_um(), &swings, "swing of the structures"));
+    }
+    sources.push((split.cusp_um, "the cusp that the feed leaves between two turns", "cusp of the feed"));
+    sources.push((split.rest_um, "what no sensor shows: insert and part giving way, wear, warmth", "the rest"));
+    causes_of(split.error_um, &sources)
+}
+
+/// The structure that leaves most towards the error.
+fn swings(split: &Split) -> String {
+    let towards = |axis: &&OfAxis| axis.swing_um * split.error_um.signum();
+    let most = split.axes.iter().max_by(|a, b| towards(a).total_cmp(&towards(b)));
+    let name = most.map_or("", |axis| name(axis.axis));
+    format!("the structure of {name}, which swings behind its encoder when {name} is accelerated")
+}
+
+fn name(axis: Axis) -> &'static str {
+    match axis {
+        Axis::C => "C",
+        Axis::X => "X",
+        Axis::Z => "Z",
+    }
+}
+
+/// The worst place by what left it, as a table.
+pub(super) fn write(out: &mut String, findings: &Findings<'_>, part: &TurnedResult) {
+    let place = format!(
+        "azimuth {}°, z {} mm",
+        fixed(deg_from_rad(wrap_turn(part.form_error_max_azimuth)), 1),
+        fixed(mm_from_m(part.form_error_max_z), 2)
+    );
+    let _infallible = write!(out, "<h3>What made the worst place, {place}</h3>");
+    let split = match findings.split {
+        Some(Ok(split)) => split,
+        Some(Err(reason)) => {
+            let _infallible = write!(out, "<p class=\"none\">not known: {}</p>", escape(reason));
+            return;
+        }
+        None => return,
+    };
+    let heads = [
+        ("", true),
+        ("off its setpoint by", false),
+        ("leaves µm", false),
+        ("structure off the encoder by", false),
+        ("leaves µm", false),
+    ];
+    let [c, x, z] = split.axes;
+    let dash = || "–".to_owned();
+    let whole = |name: String, left_um: f64| vec![name, dash(), signed(left_um, 2), dash(), dash()];
+    let names = ["X", "C, by the slope round the part", "Z, by the slope along the part"];
+    let mut rows: Vec<Vec<String>> = [x, c, z].iter().zip(names).map(|(axis, name)| of_axis(name, axis)).collect();
+    rows.push(whole(cusp_name(findings), split.cusp_um));
+    rows.push(whole(REST.to_owned(), split.rest_um));
+    rows.push(whole("<b>form error there, the sum of all</b>".to_owned(), split.error_um));
+    table(out, &heads, &rows);
+    let _infallible = write!(out, "<p class=\"faint\">{}</p>", made(findings, split));
+}
+
+fn of_axis(name: &str, axis: &OfAxis) -> Vec<String> {
+    let unit = |off: f64| match axis.axis {
+        Axis::C => format!("{}°", signed(deg_from_rad(off), 4)),
+        Axis::X | Axis::Z => format!("{} µm", signed(um_from_mm(off), 2)),
+    };
+    let swing = axis.swing.map_or_else(|| ["–".into(), "–".into()], |off| [unit(off), signed(axis.swing_um, 2)]);
+    let [off, left] = swing;
+    vec![name.to_owned(), unit(axis.lag), signed(axis.lag_um, 2), off, left]
+}
+
+fn cusp_name(findings: &Findings<'_>) -> String {
+    let Ok(AnyPrepared::Turned(prepared)) = findings.again else { return "cusp of the feed".into() };
+    let (Feed::AlongZ(feed_mm) | Feed::AlongCurve(feed_mm)) = prepared.job.spec.feed;
+    let along = if matches!(prepared.job.spec.feed, Feed::AlongZ(_)) { "Z" } else { "the curve" };
+    let radius =
+        prepared.machine.insert.map_or_else(String::new, |insert| format!(", R {} mm", fixed(insert.radius_mm, 2)));
+    format!("cusp of the feed, {} mm a turn along {along}{radius}", fixed(feed_mm, 3))
+}
+
+/// Which tick made the place, and how the figures are found.
+fn made(findings: &Findings<'_>, split: &Split) -> String {
+    let pass = findings.motion.zip(findings.story.last_cut(0)).map_or(&[][..], |(motion, pass)| motion.within(pass));
+    let [c, x, z] = split.position;
+    let turn = turns_since(pass, c)
+        .map_or_else(String::new, |turns| format!(", {} turns after the pass began", fixed(turns, 2)));
+    let time = findings.seconds(split.tick).map_or_else(String::new, |s| format!(" ({} s)", fixed(s, 3)));
+    format!(
+        "The edge made that place in tick {}{time}{turn}, with C at {}°, the insert's centre at X {} mm and z {} mm. What an axis leaves is found by \
+         letting the edge come by in that turn with this axis where it was and the others on their setpoints; along the normal, positive where material is left.",
+        split.tick,
+        fixed(deg_from_rad(wrap_turn(c)), 2),
+        fixed(x, 3),
+        fixed(z, 3)
+    )
+}

@@ -1,0 +1,259 @@
+//! `camwright replay BAG --against`: computes a run again from its inputs as they were applied, and says whether it is the same to the bit.
+//!
+//! ```text
+//! axis_interpolator/inputs, plans ─► Interpolator ─► chunks ── the same as on machine/setpoints?
+//! machine/inputs, machine/setpoints ─► machine ─► ticks ────── the same as on joint_states, machine/stream, io, gauge, and in the digests?
+//! ```
+//! Interpolator and machine run for themselves, each from what it was given, so that a difference is told where it arises.
+
+mod difference;
+mod digests;
+mod keyframes;
+mod machine;
+mod motion;
+mod outputs;
+mod recorded;
+
+pub use difference::{Difference, Values};
+
+use camwright_bag::{Bag, BagError};
+use camwright_files::convert::setpoints::chunk_from_trajectory;
+use camwright_files::convert::time::ns_from_time;
+use camwright_machine_cycle::input_record::{VERSION, version_of};
+use camwright_msgs::camwright_msgs::msg::MachineStream;
+use camwright_msgs::sensor_msgs::msg::JointState;
+use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
+use machine::MachineRun;
+use motion::InterpolatorAgain;
+use outputs::Output;
+use recorded::{Recorded, read};
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Exit codes: the run is another one; it cannot be said.
+const DIFFERS: u8 = 3;
+const CANNOT: u8 = 1;
+
+/// Why a run cannot be computed again.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RerunError {
+    /// The bag cannot be read.
+    #[error(transparent)]
+    Bag(#[from] BagError),
+    /// The bag does not hold what it takes.
+    #[error("{0}")]
+    Cannot(String),
+}
+
+/// Which ticks of a run are computed; all of them by default.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Window {
+    /// From the last keyframe up to this tick.
+    pub from_tick: Option<u64>,
+    /// Up to this tick.
+    pub to_tick: Option<u64>,
+}
+
+/// What came of computing a run again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// Version of the program that recorded it, if the bag says so.
+    pub recorded_by: Option<String>,
+    /// The tick of the keyframe that it began from; 0: from the beginning.
+    pub begun: u64,
+    /// Inputs that are not as they were recorded, by their ticks.
+    pub changed: Vec<(u64, String)>,
+    /// The first difference, in the order of ticks; of interpolator and machine at most one each.
+    pub differences: Vec<Difference>,
+    /// Ticks of the machine that were computed.
+    pub ticks: u64,
+    /// Setpoints that were computed and compared.
+    pub setpoints: u64,
+    /// Motions that they are of.
+    pub motions: u64,
+    /// Messages of the machine that were compared with its ticks.
+    pub compared: u64,
+    /// Keyframes that the machine's state was compared with.
+    pub keyframes: usize,
+    /// Digests that were compared, and the last of them.
+    pub digests: (usize, u64),
+    /// Messages that the recorder has lost.
+    pub lost: u64,
+    /// Time of the machine (s), and the time that it took to compute it (s).
+    pub seconds: (f64, f64),
+}
+
+impl Verdict {
+    /// The run is the same.
+    #[must_use]
+    pub fn is_identical(&self) -> bool {
+        self.changed.is_empty() && self.differences.is_empty()
+    }
+
+    /// How many times faster than the machine it was computed.
+    #[must_use]
+    pub fn speed(&self) -> f64 {
+        self.seconds.0 / self.seconds.1.max(1e-9)
+    }
+
+    /// The verdict in lines for people, what differs first.
+    #[must_use]
+    pub fn to_text(&self) -> String {
+        let mut lines: Vec<String> = Vec::new();
+        if let Some((tick, input)) = self.changed.first() {
+            let more = match self.changed.len() - 1 {
+                0 => String::new(),
+                more => format!(" (and {more} more)"),
+            };
+            lines.push(format!(
+                "differs: tick {tick}: {input}, is not as it was recorded: its check does not fit{more}"
+            ));
+        }
+        for difference in &self.differences {
+            lines.push(format!("differs: {difference}"));
+        }
+        let (done, rate) = (if lines.is_empty() { "identical" } else { "up to there" }, self.speed());
+        let (ticks, setpoints, motions) = (self.ticks, self.setpoints, self.motions);
+        let (digests, last) = self.digests;
+        let from = if self.begun > 0 { format!(" after tick {}", self.begun) } else { String::new() };
+        let last = if digests > 0 { format!(", the last {last:016x}") } else { String::new() };
+        lines.push(format!(
+            "{done}: {ticks} ticks{from}, {setpoints} setpoints of {motions} motions, {} messages, {} keyframes, {digests} digests{last}",
+            self.compared, self.keyframes
+        ));
+        lines.push(format!(
+            "{:.3} s of the machine's time in {:.3} s, {rate:.1} times as fast",
+            self.seconds.0, self.seconds.1
+        ));
+        if let Some(recorded_by) = self.recorded_by.as_ref().filter(|version| *version != VERSION) {
+            lines.push(format!("recorded by camwright {recorded_by}, computed by camwright {VERSION}"));
+        }
+        if self.lost > 0 {
+            lines.push(format!("the recorder has lost {} messages, of which none was an input", self.lost));
+        }
+        lines.join("\n")
+    }
+}
+
+/// Runs `camwright replay BAG --against [OTHER]`, over a window of its ticks. Exit code 0: identical; 3: it differs; 1: it cannot be said.
+#[must_use]
+pub fn run(bag: &Path, other: Option<&Path>, window: Window) -> ExitCode {
+    let (text, code) = match within(bag, window)
+        .and_then(|verdict| Ok((verdict, other.map(|o| digests::compare(bag, o)).transpose()?)))
+    {
+        Ok((verdict, compared)) => {
+            let mut text = verdict.to_text();
+            let mut same = verdict.is_identical();
+            if let Some(compared) = compared {
+                same &= compared.is_same();
+                text = format!("{text}\n{}", compared.to_text());
+            }
+            (text, if same { 0 } else { DIFFERS })
+        }
+        Err(error) => (format!("cannot replay {}: {error}", bag.display()), CANNOT),
+    };
+    // Output that went away is no failure of ours.
+    let _ = writeln!(std::io::stdout(), "{text}");
+    ExitCode::from(code)
+}
+
+/// Computes the run of a bag again.
+///
+/// # Errors
+/// A bag that cannot be read, or that does not hold what it takes.
+pub fn again(path: &Path) -> Result<Verdict, RerunError> {
+    within(path, Window::default())
+}
+
+/// Computes a window of the run of a bag again.
+///
+/// # Errors
+/// As for [`again`]; no keyframe to begin from.
+pub fn within(path: &Path, window: Window) -> Result<Verdict, RerunError> {
+    let begun = Instant::now();
+    let bag = Bag::open(path)?;
+    let recorded = Recorded::of(&bag, window)?;
+    let mut interpolator = InterpolatorAgain::new(&recorded);
+    let mut machine = MachineRun::new(&bag, &recorded)?;
+    let differences = compare(&bag, &recorded, &mut interpolator, &mut machine)?;
+    let lost = bag.custom_data().get("camwright.lost_total").and_then(|text| text.parse().ok());
+    let cycle_s = recorded.machine.cycle_time_s();
+    #[allow(clippy::cast_precision_loss, reason = "a number of ticks")]
+    let seconds = (machine.ticks() as f64 * cycle_s, begun.elapsed().as_secs_f64());
+    Ok(Verdict {
+        recorded_by: recorded.machine_inputs.first().and_then(version_of),
+        begun: recorded.start.as_ref().map_or(0, |start| start.tick),
+        changed: recorded.changed(),
+        differences,
+        ticks: machine.ticks(),
+        setpoints: interpolator.setpoints,
+        motions: interpolator.motions,
+        compared: machine.compared,
+        keyframes: machine.keyframes,
+        digests: (machine.digests.len(), machine.last_digest),
+        lost: lost.unwrap_or(0),
+        seconds,
+    })
+}
+
+/// Goes through the bag once; interpolator and machine each up to where they first differ.
+fn compare(
+    bag: &Bag,
+    recorded: &Recorded,
+    interpolator: &mut InterpolatorAgain<'_>,
+    machine: &mut MachineRun<'_>,
+) -> Result<Vec<Difference>, RerunError> {
+    let topics = &recorded.topics;
+    let (mut of_interpolator, mut of_machine): (Option<Difference>, Option<Difference>) = (None, None);
+    let has_inputs = topics.interpolator_inputs.is_some();
+    let mut messages = bag.messages();
+    while let Some(message) = messages.next_message()? {
+        let at = Some(message.topic);
+        if at == topics.setpoints {
+            let chunk: JointTrajectory = read(bag, &message)?;
+            let first_tick = recorded.clock.nearest_tick(ns_from_time(&chunk.header.stamp));
+            let is_asked_for = first_tick.is_none_or(|tick| tick <= recorded.last_tick);
+            if of_interpolator.is_none() && has_inputs && is_asked_for {
+                of_interpolator = interpolator.chunk(&chunk).err().map(|found| *found);
+            }
+            // What is no chunk the machine has refused; that is among its inputs.
+            if let Ok(chunk) = chunk_from_trajectory(&chunk, &recorded.machine, recorded.clock) {
+                machine.sent(chunk);
+            }
+            continue;
+        }
+        if of_machine.is_some() {
+            continue;
+        }
+        let output = if at == topics.joint_states {
+            let joints: JointState = read(bag, &message)?;
+            recorded.clock.nearest_tick(ns_from_time(&joints.header.stamp)).map(|tick| (tick, Output::Joints(joints)))
+        } else if at == topics.stream {
+            let stream: MachineStream = read(bag, &message)?;
+            Some((stream.tick, Output::Stream(Box::new(stream))))
+        } else if at == topics.io {
+            let io: camwright_msgs::camwright_msgs::msg::MachineIo = read(bag, &message)?;
+            Some((io.tick, Output::Io(Box::new(io))))
+        } else if at == topics.gauge {
+            let gauge: camwright_msgs::camwright_msgs::msg::GaugeReading = read(bag, &message)?;
+            Some((gauge.tick, Output::Gauge(gauge)))
+        } else if at == topics.alarms {
+            let alarms: camwright_msgs::camwright_msgs::msg::MachineAlarms = read(bag, &message)?;
+            Some((alarms.tick, Output::Alarms(alarms)))
+        } else {
+            None
+        };
+        if let Some((tick, output)) = output {
+            of_machine = machine.told(tick, output).err().map(|found| *found);
+        }
+    }
+    if of_machine.is_none() {
+        of_machine = machine.finish().err().map(|found| *found);
+    }
+    let mut differences: Vec<Difference> = of_interpolator.into_iter().chain(of_machine).collect();
+    differences.sort_by_key(|difference| difference.tick);
+    Ok(differences)
+}

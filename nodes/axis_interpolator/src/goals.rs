@@ -1,0 +1,335 @@
+//! The goal that has command of the axes: a plan, a homing, a trajectory.
+
+use super::engine_messages::Ended;
+use super::{manual, setup_goals};
+use camwright::interpolator::tolerance::Stretch;
+use camwright::interpolator::{Outcome, Probed, SearchStep, Status};
+use camwright::machine::alarm::AlarmKind;
+use camwright::machine::description::{Axis, MachineDescription};
+use camwright_files::convert::{m_from_mm, si_from_counts};
+use camwright_msgs::camwright_msgs::action::{
+    ExecutePlan, ExecutePlanFeedback, ExecutePlanResult, Home, HomeFeedback, HomeResult, Jog, JogResult, MoveTo,
+    MoveToFeedback, MoveToResult, Probe, ProbeFeedback, ProbeResult,
+};
+use camwright_msgs::control_msgs::action::{FollowJointTrajectory, FollowJointTrajectoryResult};
+use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse};
+use camwright_ros::{GoalHandle, Responder};
+
+/// A goal in execution.
+#[derive(Debug)]
+pub(super) enum Goal {
+    Plan(GoalHandle<ExecutePlan>),
+    Home(GoalHandle<Home>),
+    Trajectory(GoalHandle<FollowJointTrajectory>),
+    Move(GoalHandle<MoveTo>),
+    Probe(GoalHandle<Probe>),
+    Jog(GoalHandle<Jog>),
+    /// The wheel, to its speed (true) or to rest.
+    Wheel(Responder<SetBool>, bool),
+    /// A trajectory that has begun in the place of another; its handle is on its way.
+    Arrived,
+    /// A trajectory of the topic `~/joint_trajectory`.
+    Topic,
+}
+
+/// A trajectory that ended otherwise than by itself: what its client is told.
+type Ending = (i32, String);
+
+/// What is being served; nothing between motions.
+#[derive(Debug, Default)]
+pub(super) struct Served {
+    goal: Option<Goal>,
+    /// Who has command, for those who ask meanwhile.
+    name: String,
+    plan_hash: String,
+    /// Why a trajectory is brought to an end, if neither its client wants it nor an alarm.
+    ending: Option<Ending>,
+    /// How a trajectory ended whose handle had not come yet.
+    early: Option<(GoalEnd, FollowJointTrajectoryResult)>,
+    /// A jog comes to rest because nobody holds it any more.
+    was_let_go: bool,
+    /// Turns of spark-out left out, for each lobe of the plan.
+    turns_left_out: Vec<u32>,
+    /// The interpolator's own alarm, if it raised one.
+    pub(super) alarm: Option<(u16, String)>,
+    /// What a probe found.
+    pub(super) probed: Option<Probed>,
+}
+
+impl Served {
+    /// Whether somebody has command.
+    pub(super) fn is_busy(&self) -> bool {
+        self.goal.is_some()
+    }
+
+    /// Who has command, and of which plan.
+    pub(super) fn names(&self) -> (String, String) {
+        (self.name.clone(), self.plan_hash.clone())
+    }
+
+    /// A joint trajectory has command.
+    pub(super) fn is_trajectory(&self) -> bool {
+        matches!(self.goal, Some(Goal::Trajectory(_) | Goal::Arrived | Goal::Topic))
+    }
+
+    /// Goal that has command.
+    pub(super) fn goal(&self) -> Option<&Goal> {
+        self.goal.as_ref()
+    }
+
+    /// A trajectory of the topic has command: nobody waits for an answer, so its end is logged.
+    pub(super) fn is_of_topic(&self) -> bool {
+        matches!(self.goal, Some(Goal::Topic))
+    }
+
+    /// The goal of a joint trajectory that has command.
+    pub(super) fn trajectory(&self) -> Option<&GoalHandle<FollowJointTrajectory>> {
+        match &self.goal {
+            Some(Goal::Trajectory(goal)) => Some(goal),
+            _ => None,
+        }
+    }
+
+    /// The jog that has command.
+    pub(super) fn jog(&self) -> Option<&GoalHandle<Jog>> {
+        match &self.goal {
+            Some(Goal::Jog(goal)) => Some(goal),
+            _ => None,
+        }
+    }
+
+    /// The jog that has command comes to rest because nobody holds it any more.
+    pub(super) fn let_go(&mut self) {
+        self.was_let_go = true;
+    }
+
+    /// What is under way comes to an end that its client shall be told as this; only a trajectory's can.
+    pub(super) fn end_because(&mut self, reason: &str) {
+        if self.is_trajectory() {
+            self.ending.get_or_insert((FollowJointTrajectoryResult::INVALID_GOAL, reason.to_owned()));
+        }
+    }
+
+    /// The trajectory in execution gives way to another, of a goal or of the topic.
+    pub(super) fn give_way(&mut self, to_a_goal: bool, name: &str, tick: u64) {
+        if let Some(Goal::Trajectory(goal)) = self.goal.take() {
+            let error_string = format!("{name} took its place at tick {tick}");
+            let error_code = FollowJointTrajectoryResult::INVALID_GOAL;
+            goal.abort(FollowJointTrajectoryResult { error_code, error_string });
+        }
+        let goal = if to_a_goal { Goal::Arrived } else { Goal::Topic };
+        self.begin(goal, name.to_owned(), String::new());
+    }
+
+    /// The handle of a trajectory that has begun already; one that has not is given back.
+    pub(super) fn take_arrived(
+        &mut self,
+        handle: GoalHandle<FollowJointTrajectory>,
+    ) -> Option<GoalHandle<FollowJointTrajectory>> {
+        if let Some((end, result)) = self.early.take() {
+            end.close(&handle, result);
+            return None;
+        }
+        if matches!(self.goal, Some(Goal::Arrived)) {
+            self.name = by(&self.name, handle.client());
+            self.goal = Some(Goal::Trajectory(handle));
+            return None;
+        }
+        Some(handle)
+    }
+
+    /// Gives command to a goal.
+    pub(super) fn begin(&mut self, goal: Goal, name: String, plan_hash: String) {
+        *self = Self { goal: Some(goal), name, plan_hash, ..Self::default() };
+    }
+
+    /// Spark-out of a lobe was over before its last turn.
+    pub(super) fn leave_out(&mut self, lobe: usize, turns: u32) {
+        if self.turns_left_out.len() <= lobe {
+            self.turns_left_out.resize(lobe + 1, 0);
+        }
+        self.turns_left_out[lobe] += turns;
+    }
+
+    /// The motion cannot start.
+    pub(super) fn refuse(&mut self, reason: &str) {
+        self.give_back(GoalEnd::Aborted, reason);
+    }
+
+    /// It was cancelled before it started.
+    pub(super) fn withdraw(&mut self, reason: &str) {
+        self.give_back(GoalEnd::Canceled, reason);
+    }
+
+    fn give_back(&mut self, end: GoalEnd, reason: &str) {
+        let message = format!("not started: {reason}; nothing moved");
+        match self.goal.take() {
+            Some(Goal::Plan(goal)) => end.close(&goal, ExecutePlanResult { message, ..ExecutePlanResult::default() }),
+            Some(Goal::Home(goal)) => end.close(&goal, HomeResult { message, ..HomeResult::default() }),
+            Some(Goal::Trajectory(goal)) => {
+                let error_code = match end {
+                    GoalEnd::Canceled => FollowJointTrajectoryResult::SUCCESSFUL,
+                    GoalEnd::Succeeded | GoalEnd::Aborted => FollowJointTrajectoryResult::INVALID_GOAL,
+                };
+                end.close(&goal, FollowJointTrajectoryResult { error_code, error_string: message });
+            }
+            Some(Goal::Move(goal)) => end.close(&goal, MoveToResult { message, ..MoveToResult::default() }),
+            Some(Goal::Probe(goal)) => end.close(&goal, ProbeResult { message, ..ProbeResult::default() }),
+            Some(Goal::Jog(goal)) => end.close(&goal, JogResult { message, ..JogResult::default() }),
+            Some(Goal::Wheel(responder, _)) => responder.send(&SetBoolResponse { success: false, message }),
+            Some(Goal::Topic | Goal::Arrived) | None => {}
+        }
+    }
+
+    pub(super) fn feedback(&self, tick: u64, status: &Status) {
+        match &self.goal {
+            Some(Goal::Plan(goal)) => goal.feedback(&ExecutePlanFeedback {
+                tick,
+                segment: u32::try_from(status.segment).unwrap_or(u32::MAX),
+                phase: status.phase.map_or(0, |phase| phase as u8),
+                lobe: status.lobe.and_then(|lobe| i32::try_from(lobe).ok()).unwrap_or(-1),
+                turn: status.turn,
+                turns: status.turns,
+                stock: m_from_mm(status.stock_mm),
+                percent: status.percent,
+                time_left: status.time_left_s,
+            }),
+            Some(Goal::Home(goal)) => {
+                if let Some((axis, step)) = status.search {
+                    goal.feedback(&HomeFeedback { joint: axis.joint().to_owned(), step: step_name(step).to_owned() });
+                }
+            }
+            Some(Goal::Move(goal)) => {
+                goal.feedback(&MoveToFeedback { percent: status.percent, time_left: status.time_left_s });
+            }
+            Some(Goal::Probe(goal)) => {
+                let step = status.search.map_or("", |(_, step)| step_name(step)).to_owned();
+                goal.feedback(&ProbeFeedback { step, percent: status.percent });
+            }
+            // Jogs and trajectories tell what is measured, as it comes.
+            Some(Goal::Jog(_) | Goal::Wheel(..) | Goal::Trajectory(_) | Goal::Arrived | Goal::Topic) | None => {}
+        }
+    }
+
+    /// The motion is over.
+    pub(super) fn end(&mut self, ended: &Ended, text: &str, machine: &MachineDescription) {
+        let alarm = match ended.outcome {
+            Outcome::Failed(number) => number,
+            Outcome::Cancelled => self.alarm.as_ref().map_or(0, |(number, _)| *number),
+            Outcome::Completed | Outcome::OutOfTolerance(_) => 0,
+        };
+        let message = match &self.alarm {
+            Some((_, reason)) if alarm != 0 => format!("{text}: {reason}"),
+            _ => text.to_owned(),
+        };
+        let success = ended.outcome == Outcome::Completed;
+        match self.goal.take() {
+            Some(Goal::Plan(goal)) => {
+                let (first_tick, last_tick) = (ended.first_tick, ended.last_tick);
+                let turns_left_out = std::mem::take(&mut self.turns_left_out);
+                let result = ExecutePlanResult { success, message, alarm, first_tick, last_tick, turns_left_out };
+                close(&goal, ended.outcome, result);
+            }
+            Some(Goal::Home(goal)) => close(&goal, ended.outcome, HomeResult { success, message, alarm }),
+            Some(Goal::Trajectory(goal)) => {
+                let (end, result) = self.end_of_trajectory(ended.outcome, message);
+                end.close(&goal, result);
+            }
+            Some(Goal::Arrived) => {
+                let early = self.end_of_trajectory(ended.outcome, message);
+                *self = Self { early: Some(early), ..Self::default() };
+                return;
+            }
+            Some(Goal::Move(goal)) => {
+                let joints = Axis::ALL.iter().map(|axis| axis.joint().to_owned()).collect();
+                let at = |axis: &Axis| si_from_counts(machine.axis(*axis).scale, ended.counts[axis.index()]);
+                let positions = Axis::ALL.iter().map(at).collect();
+                close(&goal, ended.outcome, MoveToResult { success, message, alarm, joints, positions });
+            }
+            Some(Goal::Probe(goal)) => {
+                let result = ProbeResult { success, message, alarm, ..ProbeResult::default() };
+                setup_goals::end_probe(&goal, ended.outcome, self.probed, result, machine);
+            }
+            Some(Goal::Jog(goal)) => {
+                let axis = Axis::from_joint(&goal.goal().joint);
+                let at = |axis: Axis| si_from_counts(machine.axis(axis).scale, ended.counts[axis.index()]);
+                let result = JogResult { success, message, alarm, position: axis.map_or(0.0, at) };
+                manual::end_jog(&goal, ended.outcome, self.was_let_go, result);
+            }
+            Some(Goal::Wheel(responder, turns)) => manual::end_wheel(responder, turns, ended.outcome, message),
+            Some(Goal::Topic) | None => {}
+        }
+        *self = Self::default();
+    }
+
+    /// State and result of a joint trajectory that ended, with the codes of `FollowJointTrajectory`.
+    fn end_of_trajectory(&self, outcome: Outcome, message: String) -> (GoalEnd, FollowJointTrajectoryResult) {
+        type Codes = FollowJointTrajectoryResult;
+        let (end, error_code, error_string) = match (&self.ending, outcome) {
+            (_, Outcome::Completed) => (GoalEnd::Succeeded, Codes::SUCCESSFUL, message),
+            (Some((code, reason)), Outcome::Cancelled) => (GoalEnd::Aborted, *code, reason.clone()),
+            (None, Outcome::Cancelled) => (GoalEnd::Canceled, Codes::SUCCESSFUL, message),
+            (_, Outcome::OutOfTolerance(broken)) => {
+                let code = match broken.stretch {
+                    Stretch::Path => Codes::PATH_TOLERANCE_VIOLATED,
+                    Stretch::Goal => Codes::GOAL_TOLERANCE_VIOLATED,
+                };
+                (GoalEnd::Aborted, code, broken.to_string())
+            }
+            // The machine's own tolerance of following.
+            (_, Outcome::Failed(number)) => match AlarmKind::from_number(number) {
+                Some(AlarmKind::FollowingError(_)) => (GoalEnd::Aborted, Codes::PATH_TOLERANCE_VIOLATED, message),
+                _ => (GoalEnd::Aborted, Codes::INVALID_GOAL, message),
+            },
+        };
+        (end, FollowJointTrajectoryResult { error_code, error_string })
+    }
+}
+
+/// How a goal ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum GoalEnd {
+    Succeeded,
+    Canceled,
+    Aborted,
+}
+
+impl GoalEnd {
+    pub(super) fn close<A: camwright_msgs::Action>(self, goal: &GoalHandle<A>, result: A::Result) {
+        // False where the goal has ended already, which then is its end.
+        let _first_end = match self {
+            GoalEnd::Succeeded => goal.succeed(result),
+            GoalEnd::Canceled => goal.canceled(result),
+            GoalEnd::Aborted => goal.abort(result),
+        };
+    }
+}
+
+/// What has command, and for which node.
+pub(super) fn by(what: &str, client: &str) -> String {
+    format!("{what} by {client}")
+}
+
+/// A trajectory that was accepted and cannot begin.
+pub(super) fn refuse_trajectory(goal: &GoalHandle<FollowJointTrajectory>, reason: &str) {
+    let (error_code, error_string) = (FollowJointTrajectoryResult::INVALID_GOAL, reason.to_owned());
+    goal.abort(FollowJointTrajectoryResult { error_code, error_string });
+}
+
+pub(super) fn close<A: camwright_msgs::Action>(goal: &GoalHandle<A>, outcome: Outcome, result: A::Result) {
+    let end = match outcome {
+        Outcome::Completed => GoalEnd::Succeeded,
+        Outcome::Cancelled => GoalEnd::Canceled,
+        Outcome::Failed(_) | Outcome::OutOfTolerance(_) => GoalEnd::Aborted,
+    };
+    end.close(goal, result);
+}
+
+fn step_name(step: SearchStep) -> &'static str {
+    match step {
+        SearchStep::Search => "search",
+        SearchStep::Stop => "stop",
+        SearchStep::Return => "return",
+        SearchStep::Latch => "latch",
+    }
+}

@@ -1,0 +1,68 @@
+//! A trajectory that arrives while another is executed: it takes the other's place without a step, or begins when the other is over.
+//!
+//! ```text
+//! goal ─► Foresee ─► engine ─► where the axes will be at tick S ─► the new trajectory from there ─► Splice ─► engine, at S
+//! ```
+//! Only then is the goal accepted and the one before it ended: a goal that cannot be followed disturbs nobody.
+
+use super::wanted::Wanted;
+use crate::engine_messages::{Foresight, Made, ToEngine};
+use camwright::machine::description::MachineDescription;
+use camwright_files::convert::time::TickClock;
+use camwright_ros::GoalDecider;
+
+/// Who waits.
+#[derive(Debug)]
+pub(crate) struct Arrival {
+    pub(super) wanted: Wanted,
+    /// Who decides on the goal; `None` for a trajectory of the topic.
+    pub(super) decider: Option<GoalDecider>,
+    /// What it is, for who asks who has command.
+    pub(super) name: String,
+}
+
+/// What is to be done with an arrival once the engine has looked ahead.
+#[derive(Debug)]
+pub(crate) enum Step {
+    /// Tell the engine; the arrival waits on.
+    Tell(ToEngine),
+    /// It waits until the trajectory before it is over.
+    Wait,
+    /// It cannot be, with the reason; the engine is told that nothing comes.
+    Refuse(String),
+}
+
+impl Arrival {
+    /// What comes next, after the engine has said where the axes will be.
+    pub(crate) fn next(&self, foresight: &Foresight, clock: TickClock, machine: &MachineDescription) -> Step {
+        match foresight {
+            Foresight::Over => Step::Wait,
+            Foresight::Disturbed => {
+                Step::Refuse("the trajectory in execution is held; release the hold or cancel it first".into())
+            }
+            Foresight::At(tick, start) => {
+                let record = self.wanted.record(*tick, clock, start, None);
+                match record.and_then(|record| Made::new(record, None, machine)) {
+                    Ok(made) => Step::Tell(ToEngine::Splice(made)),
+                    Err(reason) => Step::Refuse(reason),
+                }
+            }
+        }
+    }
+
+    /// First tick that it may take the other's place at, if it can at `soonest`.
+    pub(super) fn begins(&self, soonest: u64, clock: TickClock) -> u64 {
+        self.wanted.begins(soonest, clock)
+    }
+
+    /// Refuses it. Returns the reason for the log, when it has no client that could be answered.
+    pub(crate) fn refuse(self, reason: &str) -> Option<String> {
+        match self.decider {
+            Some(decider) => {
+                decider.reject(reason);
+                None
+            }
+            None => Some(reason.to_owned()),
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! Parameters of following joint trajectories; their names and meanings are those of the joint trajectory controller of `ros2_control`.
+
+use camwright::interpolator::join::StartTolerance;
+use camwright::interpolator::tolerance::Tolerance;
+use camwright::machine::description::{AXIS_COUNT, Axis};
+use camwright_files::convert::core_from_si;
+use camwright_ros::{Parameter, Parameters};
+
+/// Whether a goal may leave joints out.
+const PARTIAL: &str = "allow_partial_joints_goal";
+const FEEDBACK_RATE: &str = "action_monitor_rate";
+const STATE_RATE: &str = "state_publish_rate";
+const GOAL_TIME: &str = "constraints.goal_time";
+const STOPPED: &str = "constraints.stopped_velocity_tolerance";
+/// Largest distance of a linear, of a rotary axis from the first point of its trajectory.
+const START_LINEAR: &str = "start_tolerance_m";
+const START_ROTARY: &str = "start_tolerance_rad";
+
+/// Every parameter, at its default.
+pub(crate) fn parameters() -> Vec<Parameter> {
+    let mut all = vec![
+        Parameter::bool(PARTIAL, true)
+            .describe("a joint trajectory may name some of the joints; the others stay where they are"),
+        Parameter::double(FEEDBACK_RATE, 20.0)
+            .describe("feedback of follow_joint_trajectory, in Hz of the machine's time")
+            .range(1.0, 1000.0),
+        Parameter::double(STATE_RATE, 50.0)
+            .describe("~/controller_state, in Hz of the machine's time; at most as often as machine/stream is published; 0: never")
+            .range(0.0, 1000.0),
+        Parameter::double(GOAL_TIME, 0.0)
+            .describe("how long after its end a trajectory may take to come within its goal tolerances, in s; 0: as long as it takes")
+            .range(0.0, 3600.0),
+        Parameter::double(STOPPED, 0.01)
+            .describe("speed at which a joint counts as stopped at the end of a trajectory, in m/s or rad/s; 0: not looked at")
+            .range(0.0, 100.0),
+        Parameter::double(START_LINEAR, 0.0005)
+            .describe("largest distance of a linear axis from a first point at time 0, in m; it joins the path within 0.5 s; 0: the same encoder count")
+            .range(0.0, 0.01),
+        Parameter::double(START_ROTARY, 0.01)
+            .describe("largest distance of a rotary axis from a first point at time 0, in rad; it joins the path within 0.5 s; 0: the same encoder count")
+            .range(0.0, 0.1),
+    ];
+    for axis in Axis::ALL {
+        let unit = if axis == Axis::C { "rad" } else { "m" };
+        let tolerance = |what: &str, when: &str| {
+            Parameter::double(&format!("constraints.{}.{what}", axis.joint()), 0.0)
+                .describe(&format!("how far {} may be off {when}, in {unit}; 0: not looked at", axis.joint()))
+                .range(0.0, 1000.0)
+        };
+        all.push(tolerance("trajectory", "its trajectory on the way"));
+        all.push(tolerance("goal", "where its trajectory ends"));
+    }
+    all
+}
+
+/// What they say now.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Settings {
+    pub(super) allow_partial: bool,
+    /// Tolerances of a goal that names none.
+    pub(super) path: [Tolerance; AXIS_COUNT],
+    pub(super) goal: [Tolerance; AXIS_COUNT],
+    /// s; `None`: as long as it takes.
+    pub(super) goal_time_s: Option<f64>,
+    pub(super) start: StartTolerance,
+}
+
+impl Settings {
+    pub(super) fn of(parameters: &Parameters) -> Self {
+        let some = |value: f64| (value > 0.0).then_some(value);
+        let of_axis = |axis: Axis, what: &str| {
+            some(core_from_si(axis, parameters.double(&format!("constraints.{}.{what}", axis.joint()))))
+        };
+        let (mut path, mut goal) = ([Tolerance::default(); AXIS_COUNT], [Tolerance::default(); AXIS_COUNT]);
+        for axis in Axis::ALL {
+            path[axis.index()].position = of_axis(axis, "trajectory");
+            goal[axis.index()].position = of_axis(axis, "goal");
+            goal[axis.index()].velocity = some(core_from_si(axis, parameters.double(STOPPED)));
+        }
+        let start = Axis::ALL.map(|axis| {
+            let name = if axis == Axis::C { START_ROTARY } else { START_LINEAR };
+            core_from_si(axis, parameters.double(name))
+        });
+        Self {
+            allow_partial: parameters.bool(PARTIAL),
+            path,
+            goal,
+            goal_time_s: some(parameters.double(GOAL_TIME)),
+            start: StartTolerance(start),
+        }
+    }
+}
+
+/// Ticks between two messages of feedback, and of `~/controller_state`; `None`: never.
+pub(crate) fn periods_ticks(parameters: &Parameters, cycle_s: f64) -> (u64, Option<u64>) {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rates are between 1 and 1000 Hz")]
+    let ticks = |rate_hz: f64| (1.0 / (rate_hz * cycle_s)).round().max(1.0) as u64;
+    let state_hz = parameters.double(STATE_RATE);
+    (ticks(parameters.double(FEEDBACK_RATE)), (state_hz > 0.0).then(|| ticks(state_hz.max(1e-3))))
+}

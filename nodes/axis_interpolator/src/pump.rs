@@ -1,0 +1,408 @@
+//! From what the engine reports to messages, and to the goal that is being served.
+
+use super::engine_messages::{Command, Ended, Foresight, FromEngine, ToEngine, Tracking};
+use super::goals::Served;
+use super::joint_trajectory::arrival::Step;
+use super::joint_trajectory::{settings, tracking};
+use super::{Shared, lock};
+use camwright::interpolator::{Event, InterpolatorAlarm, OrderKind, Outcome, StartError, State, Status};
+use camwright::machine::alarm::AlarmKind;
+use camwright::machine::description::MachineDescription;
+use camwright_files::convert::applied_input;
+use camwright_files::convert::m_from_mm;
+use camwright_files::convert::machine_report::input_name;
+use camwright_files::convert::motion_record::StartRecord;
+use camwright_files::convert::setpoints::trajectory_from_chunk;
+use camwright_files::convert::time::TickClock;
+use camwright_msgs::camwright_msgs::msg::{Alarm, AppliedInput, InterpolatorState, MachineAlarms, MachineCommand};
+use camwright_msgs::control_msgs::msg::JointTrajectoryControllerState;
+use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
+use camwright_ros::liveness::Complaint;
+use camwright_ros::{Node, Publisher, Qos, RosError, Telemetry};
+use camwright_threads::drops::Drops;
+use camwright_threads::ring::{Receiver, Waker};
+use camwright_threads::silence::HEARTBEAT;
+use camwright_threads::supervised::injected;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::time::{Duration, Instant};
+
+/// Inputs that a late reader still gets.
+const INPUTS_DEPTH: u32 = 2000;
+
+/// Time for which sending setpoints, orders and alarms is retried; the machine misses them meanwhile and stops on the path.
+const VITAL_LIMIT: Duration = Duration::from_secs(2);
+
+/// The publishers of the interpolator.
+#[derive(Debug)]
+pub(super) struct Outlets {
+    setpoints: Publisher<JointTrajectory>,
+    commands: Publisher<MachineCommand>,
+    state: Publisher<InterpolatorState>,
+    inputs: Publisher<AppliedInput>,
+    alarms: Publisher<MachineAlarms>,
+    controller_state: Telemetry<JointTrajectoryControllerState>,
+}
+
+impl Outlets {
+    pub(super) fn new(node: &Node, drops: &Drops) -> Result<Self, RosError> {
+        Ok(Self {
+            setpoints: node.publisher("machine/setpoints", &Qos::default_topic().keep_last(1000))?,
+            commands: node.publisher("machine/commands", &Qos::default_topic().keep_last(1000))?,
+            state: node.publisher("~/state", &Qos::latched(1))?,
+            // Also for a recorder that comes when something has been applied already.
+            inputs: node.publisher("~/inputs", &Qos::latched(INPUTS_DEPTH))?,
+            alarms: node.publisher("~/alarms", &Qos::latched(1))?,
+            controller_state: node.telemetry("~/controller_state", &Qos::default_topic(), drops)?,
+        })
+    }
+}
+
+pub(super) struct Pump {
+    node: Node,
+    machine: MachineDescription,
+    /// The node's callbacks know what waits; the node ends before them.
+    shared: Weak<Shared>,
+    clock: Arc<Mutex<Option<TickClock>>>,
+    outlets: Outlets,
+    served: Arc<Mutex<Served>>,
+    order: u32,
+    order_tick: u64,
+    inputs_told: u64,
+    /// The alarm that ended the last motion, once the list of alarms has been told.
+    alarms: Option<Vec<Alarm>>,
+    feed_override: f64,
+    last_state: Option<InterpolatorState>,
+    told_state: Instant,
+    complaint: Complaint,
+}
+
+impl Pump {
+    pub(super) fn new(shared: &Arc<Shared>, machine: &MachineDescription) -> Result<Self, RosError> {
+        Ok(Self {
+            node: shared.node.clone(),
+            machine: machine.clone(),
+            shared: Arc::downgrade(shared),
+            clock: Arc::clone(&shared.clock),
+            outlets: Outlets::new(&shared.node, &shared.drops)?,
+            served: Arc::clone(&shared.served),
+            order: 0,
+            order_tick: 0,
+            inputs_told: 0,
+            alarms: None,
+            feed_override: 1.0,
+            last_state: None,
+            told_state: Instant::now(),
+            complaint: Complaint::default(),
+        })
+    }
+
+    /// Runs until the other end of the ring is gone; `back` returns empty chunks to the engine.
+    pub(super) fn run(mut self, mut reports: Receiver<FromEngine>, waker: &Waker, back: impl Fn(ToEngine)) {
+        waker.adopt_current_thread();
+        loop {
+            injected::point("interpolator pump");
+            let is_last = reports.is_abandoned();
+            while let Some(report) = reports.receive() {
+                let clock = *self.clock.lock().unwrap_or_else(PoisonError::into_inner);
+                let Some(clock) = clock else { continue };
+                if let Err(error) = self.take(report, clock, &back) {
+                    self.complaint.warn(self.node.logger(), &format!("a report cannot be published: {error}"));
+                }
+            }
+            if is_last {
+                return;
+            }
+            if self.told_state.elapsed() >= 2 * HEARTBEAT
+                && let Err(error) = self.repeat(None)
+            {
+                self.complaint.warn(self.node.logger(), &error.to_string());
+            }
+            let _woken = waker.wait(Duration::from_millis(100));
+        }
+    }
+
+    fn take(&mut self, report: FromEngine, clock: TickClock, back: &impl Fn(ToEngine)) -> Result<(), RosError> {
+        match report {
+            FromEngine::Chunk(mut chunk) => {
+                let message = trajectory_from_chunk(&chunk, &self.machine, clock);
+                let outcome = self.outlets.setpoints.publish_within(&message, VITAL_LIMIT);
+                chunk.clear();
+                back(ToEngine::Chunk(chunk));
+                outcome
+            }
+            FromEngine::Command { sequence, command } => {
+                let message = message(sequence, command, clock, &self.machine);
+                self.outlets.commands.publish_within(&message, VITAL_LIMIT)
+            }
+            FromEngine::Started { tick, rest, record } => {
+                let (name, _) = self.served().names();
+                self.node.logger().info(&format!("{name} begins at tick {tick}"));
+                let told = self.alarms(clock, tick, Vec::new());
+                let text = record.plan_hash().to_owned();
+                let content = StartRecord::new(&rest, *record).to_text();
+                let start = AppliedInput { kind: AppliedInput::START, text, content, ..Default::default() };
+                told.and(self.input(clock, tick, start))
+            }
+            FromEngine::NotStarted(error, _made) => {
+                if self.served().is_of_topic()
+                    && let Some(shared) = self.shared.upgrade()
+                {
+                    shared.warn_of_refusal(&error.to_string());
+                }
+                match error {
+                    StartError::Cancelled => self.served().withdraw(&error.to_string()),
+                    _ => self.served().refuse(&error.to_string()),
+                }
+                Ok(())
+            }
+            FromEngine::Applied { tick, input } => {
+                self.input(clock, tick, applied_input::message(&input, &self.machine))
+            }
+            FromEngine::Status { tick, status } => {
+                let told = if self.alarms.is_none() { self.alarms(clock, tick, Vec::new()) } else { Ok(()) };
+                told.and(self.status(clock, tick, &status))
+            }
+            FromEngine::Event { tick, event: Event::Alarm(alarm) } => self.alarm(clock, tick, alarm),
+            FromEngine::Event { tick, event: Event::LeftOut { lobe, turns } } => {
+                self.node
+                    .logger()
+                    .info(&format!("the force is steady at tick {tick}: {turns} turns of spark-out are left out"));
+                self.served().leave_out(lobe, turns);
+                Ok(())
+            }
+            FromEngine::Event { event: Event::Probed(probed), .. } => {
+                self.served().probed = Some(probed);
+                Ok(())
+            }
+            FromEngine::Event { event: Event::Segment(_) | Event::Finished(_), .. } => Ok(()),
+            FromEngine::Ended(ended) => {
+                let told = self.tell_lost_partner(clock, ended.last_tick);
+                self.end(ended);
+                self.with_shared(Shared::begin_arrival);
+                told
+            }
+            FromEngine::Foreseen(foresight) => {
+                self.foreseen(&foresight, clock, back);
+                Ok(())
+            }
+            FromEngine::Spliced { tick, record } => {
+                self.with_shared(|shared| shared.arrived(tick));
+                let content = record.to_text();
+                self.input(clock, tick, AppliedInput { kind: AppliedInput::SPLICE, content, ..Default::default() })
+            }
+            FromEngine::NotSpliced(error, _made) => {
+                self.with_shared(|shared| shared.refuse_arrival(&error.to_string()));
+                Ok(())
+            }
+            FromEngine::Tracking(tracking) => self.tracking(&tracking, clock),
+            FromEngine::Queried(told) => {
+                let answer = tracking::answer(told.as_ref(), &self.machine);
+                self.with_shared(|shared| {
+                    if let Some(responder) = lock(&shared.queries).pop_front() {
+                        responder.send(&answer);
+                    }
+                });
+                Ok(())
+            }
+            FromEngine::Used(news) => {
+                drop(news);
+                Ok(())
+            }
+            FromEngine::Done(motion) => {
+                drop(motion);
+                Ok(())
+            }
+        }
+    }
+
+    fn with_shared(&self, act: impl FnOnce(&Shared)) {
+        if let Some(shared) = self.shared.upgrade() {
+            act(&shared);
+        }
+    }
+
+    /// The engine has looked ahead for the trajectory that waits.
+    fn foreseen(&self, foresight: &Foresight, clock: TickClock, back: &impl Fn(ToEngine)) {
+        self.with_shared(|shared| {
+            let step = lock(&shared.arrival).as_ref().map(|arrival| arrival.next(foresight, clock, &self.machine));
+            match step {
+                Some(Step::Tell(message)) => back(message),
+                Some(Step::Wait) => {
+                    // It may have ended before this was heard.
+                    if !lock(&shared.served).is_busy() {
+                        shared.begin_arrival();
+                    }
+                }
+                Some(Step::Refuse(reason)) => {
+                    back(ToEngine::StayOn);
+                    shared.refuse_arrival(&reason);
+                }
+                None => back(ToEngine::StayOn),
+            }
+        });
+    }
+
+    /// How the axes follow, as often as the parameters say.
+    fn tracking(&self, followed: &Tracking, clock: TickClock) -> Result<(), RosError> {
+        let (tick, parameters) = (followed.measured.tick, self.node.parameters());
+        let (feedback_ticks, state_ticks) = settings::periods_ticks(parameters, self.machine.cycle_time_s());
+        let period = self.machine.stream_period_ticks();
+        // Of the ticks that are measured those that are the first in a period.
+        let is_due = |ticks: u64| tick % ticks.max(period) < period;
+        if let Some(goal) = self.served().trajectory().filter(|_| is_due(feedback_ticks)) {
+            let joints = &goal.goal().trajectory.joint_names;
+            goal.feedback(&tracking::feedback(followed, joints, &self.machine, clock));
+        }
+        if state_ticks.is_some_and(is_due) && self.outlets.controller_state.matched() > 0 {
+            let state = tracking::state(followed, self.feed_override, &self.machine, clock);
+            return self.outlets.controller_state.publish(&state);
+        }
+        Ok(())
+    }
+
+    fn served(&self) -> std::sync::MutexGuard<'_, Served> {
+        // Held for a message or a look at a name, never across a wait.
+        self.served.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn input(&mut self, clock: TickClock, tick: u64, input: AppliedInput) -> Result<(), RosError> {
+        self.order = if tick == self.order_tick { self.order + 1 } else { 0 };
+        self.order_tick = tick;
+        let (stamp, sequence) = (clock.stamp(tick), self.inputs_told);
+        self.inputs_told += 1;
+        let mut message = AppliedInput { stamp, tick, order: self.order, sequence, ..input };
+        message.check = applied_input::check(&message).unwrap_or_default();
+        self.outlets.inputs.publish(&message)
+    }
+
+    fn status(&mut self, clock: TickClock, tick: u64, status: &Status) -> Result<(), RosError> {
+        self.feed_override = status.feed_override;
+        self.with_shared(|shared| *lock(&shared.homed) = status.homed);
+        let served = self.served();
+        served.feedback(tick, status);
+        let (holder, plan_hash) = served.names();
+        drop(served);
+        let is_idle = status.state == State::Idle;
+        let message = InterpolatorState {
+            stamp: clock.stamp(tick),
+            tick,
+            state: status.state as u8,
+            holder: if is_idle { String::new() } else { holder },
+            plan_hash: if is_idle { String::new() } else { plan_hash },
+            segment: u32::try_from(status.segment).unwrap_or(u32::MAX),
+            phase: status.phase.map_or(0, |phase| phase as u8),
+            lobe: status.lobe.and_then(|lobe| i32::try_from(lobe).ok()).unwrap_or(-1),
+            turn: status.turn,
+            turns: status.turns,
+            stock: m_from_mm(status.stock_mm),
+            percent: status.percent,
+            time_left: status.time_left_s,
+            feed_override: status.feed_override,
+            is_homed: status.is_homed(),
+        };
+        self.repeat(Some(message))
+    }
+
+    /// Tells a state, or the last one again, so that the planner hears that this node is there.
+    fn repeat(&mut self, state: Option<InterpolatorState>) -> Result<(), RosError> {
+        if let Some(state) = state {
+            self.last_state = Some(state);
+        }
+        self.told_state = Instant::now();
+        match &self.last_state {
+            Some(state) => self.outlets.state.publish(state),
+            None => Ok(()),
+        }
+    }
+
+    fn alarm(&mut self, clock: TickClock, tick: u64, alarm: InterpolatorAlarm) -> Result<(), RosError> {
+        let (number, text, remedy) = (alarm.number(), alarm.to_string(), alarm.remedy().to_owned());
+        self.node.logger().error(&format!("alarm {number} at tick {tick}: {text} ({remedy})"));
+        self.served().alarm = Some((number, text.clone()));
+        let mut alarms = self.alarms.take().unwrap_or_default();
+        let (stamp, source, severity) = (clock.stamp(tick), self.node.name().to_owned(), Alarm::STOP);
+        alarms.push(Alarm { stamp, tick, number, severity, source, text, remedy, active: true });
+        self.alarms(clock, tick, alarms)
+    }
+
+    /// Tells the alarms that are active now, where that is news.
+    fn alarms(&mut self, clock: TickClock, tick: u64, alarms: Vec<Alarm>) -> Result<(), RosError> {
+        if self.alarms.as_ref() == Some(&alarms) {
+            return Ok(());
+        }
+        let told = self.alarms.insert(alarms).clone();
+        let message = MachineAlarms { stamp: clock.stamp(tick), tick, alarms: told };
+        self.outlets.alarms.publish_within(&message, VITAL_LIMIT)
+    }
+
+    /// A motion is over because of a partner: tells the alarm that is no machine's.
+    fn tell_lost_partner(&mut self, clock: TickClock, tick: u64) -> Result<(), RosError> {
+        let alarm = self.served().alarm.clone();
+        let Some((number, text)) = alarm else { return Ok(()) };
+        let kind = AlarmKind::from_number(number);
+        let Some(kind @ (AlarmKind::MachineLost | AlarmKind::PlannerLost)) = kind else { return Ok(()) };
+        let (stamp, source, severity) = (clock.stamp(tick), self.node.name().to_owned(), Alarm::STOP);
+        let remedy = kind.entry().remedy.to_owned();
+        let alarm = Alarm { stamp, tick, number, severity, source, text, remedy, active: true };
+        self.alarms(clock, tick, vec![alarm])
+    }
+
+    fn end(&self, ended: Ended) {
+        let mut served = self.served();
+        let (name, _) = served.names();
+        let text = match ended.outcome {
+            Outcome::Completed => format!("{name} is complete at tick {}", ended.last_tick),
+            Outcome::Cancelled => format!("{name} was cancelled: the axes are at rest and the wheel is retracted"),
+            Outcome::Failed(number) => format!("{name} was stopped by alarm {number}"),
+            Outcome::OutOfTolerance(broken) => format!("{name} was stopped: {broken}"),
+        };
+        served.end(&ended, &text, &self.machine);
+        drop(served);
+        match ended.outcome {
+            Outcome::Failed(_) | Outcome::OutOfTolerance(_) => self.node.logger().error(&text),
+            Outcome::Completed | Outcome::Cancelled => self.node.logger().info(&text),
+        }
+    }
+}
+
+fn message(sequence: u32, command: Command, clock: TickClock, machine: &MachineDescription) -> MachineCommand {
+    let base = |tick: u64, kind: u8| MachineCommand {
+        stamp: clock.stamp(tick),
+        sequence,
+        tick,
+        kind,
+        ..MachineCommand::default()
+    };
+    match command {
+        Command::Attend { tick } => base(tick, MachineCommand::ATTEND),
+        Command::JobBegin { tick } => base(tick, MachineCommand::JOB_BEGIN),
+        Command::JobEnd { tick } => base(tick, MachineCommand::JOB_END),
+        Command::Alarm { tick, number } => {
+            MachineCommand { counts: i64::from(number), ..base(tick, MachineCommand::ALARM) }
+        }
+        Command::Interpolator(order) => match order.kind {
+            OrderKind::SetHome { axis, counts } => {
+                MachineCommand { target: axis.joint().to_owned(), counts, ..base(order.tick, MachineCommand::SET_HOME) }
+            }
+            OrderKind::LoseHome { axis } => {
+                MachineCommand { target: axis.joint().to_owned(), ..base(order.tick, MachineCommand::LOSE_HOME) }
+            }
+            OrderKind::Ask { input } => MachineCommand {
+                target: input_name(input, machine).to_owned(),
+                ..base(order.tick, MachineCommand::ASK)
+            },
+            OrderKind::WheelStart => base(order.tick, MachineCommand::WHEEL_START),
+            OrderKind::WheelStop => base(order.tick, MachineCommand::WHEEL_STOP),
+            OrderKind::ExpectWheel { radius_nm } => {
+                MachineCommand { counts: radius_nm, ..base(order.tick, MachineCommand::EXPECT_WHEEL) }
+            }
+            OrderKind::Dress { radius_nm } => {
+                MachineCommand { counts: radius_nm, ..base(order.tick, MachineCommand::DRESS) }
+            }
+            OrderKind::Push { most_n } => MachineCommand { counts: most_n, ..base(order.tick, MachineCommand::PUSH) },
+            OrderKind::WatchForce { most_n } => {
+                MachineCommand { counts: most_n, ..base(order.tick, MachineCommand::WATCH_FORCE) }
+            }
+        },
+    }
+}

@@ -1,0 +1,187 @@
+//! Set-up work: the actions `~/home`, `~/move_to` and `~/probe`. A move or a probe that cannot be is accepted and aborted, because a
+//! rejection carries no reason.
+
+use super::goals::{Goal, by, close};
+use super::{Shared, lock};
+use camwright::interpolator::{Outcome, Probed, Request};
+use camwright::machine::description::{Axis, MachineDescription};
+use camwright::machine::setpoint::Input;
+use camwright_files::convert::machine_report::input_named;
+use camwright_files::convert::motion_record::{MotionRecord, MoveRecord, ProbeRecord};
+use camwright_files::convert::{core_from_si, mm_from_m, si_from_counts};
+use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, MoveTo, MoveToGoal, Probe, ProbeGoal, ProbeResult};
+use camwright_ros::{ActionHandler, GoalDecision, GoalHandle, GoalId};
+use std::sync::Arc;
+
+/// Speed of a wheel that touches unless the goal says another (mm/s): with a feedback delay of 0.1 s it runs on by 5 µm.
+pub(crate) const TOUCH_MM_S: f64 = 0.05;
+
+/// Serves `~/home`.
+#[derive(Debug)]
+pub(super) struct HomeHandler(pub(super) Arc<Shared>);
+
+impl ActionHandler<Home> for HomeHandler {
+    fn goal(&mut self, _id: GoalId, goal: &HomeGoal) -> GoalDecision {
+        if let Some(joint) = goal.joints.iter().find(|joint| Axis::from_joint(joint).is_none()) {
+            return GoalDecision::Reject(format!("there is no joint {joint:?}"));
+        }
+        self.0.obstacle().map_or(GoalDecision::Accept, GoalDecision::Reject)
+    }
+
+    fn accepted(&mut self, handle: GoalHandle<Home>) {
+        let mut axes: Vec<Axis> = handle.goal().joints.iter().filter_map(|joint| Axis::from_joint(joint)).collect();
+        if axes.is_empty() {
+            let needs = |axis: &Axis| self.0.machine().is_some_and(|machine| machine.axis(*axis).needs_homing);
+            axes = Axis::ALL.into_iter().filter(needs).collect();
+        }
+        let name = by("homing", handle.client());
+        lock(&self.0.served).begin(Goal::Home(handle), name, String::new());
+        let joints = axes.iter().map(|axis| axis.joint().to_owned()).collect();
+        self.0.begin_or_refuse(Ok(MotionRecord::Home(joints)));
+    }
+
+    fn cancel(&mut self, _id: GoalId) -> bool {
+        self.0.request(Request::Cancel)
+    }
+}
+
+/// Serves `~/move_to`.
+#[derive(Debug)]
+pub(super) struct MoveHandler(pub(super) Arc<Shared>);
+
+impl ActionHandler<MoveTo> for MoveHandler {
+    fn goal(&mut self, _id: GoalId, _goal: &MoveToGoal) -> GoalDecision {
+        self.0.obstacle().map_or(GoalDecision::Accept, GoalDecision::Reject)
+    }
+
+    fn accepted(&mut self, handle: GoalHandle<MoveTo>) {
+        let motion = self.0.targets(handle.goal());
+        let name = by(&format!("a move of {}", handle.goal().joints.join(", ")), handle.client());
+        lock(&self.0.served).begin(Goal::Move(handle), name, String::new());
+        self.0.begin_or_refuse(motion);
+    }
+
+    fn cancel(&mut self, _id: GoalId) -> bool {
+        self.0.request(Request::Cancel)
+    }
+}
+
+/// Serves `~/probe`.
+#[derive(Debug)]
+pub(super) struct ProbeHandler(pub(super) Arc<Shared>);
+
+impl ActionHandler<Probe> for ProbeHandler {
+    fn goal(&mut self, _id: GoalId, _goal: &ProbeGoal) -> GoalDecision {
+        self.0.obstacle().map_or(GoalDecision::Accept, GoalDecision::Reject)
+    }
+
+    fn accepted(&mut self, handle: GoalHandle<Probe>) {
+        let motion = self.0.machine().ok_or_else(unknown).and_then(|machine| self.0.probe(handle.goal(), &machine));
+        let name = by(&format!("a probe of {} for {}", handle.goal().joint, handle.goal().input), handle.client());
+        lock(&self.0.served).begin(Goal::Probe(handle), name, String::new());
+        self.0.begin_or_refuse(motion);
+    }
+
+    fn cancel(&mut self, _id: GoalId) -> bool {
+        self.0.request(Request::Cancel)
+    }
+}
+
+pub(super) fn unknown() -> String {
+    "the machine has not been heard of yet".to_owned()
+}
+
+pub(super) fn axis(joint: &str) -> Result<Axis, String> {
+    Axis::from_joint(joint).ok_or_else(|| format!("there is no joint {joint:?}"))
+}
+
+impl Shared {
+    pub(super) fn begin_or_refuse(&self, record: Result<MotionRecord, String>) {
+        match self.hindrance().and(record) {
+            Ok(record) => self.begin(record, None),
+            Err(reason) => lock(&self.served).refuse(&reason),
+        }
+    }
+
+    fn targets(&self, goal: &MoveToGoal) -> Result<MotionRecord, String> {
+        let (joints, positions) = (goal.joints.len(), goal.positions.len());
+        if joints != positions {
+            return Err(format!("{joints} joints and {positions} positions; each joint needs one"));
+        }
+        let moves = goal.joints.iter().zip(&goal.positions).map(|(joint, position)| {
+            let axis = axis(joint)?;
+            let position = core_from_si(axis, *position);
+            Ok(MoveRecord { joint: joint.clone(), position, relative: goal.relative })
+        });
+        let moves: Vec<MoveRecord> = moves.collect::<Result<_, String>>()?;
+        let speed_factor = if goal.speed_factor == 0.0 { 1.0 } else { goal.speed_factor };
+        Ok(MotionRecord::Move { moves, from: *lock(&self.rest_counts), speed_factor })
+    }
+
+    fn probe(&self, goal: &ProbeGoal, machine: &MachineDescription) -> Result<MotionRecord, String> {
+        let axis = axis(&goal.joint)?;
+        let speed = match (goal.speed == 0.0, input_named(&goal.input, machine)) {
+            (true, Some(Input::WheelContact)) => TOUCH_MM_S,
+            (true, _) => machine.axis(axis).search_velocity,
+            (false, _) => core_from_si(axis, goal.speed),
+        };
+        Ok(MotionRecord::Probe(Box::new(ProbeRecord {
+            joint: goal.joint.clone(),
+            target: core_from_si(axis, goal.target),
+            speed,
+            input: goal.input.clone(),
+            until_open: goal.until_open,
+            stand_off: core_from_si(axis, goal.stand_off),
+            most_force_n: goal.most_force,
+            reads: goal.correct_zero.then(|| (mm_from_m(goal.true_position), mm_from_m(goal.most_correction))),
+            from: *lock(&self.rest_counts),
+        })))
+    }
+}
+
+/// A probe has ended, and the axes rest.
+pub(super) fn end_probe(
+    goal: &GoalHandle<Probe>,
+    outcome: Outcome,
+    probed: Option<Probed>,
+    mut result: ProbeResult,
+    machine: &MachineDescription,
+) {
+    let Some(axis) = Axis::from_joint(&goal.goal().joint) else { return close(goal, outcome, result) };
+    let scale = machine.axis(axis).scale;
+    let si = |counts: i64| si_from_counts(scale, counts);
+    let input = &goal.goal().input;
+    result.already_there = probed == Some(Probed::AlreadyThere);
+    let (latch, off, correction) = match probed {
+        Some(Probed::Found { latch, correction }) => (Some(latch), correction, correction),
+        Some(Probed::TooFarOff { latch, off }) => (Some(latch), off, 0),
+        Some(Probed::Missed | Probed::AlreadyThere) | None => (None, 0, 0),
+    };
+    if let Some(latch) = latch {
+        (result.found, result.tick) = (true, latch.tick);
+        (result.position, result.off, result.correction) = (si(latch.counts), si(off), si(correction));
+    }
+    if outcome != Outcome::Completed {
+        return close(goal, outcome, result);
+    }
+    let verb = if goal.goal().until_open { "open" } else { "close" };
+    let failed = match probed {
+        Some(Probed::Found { .. }) => None,
+        Some(Probed::TooFarOff { off, .. }) => Some(format!(
+            "the edge is off by {:.6} m, more than the {:.6} m by which the zero may be corrected; it stays as it was",
+            si(off),
+            goal.goal().most_correction
+        )),
+        Some(Probed::Missed) if goal.goal().may_miss => None,
+        Some(Probed::Missed) => Some(format!("{} went to its target and {input} did not {verb}", axis.joint())),
+        Some(Probed::AlreadyThere) => Some(format!("{input} does not {verb}: it is so already; nothing moved")),
+        None => Some("the probe did not tell what it found".to_owned()),
+    };
+    match failed {
+        None => close(goal, outcome, result),
+        Some(message) => {
+            // False where the goal has ended already, which then is its end.
+            let _first_end = goal.abort(ProbeResult { success: false, message, ..result });
+        }
+    }
+}

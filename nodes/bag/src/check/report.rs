@@ -1,0 +1,141 @@
+//! What a check found, for people and for scripts.
+
+use crate::json::quoted;
+
+/// How bad a finding is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// Worth knowing: no reader loses a message by it that knows how to go on, and some can do less with the bag.
+    Warning,
+    /// Damaged, incomplete, or not what rosbag2 writes.
+    Error,
+}
+
+/// Something found in a bag.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Finding {
+    /// How bad it is.
+    pub severity: Severity,
+    /// The file, relative to the bag where it is within.
+    pub place: String,
+    /// What was found, with the value and what it should be.
+    pub text: String,
+}
+
+/// Findings that are told one by one; a file may have a fault in each of millions of records.
+const MOST_FINDINGS: usize = 1000;
+
+/// What a check found.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Report {
+    /// In the order they were found.
+    pub findings: Vec<Finding>,
+    /// How many there are besides, and the worst of them.
+    pub more: (u64, Option<Severity>),
+    /// Messages seen.
+    pub message_count: u64,
+    /// Topics seen.
+    pub topic_count: usize,
+}
+
+impl Report {
+    /// The worst finding; none when the bag is clean.
+    #[must_use]
+    pub fn worst(&self) -> Option<Severity> {
+        self.findings.iter().map(|f| f.severity).max().max(self.more.1)
+    }
+
+    /// For people.
+    #[must_use]
+    pub fn to_text(&self) -> String {
+        let mut text = String::new();
+        for finding in &self.findings {
+            let word = match finding.severity {
+                Severity::Warning => "warning",
+                Severity::Error => "error",
+            };
+            text.push_str(&format!("{word}: {}: {}\n", finding.place, finding.text));
+        }
+        if self.more.0 > 0 {
+            text.push_str(&format!("and {} more\n", self.more.0));
+        }
+        let verdict = match self.worst() {
+            None => "clean",
+            Some(Severity::Warning) => "readable, with warnings",
+            Some(Severity::Error) => "not in order",
+        };
+        text.push_str(&format!("{} messages on {} topics: {verdict}\n", self.message_count, self.topic_count));
+        text
+    }
+
+    /// For scripts: one JSON object.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        let findings: Vec<String> = self
+            .findings
+            .iter()
+            .map(|f| {
+                let severity = if f.severity == Severity::Error { "error" } else { "warning" };
+                let (place, text) = (quoted(&f.place), quoted(&f.text));
+                format!("{{\"severity\":\"{severity}\",\"place\":{place},\"text\":{text}}}")
+            })
+            .collect();
+        format!(
+            "{{\"message_count\":{},\"topic_count\":{},\"more_findings\":{},\"findings\":[{}]}}",
+            self.message_count,
+            self.topic_count,
+            self.more.0,
+            findings.join(",")
+        )
+    }
+
+    pub(super) fn error(&mut self, place: impl Into<String>, text: impl Into<String>) {
+        self.find(Severity::Error, place.into(), text.into());
+    }
+
+    pub(super) fn warning(&mut self, place: impl Into<String>, text: impl Into<String>) {
+        self.find(Severity::Warning, place.into(), text.into());
+    }
+
+    fn find(&mut self, severity: Severity, place: String, text: String) {
+        if self.findings.len() < MOST_FINDINGS {
+            self.findings.push(Finding { severity, place, text });
+        } else {
+            self.more = (self.more.0 + 1, self.more.1.max(Some(severity)));
+        }
+    }
+}
+
+/// The same thing found again and again: how often, and where first. A damaged bag may have it in every message.
+#[derive(Debug, Default)]
+pub(super) struct Tally {
+    count: u64,
+    first: String,
+}
+
+impl Tally {
+    pub(super) fn note(&mut self, first: impl FnOnce() -> String) {
+        if self.count == 0 {
+            self.first = first();
+        }
+        self.count += 1;
+    }
+
+    /// `1 message what: which`, or `7 messages what, first which`; none where nothing was noted.
+    pub(super) fn tell(&self, what: &str) -> Option<String> {
+        match self.count {
+            0 => None,
+            1 => Some(format!("1 message {what}: {}", self.first)),
+            count => Some(format!("{count} messages {what}, first {}", self.first)),
+        }
+    }
+
+    /// The same of something else than messages, with the words for one and for many.
+    pub(super) fn tell_of(&self, one: &str, many: &str) -> Option<String> {
+        match self.count {
+            0 => None,
+            1 => Some(format!("1 {one}, {}", self.first)),
+            count => Some(format!("{count} {many}, first {}", self.first)),
+        }
+    }
+}

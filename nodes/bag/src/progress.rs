@@ -1,0 +1,15 @@
+//! A bar of progress for people who look on.
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// Often enough for people (1/s); what it tells of has better things to do.
+const DRAWN_HZ: u8 = 10;
+
+/// A bar of so many things, on standard error, drawn as a template of indicatif says; hidden where that is no terminal.
+pub fn bar(length: u64, template: &str) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr_with_hz(DRAWN_HZ));
+    match ProgressStyle::with_template(template) {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}

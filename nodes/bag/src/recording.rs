@@ -1,0 +1,418 @@
+//! A recording: a bag written by a thread of its own behind a bounded queue, with every loss counted.
+
+use camwright_threads::supervised::Supervisor;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, mpsc};
+use std::thread::{JoinHandle, Thread};
+use std::time::{Duration, Instant};
+
+use super::durations::{Durations, DurationsTold};
+use super::metadata::BagMetadata;
+use super::snapshot::SnapshotOptions;
+use super::writer::{BagWriter, Outcome, WriterOptions};
+use super::writer_task::WriterTask;
+use super::{BagError, Topic};
+
+/// What share of the queue (one part of so many) a topic may always have, and what share is kept free for those that have no more.
+/// 64 topics fit into it that have all they may; a cell has some forty, of which a handful is fast.
+const RARE: u64 = 256;
+const KEPT_FOR_RARE: u64 = 4;
+
+/// What a recording is to be.
+#[derive(Debug, Clone)]
+pub struct RecordingOptions {
+    /// Layout and custom data.
+    pub writer: WriterOptions,
+    /// How long a message may wait before it is handed to the system: what a kill of the process can cost. Shorter makes
+    /// smaller chunks; 100 ms costs nothing measurable.
+    pub flush_interval: Duration,
+    /// How long until it is on the disk: what a power failure can cost. A sync takes milliseconds.
+    pub sync_interval: Duration,
+    /// What is left free on the disk (B): with less, the recording does not begin, or ends.
+    pub min_free_bytes: u64,
+    /// Hold the last messages in memory, and write them on [`Recording::snapshot`] only.
+    pub snapshot: Option<SnapshotOptions>,
+    /// Most bytes waiting in the queue. One topic may take half of them, all that are fast three quarters together: the last quarter is
+    /// for topics of which little waits (each up to a 256th of the queue), so that commands and events have room whatever else comes.
+    pub queue_bytes: u64,
+    /// Sees the writer's thread die.
+    pub supervisor: Supervisor,
+}
+
+impl Default for RecordingOptions {
+    fn default() -> Self {
+        Self {
+            writer: WriterOptions::default(),
+            flush_interval: Duration::from_millis(100),
+            sync_interval: Duration::from_secs(1),
+            min_free_bytes: 0,
+            snapshot: None,
+            queue_bytes: 256 << 20,
+            supervisor: Supervisor::default(),
+        }
+    }
+}
+
+/// Messages of one topic. Once nothing is in the queue, received = written + dropped, and + passed + what is held where only
+/// snapshots are written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TopicCounts {
+    /// Fully qualified name.
+    pub topic: String,
+    /// ROS type.
+    pub type_name: String,
+    /// Messages handed to the recording.
+    pub received: u64,
+    /// Messages in the bag.
+    pub written: u64,
+    /// Messages lost between the two.
+    pub dropped: u64,
+    /// Messages that no snapshot asked for while they were held.
+    pub passed: u64,
+}
+
+/// Messages over all topics.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// Messages handed to the recording.
+    pub received: u64,
+    /// Messages in the bag.
+    pub written: u64,
+    /// Messages lost between the two.
+    pub dropped: u64,
+    /// Those of them for which the queue had no room; the others the bag did not take.
+    pub queue_full: u64,
+    /// Messages that are known to have been lost before they could be handed over; they are not among those received.
+    pub missed: u64,
+    /// How long it took to hand one over.
+    pub enqueue: DurationsTold,
+    /// Messages that no snapshot asked for while they were held.
+    pub passed: u64,
+    /// Latched messages that stand at the head of a later file once more.
+    pub repeated: u64,
+    /// Storage files.
+    pub files: u64,
+    /// Size of the storage files on the disk (B).
+    pub bytes: u64,
+    /// What is free on the disk (B), as of the last sync.
+    pub free_bytes: u64,
+    /// Bytes waiting in the queue.
+    pub queued_bytes: u64,
+    /// Each topic, in the order they were added.
+    pub topics: Vec<TopicCounts>,
+}
+
+/// What the two threads both see of one topic.
+#[derive(Debug, Default)]
+pub(super) struct TopicState {
+    topic: String,
+    type_name: String,
+    pub(super) received: AtomicU64,
+    pub(super) written: AtomicU64,
+    pub(super) dropped: AtomicU64,
+    pub(super) passed: AtomicU64,
+    pub(super) queued_bytes: AtomicU64,
+}
+
+/// What the two threads both see.
+#[derive(Debug, Default)]
+pub(super) struct Shared {
+    pub(super) queued_bytes: AtomicU64,
+    pub(super) bytes: AtomicU64,
+    pub(super) free_bytes: AtomicU64,
+    pub(super) files: AtomicU64,
+    pub(super) repeated: AtomicU64,
+    pub(super) fault: OnceLock<String>,
+    /// Names of files that were closed and opened since that was asked last.
+    pub(super) splits: Mutex<Vec<(String, String)>>,
+    /// Messages known to have been lost before they were handed over.
+    missed: AtomicU64,
+    /// Messages for which the queue had no room.
+    queue_full: AtomicU64,
+    /// How long it took to hand each message over.
+    enqueue: Durations,
+    /// Guards the list only; it is locked to add a topic or to read the counts, never while writing.
+    topics: Mutex<Vec<Arc<TopicState>>>,
+}
+
+impl Shared {
+    pub(super) fn topics(&self) -> Vec<Arc<TopicState>> {
+        self.topics.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// What was lost, and where.
+    pub(super) fn losses(&self) -> Losses {
+        Losses {
+            dropped: self.topics().iter().map(|t| t.dropped.load(Ordering::Acquire)).sum(),
+            queue_full: self.queue_full.load(Ordering::Acquire),
+            missed: self.missed.load(Ordering::Acquire),
+        }
+    }
+
+    /// How long it took to hand a message over.
+    pub(super) fn enqueue(&self) -> DurationsTold {
+        self.enqueue.told()
+    }
+}
+
+/// Messages that were published and are not in the bag.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Losses {
+    /// Handed over and not written.
+    pub(super) dropped: u64,
+    /// Those of them for which the queue had no room.
+    pub(super) queue_full: u64,
+    /// Never handed over.
+    pub(super) missed: u64,
+}
+
+/// Hears how something went that the writer was asked for.
+type Answer<T> = Box<dyn FnOnce(T) + Send>;
+
+/// What the writer's thread is told.
+pub(super) enum Command {
+    Topic(Topic),
+    Message {
+        topic: usize,
+        log_time_ns: u64,
+        publish_time_ns: u64,
+        data: Vec<u8>,
+    },
+    /// Whoever asked is told whether there is a next file.
+    Split(Answer<bool>),
+    /// Whoever asked is told how many messages were written.
+    Snapshot(Answer<u64>),
+    Stop(Outcome),
+}
+
+impl Command {
+    /// Answers that nothing was done: the recording has ended.
+    pub(super) fn refuse(self) {
+        match self {
+            Self::Split(answer) => answer(false),
+            Self::Snapshot(answer) => answer(0),
+            Self::Topic(_) | Self::Message { .. } | Self::Stop(_) => {}
+        }
+    }
+}
+
+/// A topic of a recording.
+#[derive(Debug, Clone)]
+pub struct RecordedTopic {
+    index: usize,
+    state: Arc<TopicState>,
+}
+
+impl RecordedTopic {
+    /// Fully qualified name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.state.topic
+    }
+
+    /// Messages of this topic handed to the recording so far.
+    #[must_use]
+    pub fn received(&self) -> u64 {
+        self.state.received.load(Ordering::Relaxed)
+    }
+}
+
+/// Thread of a writer; `None` where it panicked.
+type WriterThread = JoinHandle<Option<Result<BagMetadata, BagError>>>;
+
+/// A bag that is being written. Dropping it closes the bag.
+#[derive(Debug)]
+pub struct Recording {
+    directory: PathBuf,
+    commands: mpsc::Sender<Command>,
+    shared: Arc<Shared>,
+    queue_bytes: u64,
+    /// The writer's thread, to wake it for what is asked of it.
+    writer: Thread,
+    /// The same until somebody has waited for its end.
+    thread: Mutex<Option<WriterThread>>,
+}
+
+impl Recording {
+    /// Makes the bag in `directory` and begins to write what comes.
+    ///
+    /// # Errors
+    /// As [`BagWriter::create`], when less is free on the disk than is to be left, or when the system gives no thread.
+    pub fn start(directory: &Path, options: &RecordingOptions) -> Result<Self, BagError> {
+        let writer = BagWriter::create(directory, &options.writer)?;
+        let shared = Arc::new(Shared::default());
+        let (commands, queue) = mpsc::channel();
+        let task = WriterTask::new(writer, shared.clone(), options)?;
+        let thread = (options.supervisor)
+            .spawn("bag writer", move || task.run(&queue))
+            .map_err(|e| BagError::io("start the writer of", directory, e))?;
+        Ok(Self {
+            directory: directory.to_owned(),
+            commands,
+            shared,
+            queue_bytes: options.queue_bytes,
+            writer: thread.thread().clone(),
+            thread: Mutex::new(Some(thread)),
+        })
+    }
+
+    /// The bag's directory.
+    #[must_use]
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// Adds a topic. The same name twice gives the same topic.
+    pub fn add_topic(&self, topic: Topic) -> RecordedTopic {
+        let mut topics = self.shared.topics.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(index) = topics.iter().position(|t| t.topic == topic.name) {
+            return RecordedTopic { index, state: topics[index].clone() };
+        }
+        let state = Arc::new(TopicState {
+            topic: topic.name.clone(),
+            type_name: topic.type_name.clone(),
+            ..TopicState::default()
+        });
+        topics.push(state.clone());
+        let index = topics.len() - 1;
+        // Still under the lock, so that topics reach the writer in the order of their numbers. When the writer is gone, so is
+        // the recording, and the first message will be counted as dropped.
+        let _ = self.commands.send(Command::Topic(topic));
+        RecordedTopic { index, state }
+    }
+
+    /// Hands over one message: the CDR bytes as they travelled, the log time and the publication time (ns since 1970).
+    /// Never waits. Returns whether the message is in the writer's queue; otherwise it is counted as dropped.
+    pub fn record(&self, topic: &RecordedTopic, log_time_ns: u64, publish_time_ns: u64, data: Vec<u8>) -> bool {
+        let begun = Instant::now();
+        let is_queued = self.enqueue(topic, log_time_ns, publish_time_ns, data);
+        self.shared.enqueue.add(begun.elapsed());
+        is_queued
+    }
+
+    fn enqueue(&self, topic: &RecordedTopic, log_time_ns: u64, publish_time_ns: u64, data: Vec<u8>) -> bool {
+        let state = &topic.state;
+        let size = data.len() as u64;
+        state.received.fetch_add(1, Ordering::Relaxed);
+        let mine = state.queued_bytes.fetch_add(size, Ordering::AcqRel) + size;
+        let all = self.shared.queued_bytes.fetch_add(size, Ordering::AcqRel) + size;
+        let is_open = self.shared.fault.get().is_none();
+        let has_room = self.has_room(mine, all);
+        let message = Command::Message { topic: topic.index, log_time_ns, publish_time_ns, data };
+        if is_open && has_room && self.commands.send(message).is_ok() {
+            return true;
+        }
+        self.shared.queued_bytes.fetch_sub(size, Ordering::AcqRel);
+        state.queued_bytes.fetch_sub(size, Ordering::AcqRel);
+        if is_open && !has_room {
+            self.shared.queue_full.fetch_add(1, Ordering::AcqRel);
+        }
+        state.dropped.fetch_add(1, Ordering::AcqRel);
+        false
+    }
+
+    /// Whether a message may wait with which `mine` bytes of its topic and `all` bytes of all topics do.
+    fn has_room(&self, mine: u64, all: u64) -> bool {
+        let most = self.queue_bytes;
+        let is_rare = mine <= most / RARE;
+        all <= most && (is_rare || (mine <= most / 2 && all <= most - most / KEPT_FOR_RARE))
+    }
+
+    /// Notes that `count` messages were lost before they could be handed over; they enter `camwright.lost_total`. Returns whether
+    /// that is worth saying: the first time, and at every doubling after it.
+    pub fn report_missed(&self, count: u64) -> bool {
+        let before = self.shared.missed.fetch_add(count, Ordering::AcqRel);
+        before == 0 || (before + count).ilog2() > before.ilog2()
+    }
+
+    /// Takes back that a message was lost: it came late.
+    pub fn withdraw_missed(&self) {
+        self.shared.missed.fetch_sub(1, Ordering::AcqRel);
+    }
+
+    /// Goes on in the next file once what is queued has been written. Then `answer` is told, on the writer's thread, whether there is one.
+    pub fn split(&self, answer: impl FnOnce(bool) + Send + 'static) {
+        self.ask(Command::Split(Box::new(answer)));
+    }
+
+    /// Writes what is held in memory, as a file of its own. Then `answer` is told, on the writer's thread, how many messages that were.
+    pub fn snapshot(&self, answer: impl FnOnce(u64) + Send + 'static) {
+        self.ask(Command::Snapshot(Box::new(answer)));
+    }
+
+    fn ask(&self, command: Command) {
+        match self.commands.send(command) {
+            Ok(()) => self.writer.unpark(),
+            Err(mpsc::SendError(command)) => command.refuse(),
+        }
+    }
+
+    /// Names of the files that were closed and opened since this was asked last.
+    #[must_use]
+    pub fn take_splits(&self) -> Vec<(String, String)> {
+        std::mem::take(&mut self.shared.splits.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Why the recording cannot go on, when it cannot: its bag is closed then, and everything since is counted as dropped.
+    #[must_use]
+    pub fn fault(&self) -> Option<&str> {
+        self.shared.fault.get().map(String::as_str)
+    }
+
+    /// What has come and where it went.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        let mut counts = Counts {
+            queue_full: self.shared.queue_full.load(Ordering::Acquire),
+            missed: self.shared.missed.load(Ordering::Acquire),
+            enqueue: self.shared.enqueue(),
+            bytes: self.shared.bytes.load(Ordering::Relaxed),
+            queued_bytes: self.shared.queued_bytes.load(Ordering::Relaxed),
+            free_bytes: self.shared.free_bytes.load(Ordering::Relaxed),
+            files: self.shared.files.load(Ordering::Relaxed),
+            repeated: self.shared.repeated.load(Ordering::Relaxed),
+            ..Counts::default()
+        };
+        for state in self.shared.topics() {
+            // The two ends first, so that the sum never exceeds what was received.
+            let written = state.written.load(Ordering::Acquire);
+            let dropped = state.dropped.load(Ordering::Acquire);
+            let passed = state.passed.load(Ordering::Acquire);
+            let received = state.received.load(Ordering::Acquire);
+            counts.received += received;
+            counts.written += written;
+            counts.dropped += dropped;
+            counts.passed += passed;
+            let (topic, type_name) = (state.topic.clone(), state.type_name.clone());
+            counts.topics.push(TopicCounts { topic, type_name, received, written, dropped, passed });
+        }
+        counts
+    }
+
+    /// Writes what is queued and closes the bag; whatever is handed over afterwards is dropped and counted.
+    ///
+    /// # Errors
+    /// When the bag could not be closed properly. A full disk is no such error: the bag is whole, and
+    /// `camwright.outcome` in it says `fault`.
+    pub fn stop(&self, outcome: Outcome) -> Result<(BagMetadata, Counts), BagError> {
+        let result = self.join(outcome);
+        result.map(|metadata| (metadata, self.counts()))
+    }
+
+    fn join(&self, outcome: Outcome) -> Result<BagMetadata, BagError> {
+        let lost = || BagError::Closed { reason: "its writer ended".into() };
+        let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let Some(thread) = thread else { return Err(lost()) };
+        // When the writer is gone already, joining says why.
+        self.ask(Command::Stop(outcome));
+        thread.join().ok().flatten().ok_or_else(lost)?
+    }
+}
+
+impl Drop for Recording {
+    fn drop(&mut self) {
+        // Nobody is left to hear of a failure; the bag's own metadata says how it ended. After `stop` there is nothing to join.
+        drop(self.join(Outcome::Complete));
+    }
+}

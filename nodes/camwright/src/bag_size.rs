@@ -1,0 +1,319 @@
+//! How large the bag of a job will be, told before it is run: what every topic of the cell sends, how often, and what a bag makes of it.
+//!
+//! Sizes are those of messages that are made here and written as CDR; nothing in it was measured. What depends on the pace of the computer (markers and
+//! outlines for viewers) or on what happens (alarms, logs) is small and left out.
+
+use std::path::Path;
+
+use camwright::machine::description::{Axis, MachineDescription};
+use camwright::machine::persistent_state::LastingState;
+use camwright::simulation::Machine;
+use camwright_msgs::camwright_msgs::msg::{
+    InterpolatorState, MachineInput, MachineKeyframe, MachineStream, RecorderStatus, TopicRecord,
+};
+use camwright_msgs::control_msgs::msg::{DynamicJointState, InterfaceValue, JointTrajectoryControllerState};
+use camwright_msgs::rosgraph_msgs::msg::Clock;
+use camwright_msgs::sensor_msgs::msg::JointState;
+use camwright_msgs::tf2_msgs::msg::TFMessage;
+use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
+use camwright_msgs::{Message, by_type_name};
+
+use camwright_bag::{CHUNK_BYTES, free_bytes};
+use camwright_files::convert::bytes_from_mb;
+use camwright_files::convert::job_files::pages_from_files;
+use camwright_files::convert::keyframes::BYTES_PER_PAGE;
+use camwright_files::convert::machine_description::WHEEL_JOINT;
+use camwright_files::convert::setpoints::joint_names;
+use camwright_files::convert::setpoints::{CHUNK_TICKS, STOP_POINTS};
+use camwright_machine_cycle::keyframes::{PERIOD_S as KEYFRAME_PERIOD_S, ticks_between};
+use camwright_machine_cycle::part::clamp_bar;
+use camwright_machine_cycle::replay::MachineAgain;
+use camwright_msgs::cdr::sample_from_message;
+use camwright_planning::{AnyPrepared, bar, with_raw_part};
+use camwright_run_logger::MIN_FREE_MB;
+use camwright_scene::{Frames, Tree};
+
+/// Bytes of a message in a file besides its own: head and fields of its record, and its entry in the index.
+const FRAMING: u64 = (1 + 8) + (2 + 4 + 8 + 8) + (8 + 8);
+/// Bytes of a chunk besides its records, and for each channel in it: its head and its entry in the index of the file, their share of both.
+const CHUNK: u64 = (9 + 40) + (9 + 72);
+const CHANNEL_IN_CHUNK: u64 = (9 + 2 + 4) + (2 + 8);
+/// What a channel has beside its type: names, quality of service, type hash (B).
+const CHANNEL: u64 = 800;
+
+/// Where the files are told that a job names.
+const JOB_FILES: &str = "job_planner/job_files";
+
+/// Topics of a cell that say little, and that the recorder lists ten times a second like all others.
+const QUIET: [(&str, &str); 30] = [
+    ("axis_interpolator/alarms", "camwright_msgs/msg/MachineAlarms"),
+    ("axis_interpolator/execute_plan/_action/status", "action_msgs/msg/GoalStatusArray"),
+    ("axis_interpolator/follow_joint_trajectory/_action/status", "action_msgs/msg/GoalStatusArray"),
+    ("axis_interpolator/home/_action/status", "action_msgs/msg/GoalStatusArray"),
+    ("axis_interpolator/inputs", "camwright_msgs/msg/AppliedInput"),
+    ("axis_interpolator/jog/_action/status", "action_msgs/msg/GoalStatusArray"),
+    ("axis_interpolator/move_to/_action/status", "action_msgs/msg/GoalStatusArray"),
+    ("axis_interpolator/probe/_action/status", "action_msgs/msg/GoalStatusArray"),
+    ("axis_interpolator/transition_event", "lifecycle_msgs/msg/TransitionEvent"),
+    ("diagnostics", "diagnostic_msgs/msg/DiagnosticArray"),
+    ("events/write_split", "rosbag2_interfaces/msg/WriteSplitEvent"),
+    ("job_planner/cell_state", "camwright_msgs/msg/CellState"),
+    ("job_planner/form_map", "camwright_msgs/msg/FormMap"),
+    ("job_planner/job_status", "camwright_msgs/msg/JobStatus"),
+    ("job_planner/loading", "camwright_msgs/msg/LoadingState"),
+    ("job_planner/lobe_forms", "camwright_msgs/msg/LobeForm"),
+    ("job_planner/markers", "visualization_msgs/msg/MarkerArray"),
+    ("job_planner/run_job/_action/status", "action_msgs/msg/GoalStatusArray"),
+    ("machine/alarms", "camwright_msgs/msg/MachineAlarms"),
+    ("machine/command_holder", "camwright_msgs/msg/CommandHolder"),
+    ("machine/commands", "camwright_msgs/msg/MachineCommand"),
+    ("machine/counters", "camwright_msgs/msg/MachineCounters"),
+    ("machine/description", "camwright_msgs/msg/MachineDescription"),
+    ("machine/io", "camwright_msgs/msg/MachineIo"),
+    ("machine/markers", "visualization_msgs/msg/MarkerArray"),
+    ("machine/outline", "camwright_msgs/msg/PartLobe"),
+    ("machine/part", "camwright_msgs/msg/PartLobe"),
+    ("parameter_events", "rcl_interfaces/msg/ParameterEvent"),
+    ("rosout", "rcl_interfaces/msg/Log"),
+    ("tf_static", "tf2_msgs/msg/TFMessage"),
+];
+
+/// One topic of a run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TopicSize {
+    /// Its name.
+    pub topic: &'static str,
+    /// Its type.
+    pub type_name: &'static str,
+    /// How many messages.
+    pub messages: u64,
+    /// Bytes of each.
+    pub bytes: u64,
+}
+
+/// What the bag of a run will hold.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BagSize {
+    /// Each topic that matters.
+    pub topics: Vec<TopicSize>,
+}
+
+/// How a run goes, as far as its messages depend on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pace {
+    /// By the wall clock: a chunk of setpoints for every message of the machine's stream.
+    Realtime,
+    /// As fast as can be, with chunks as large as they get, and a clock that tells the time.
+    Fast,
+}
+
+impl BagSize {
+    /// Of a job that has been planned, run at a pace.
+    #[must_use]
+    pub fn of(prepared: &AnyPrepared, pace: Pace) -> Self {
+        let (machine, wheel_radius_mm) = match prepared {
+            AnyPrepared::Ground(prepared) => (&prepared.machine, prepared.wheel_radius_mm),
+            AnyPrepared::Turned(prepared) => (&prepared.machine, 0.0),
+        };
+        let mut topics = of_machine(machine, wheel_radius_mm, prepared.duration_s(), pace);
+        topics.push(of_pages("job_planner/plan", prepared.first_pages()));
+        topics.extend(of_keyframes(prepared));
+        let files = pages_from_files(prepared.job_hash(), prepared.files());
+        topics.push(of_pages(JOB_FILES, &files));
+        topics.extend(QUIET.map(|(topic, type_name)| TopicSize { topic, type_name, messages: 0, bytes: 0 }));
+        // Ten times a second the recorder lists all topics.
+        let records = topics.iter().map(|t| TopicRecord {
+            topic: format!("/{}", t.topic),
+            type_: t.type_name.into(),
+            ..TopicRecord::default()
+        });
+        let status = RecorderStatus { bag: "bags/run".into(), topics: records.collect(), ..RecorderStatus::default() };
+        topics.push(topic::<RecorderStatus>(
+            "run_logger/status",
+            count(prepared.duration_s(), 10.0),
+            bytes_of(&status),
+        ));
+        Self { topics }
+    }
+
+    /// Of so many parts, one after the other. The files of a job are told once; that one which learns is another job with every part, with
+    /// its tables once more, is left out.
+    #[must_use]
+    pub fn times(mut self, parts: u32) -> Self {
+        let of_each_part = self.topics.iter_mut().filter(|topic| topic.topic != JOB_FILES);
+        of_each_part.for_each(|topic| topic.messages = topic.messages.saturating_mul(parts.into()));
+        self
+    }
+
+    /// Of the whole bag (B), in the layout of the preset `default`.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        let messages: u64 = self.topics.iter().map(|t| t.messages * (t.bytes + FRAMING)).sum();
+        // Definitions and channels stand in the data and in the summary.
+        let schema = |name: &str| by_type_name(name).map_or(0, |info| info.schema.len() as u64);
+        let types: u64 = self.topics.iter().map(|t| 2 * (schema(t.type_name) + CHANNEL)).sum();
+        let chunks = messages.div_ceil(CHUNK_BYTES);
+        messages + types + chunks * (CHUNK + CHANNEL_IN_CHUNK * self.topics.len() as u64)
+    }
+
+    /// One line for people: how large, and what makes most of it.
+    #[must_use]
+    pub fn to_text(&self) -> String {
+        let mut most: Vec<&TopicSize> = self.topics.iter().collect();
+        most.sort_by_key(|t| std::cmp::Reverse(t.messages * (t.bytes + FRAMING)));
+        let most: Vec<String> = most
+            .iter()
+            .take(3)
+            .map(|t| format!("{} {:.1} MB", t.topic, megabytes(t.messages * (t.bytes + FRAMING))))
+            .collect();
+        format!("{:.1} MB of bag, uncompressed ({})", megabytes(self.bytes()), most.join(", "))
+    }
+
+    /// What is wrong with the room for it on the disk of a directory that need not be there yet; nothing where there is enough.
+    #[must_use]
+    pub fn lacks_room(&self, directory: &Path) -> Option<String> {
+        let there = directory.ancestors().find(|path| path.is_dir() || path.as_os_str().is_empty())?;
+        let there = if there.as_os_str().is_empty() { Path::new(".") } else { there };
+        let free = free_bytes(there)?;
+        let needed = self.bytes().saturating_add(bytes_from_mb(MIN_FREE_MB));
+        (free < needed).then(|| {
+            let (free, all) = (megabytes(free), megabytes(self.bytes()));
+            format!(
+                "{free:.0} MB are free on the disk of {}, the bag takes some {all:.0} MB, and the recording ends before less than {MIN_FREE_MB} MB are left",
+                there.display()
+            )
+        })
+    }
+}
+
+/// What machine and interpolator send.
+fn of_machine(machine: &MachineDescription, wheel_radius_mm: f64, duration_s: f64, pace: Pace) -> Vec<TopicSize> {
+    let tick_s = machine.cycle_time_s();
+    let per_tick = |ticks: u64| count(duration_s, 1.0 / (tick_s * (ticks as f64)));
+    let stream_ticks = machine.stream_period_ticks();
+    let frames = Frames::new("", machine);
+    let base = frames.base.clone();
+    let tree = Tree::new(machine, wheel_radius_mm, frames);
+    let mut topics = Vec::new();
+    let joints = Axis::ALL.len() + 1;
+    let mut state = JointState { name: joint_names(), ..JointState::default() };
+    state.name.push(WHEEL_JOINT.into());
+    state.header.frame_id.clone_from(&base);
+    (state.position, state.velocity, state.effort) = (vec![0.0; joints], vec![0.0; joints], vec![0.0; joints]);
+    topics.push(topic::<JointState>("joint_states", per_tick(1), bytes_of(&state)));
+    let axes = Axis::ALL.len();
+    let stream = MachineStream {
+        holder: "/axis_interpolator".into(),
+        setpoint_counts: vec![0; axes],
+        actual_counts: vec![0; axes],
+        actual_velocities: vec![0.0; axes],
+        ..MachineStream::default()
+    };
+    topics.push(topic::<MachineStream>("machine/stream", per_tick(stream_ticks), bytes_of(&stream)));
+    let transforms = TFMessage { transforms: tree.moved(&state.header.stamp, |_| 0.0) };
+    topics.push(topic::<TFMessage>("tf", count(duration_s, 50.0), bytes_of(&transforms)));
+    let names = ["position", "velocity", "effort", "following_error"];
+    let values = InterfaceValue { interface_names: names.map(str::to_owned).into(), values: vec![0.0; names.len()] };
+    let mut dynamic =
+        DynamicJointState { joint_names: joint_names(), interface_values: vec![values; axes], ..Default::default() };
+    dynamic.header.frame_id = base;
+    topics.push(topic::<DynamicJointState>("dynamic_joint_states", count(duration_s, 50.0), bytes_of(&dynamic)));
+    topics.extend(of_interpolator(duration_s, per_tick(1), stream_ticks, pace));
+    if pace == Pace::Fast {
+        topics.push(topic::<Clock>("clock", per_tick(10), bytes_of(&Clock::default())));
+    }
+    topics
+}
+
+fn of_interpolator(duration_s: f64, ticks: u64, stream_ticks: u64, pace: Pace) -> Vec<TopicSize> {
+    let axes = Axis::ALL.len();
+    let point = JointTrajectoryPoint {
+        positions: vec![0.0; axes],
+        velocities: vec![0.0; axes],
+        accelerations: vec![0.0; axes],
+        ..JointTrajectoryPoint::default()
+    };
+    // Points of the path, then those of the stop that follows if nothing else comes.
+    // At pace fast a chunk has as many ticks as the machine has gone ahead meanwhile: from one message of the stream to a full chunk, half-way here.
+    let least = usize::try_from(stream_ticks).unwrap_or(CHUNK_TICKS).min(CHUNK_TICKS);
+    let dense = match pace {
+        Pace::Realtime => least,
+        Pace::Fast => least.midpoint(CHUNK_TICKS),
+    };
+    let points = dense + STOP_POINTS;
+    let chunk =
+        JointTrajectory { joint_names: joint_names(), points: vec![point.clone(); points], ..Default::default() };
+    let chunks = ticks / (dense as u64).max(1);
+    let measured = JointTrajectoryPoint { accelerations: Vec::new(), ..point.clone() };
+    let controller = JointTrajectoryControllerState {
+        joint_names: joint_names(),
+        reference: point.clone(),
+        output: point,
+        feedback: measured.clone(),
+        error: measured,
+        ..JointTrajectoryControllerState::default()
+    };
+    let holder = "plan 00000000 of /job_planner, job of some name".to_owned();
+    let state = InterpolatorState { holder, plan_hash: "0".repeat(64), ..InterpolatorState::default() };
+    vec![
+        topic::<JointTrajectory>("machine/setpoints", chunks, bytes_of(&chunk)),
+        // Each chunk that was taken is an input, and a digest comes every second.
+        topic::<MachineInput>("machine/inputs", chunks + count(duration_s, 1.0), bytes_of(&MachineInput::default())),
+        topic::<JointTrajectoryControllerState>(
+            "axis_interpolator/controller_state",
+            count(duration_s, 50.0),
+            bytes_of(&controller),
+        ),
+        topic::<InterpolatorState>("axis_interpolator/state", count(duration_s, 20.0), bytes_of(&state)),
+    ]
+}
+
+/// The states of the machine with its raw part in it.
+fn of_keyframes(prepared: &AnyPrepared) -> Option<TopicSize> {
+    let description = prepared.machine();
+    let machine = match prepared {
+        AnyPrepared::Ground(prepared) => with_raw_part(prepared, description).ok()?,
+        AnyPrepared::Turned(prepared) => {
+            let mut machine = Machine::new(description.clone(), LastingState::new(description)).ok()?;
+            clamp_bar(&mut machine, bar(prepared)).ok()?;
+            machine
+        }
+    };
+    let size = MachineAgain::of(machine).state().ok()?.len();
+    let ticks = ticks_between(size, KEYFRAME_PERIOD_S, description.cycle_time_s());
+    let pages = size.div_ceil(BYTES_PER_PAGE);
+    let page = MachineKeyframe { data: vec![0; size / pages], ..MachineKeyframe::default() };
+    #[allow(clippy::cast_precision_loss, reason = "a time in ticks")]
+    let keyframes = prepared.duration_s() / (ticks as f64 * description.cycle_time_s());
+    Some(topic::<MachineKeyframe>("machine/keyframes", count(keyframes.floor(), pages as f64), bytes_of(&page)))
+}
+
+fn topic<T: Message>(topic: &'static str, messages: u64, bytes: u64) -> TopicSize {
+    TopicSize { topic, type_name: T::TYPE_NAME, messages, bytes }
+}
+
+/// Pages, with what each takes in the mean.
+fn of_pages<T: Message>(name: &'static str, pages: &[T]) -> TopicSize {
+    let count = pages.len() as u64;
+    topic::<T>(name, count, pages.iter().map(bytes_of).sum::<u64>() / count.max(1))
+}
+
+/// What a message takes as it travels, filled up to a multiple of four bytes.
+fn bytes_of<T: Message>(message: &T) -> u64 {
+    sample_from_message(message).map_or(0, |sample| sample.len().next_multiple_of(4) as u64)
+}
+
+/// So many times in so much time.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a duration of a job and a rate are positive; a cast saturates"
+)]
+fn count(duration_s: f64, rate_hz: f64) -> u64 {
+    (duration_s * rate_hz).round().max(0.0) as u64
+}
+
+#[allow(clippy::cast_precision_loss, reason = "a size for people")]
+fn megabytes(bytes: u64) -> f64 {
+    bytes as f64 / 1e6
+}

@@ -1,0 +1,9 @@
+//! The node `machine_sim` as a process of its own.
+
+use camwright_machine_sim::MachineSim;
+use camwright_ros::running;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    running::main("machine_sim", running::ENDING, MachineSim::start, MachineSim::stop)
+}

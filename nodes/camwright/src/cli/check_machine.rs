@@ -1,0 +1,96 @@
+//! `camwright check-machine`: whether a machine keeps its contract.
+
+use super::output::say;
+use camwright::machine::description::Axis;
+use camwright_files::convert::si_from_file;
+use camwright_machine_check::{CheckError, Moving, Settings, Verdict, check};
+use camwright_ros::{RosArgs, RosLayer, Shutdown};
+use clap::Args;
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Arguments of `camwright check-machine`.
+///
+/// Every clause of `nodes/MACHINE_CONTRACT.md` comes out as kept, broken (what, how much, how much is allowed, at which tick) or not seen
+/// (why, and how to see it). Without --move it listens and asks for nothing but a reset of a machine that rests without an alarm. With
+/// --move it takes command, moves one axis to and fro, falls silent, sends what must be refused, presses machine/estop, raises alarms on
+/// purpose and resets them: stand beside the machine. It does not begin while somebody else has command, an axis moves or an alarm is
+/// active; Ctrl-C ends it on the path, at rest.
+///
+/// Exit 0: nothing is broken; 1: something is; 3: no machine is heard; 4: nothing may be moved now; 130: ended by Ctrl-C.
+#[derive(Debug, Clone, Args)]
+#[command(verbatim_doc_comment)]
+pub(super) struct CheckMachineArgs {
+    /// Namespace of the cell.
+    #[arg(long, value_name = "/CELL")]
+    namespace: Option<String>,
+    /// The joint that may be moved, for example `z_axis`.
+    #[arg(long = "move", value_name = "JOINT", requires = "distance", value_parser = joint)]
+    joint: Option<Axis>,
+    /// From where it rests (mm, deg); it comes back.
+    #[arg(long, value_name = "MM|DEG", allow_hyphen_values = true, requires = "joint", value_parser = distance)]
+    distance: Option<f64>,
+    /// How long to listen before anything is tried (s).
+    #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = seconds)]
+    seconds: f64,
+    /// How long a machine may take to be heard (s).
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = seconds)]
+    patience: f64,
+    /// Print it as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+fn joint(text: &str) -> Result<Axis, String> {
+    Axis::from_joint(text).ok_or_else(|| format!("there is no joint {text:?}, there are c_axis, x_axis and z_axis"))
+}
+
+fn distance(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().map_err(|error| error.to_string())?;
+    if value != 0.0 && value.abs() <= 1000.0 {
+        Ok(value)
+    } else {
+        Err(format!("{value}, allowed is up to 1000, and not 0"))
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().map_err(|error| error.to_string())?;
+    if (0.1..=600.0).contains(&value) { Ok(value) } else { Err(format!("{value} s, allowed is 0.1 to 600")) }
+}
+
+/// Entry point.
+pub(super) fn main(args: &CheckMachineArgs, ros_args: &RosArgs) -> ExitCode {
+    RosLayer::install();
+    let ros_args = args.namespace.iter().fold(ros_args.clone(), |ros_args, name| ros_args.with_namespace(name));
+    let moving = args.joint.zip(args.distance);
+    let settings = Settings {
+        listen: Duration::from_secs_f64(args.seconds),
+        patience: Duration::from_secs_f64(args.patience),
+        moving: moving.map(|(axis, by)| Moving { joint: axis.joint().to_owned(), distance: si_from_file(axis, by) }),
+    };
+    let outcome = Shutdown::on_signals().map_err(|error| CheckError::Node(error.into())).and_then(|shutdown| {
+        check(&ros_args, &settings, &shutdown, &|what| eprintln!("camwright check-machine: {what}"))
+    });
+    let checked = match outcome {
+        Ok(checked) => checked,
+        Err(error) => {
+            eprintln!("camwright check-machine: {error}");
+            return ExitCode::from(if matches!(error, CheckError::Refused(_)) { 4 } else { 3 });
+        }
+    };
+    if args.json {
+        tell(&format!("{:#}", checked.report.json()));
+    } else {
+        tell(&checked.report.to_string());
+    }
+    match (checked.interrupted, checked.report.clauses(Verdict::Broken).is_empty()) {
+        (true, _) => ExitCode::from(130),
+        (false, true) => ExitCode::SUCCESS,
+        (false, false) => ExitCode::from(1),
+    }
+}
+
+fn tell(text: &str) {
+    say!("{text}");
+}

@@ -1,0 +1,45 @@
+//! `camwright page`: the operator page beside a running cell.
+
+use camwright_operator_page::{OperatorPage, USUAL_ADDRESS};
+use camwright_ros::running::NodeError;
+use camwright_ros::{RosArgs, RosLayer, Shutdown};
+use clap::Args;
+use std::net::{IpAddr, SocketAddr};
+use std::process::ExitCode;
+
+/// Arguments of `camwright page`.
+#[derive(Debug, Clone, Args)]
+pub(super) struct PageArgs {
+    /// Port; 0 takes a free one.
+    #[arg(long, default_value_t = USUAL_ADDRESS.port())]
+    port: u16,
+    /// Address of this computer to serve it at: 0.0.0.0 shows it to everybody who reaches this computer.
+    #[arg(long, value_name = "ADDRESS", default_value_t = USUAL_ADDRESS.ip())]
+    bind: IpAddr,
+}
+
+/// Entry point.
+pub(super) fn main(args: &PageArgs, ros_args: &RosArgs) -> ExitCode {
+    RosLayer::install();
+    match serve(args, ros_args) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("camwright page: {error}");
+            ExitCode::from(1)
+        }
+    }
+}
+
+fn serve(args: &PageArgs, ros_args: &RosArgs) -> Result<(), NodeError> {
+    let shutdown = Shutdown::on_signals()?;
+    let page = OperatorPage::start(ros_args, SocketAddr::new(args.bind, args.port))?;
+    told(&page);
+    shutdown.wait();
+    page.stop();
+    Ok(())
+}
+
+/// Says where the page is, where people look.
+pub(super) fn told(page: &OperatorPage) {
+    eprintln!("operator page: http://{}/", page.address());
+}

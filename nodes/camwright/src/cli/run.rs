@@ -1,0 +1,363 @@
+//! `camwright run`: the whole cell in one process, or the job on a cell that runs already.
+
+use super::bag_room;
+use super::batch::Batch;
+use super::run_cell::Cell;
+use super::run_client::Client;
+use super::run_report::Report;
+use super::turned_report::TurnedReport;
+use camwright_analysis::report;
+use camwright_files::access::folders_of;
+use camwright_files::any_job::{self, AnyJob};
+use camwright_files::job_file::{self, Job};
+use camwright_files::locate::Located;
+use camwright_msgs::camwright_msgs::action::RunJobResult;
+use camwright_msgs::camwright_msgs::msg::JobStatus;
+use camwright_operator_page::{OperatorPage, USUAL_ADDRESS};
+use camwright_planning::{self as planning, AnyPrepared, PreparedJob, PreparedTurning, TurnedInstead};
+use camwright_ros::authority::{Command, TakeOptions};
+use camwright_ros::running::NodeError;
+use camwright_ros::{GoalStatus, RosArgs, RosLayer, Shutdown};
+use camwright_threads::supervised;
+use clap::{Args, ValueEnum};
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+
+/// What the recorder must have found before anything moves.
+const GRINDING_RECORD: [&str; 5] =
+    ["joint_states", "machine/stream", "machine/setpoints", "machine/part", "job_planner/plan"];
+const TURNING_RECORD: [&str; 6] = [
+    "joint_states",
+    "machine/stream",
+    "machine/setpoints",
+    "machine/turned_part",
+    "job_planner/plan",
+    "job_planner/form_map",
+];
+
+/// Arguments of `camwright run`.
+#[derive(Debug, Clone, Args)]
+pub(super) struct RunArgs {
+    /// Job, by name or path.
+    #[arg(default_value = "four_lobe_camshaft")]
+    job: Option<String>,
+    /// Ticks follow the wall clock, or go as fast as they can.
+    #[arg(long, value_enum, default_value_t = PaceArg::Fast)]
+    pub(super) pace: PaceArg,
+    /// Directory of the bag, which must not exist; default: bags/<job>_<time>.
+    #[arg(long, value_name = "DIR")]
+    bag: Option<PathBuf>,
+    /// Set a key of the job, for example `infeed.total_mm=0.72` or `lobes.I1.phase_deg=75`; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(super) set: Vec<String>,
+    /// Set a key of the machine, for example `x_axis.drive.kv_1_s=150`; may be repeated.
+    #[arg(long = "set-machine", value_name = "KEY=VALUE")]
+    set_machine: Vec<String>,
+    /// Run the job on nodes that are running already, in other processes.
+    #[arg(long)]
+    attach: bool,
+    /// So many parts of the job, one after the other on one machine.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub(super) parts: u32,
+    /// The first part is ground as designed, and form compensation begins with it.
+    #[arg(long)]
+    forget_learned: bool,
+    /// Grind the journals as far as the passes go, measure the stiffness of machine and cut on them, and no more
+    #[arg(long)]
+    identify_only: bool,
+    /// What was measured of the machine's stiffness before is forgotten; for a job that measures it (identification)
+    #[arg(long)]
+    forget_stiffness: bool,
+    /// Begin with this lobe, by name or number, on the part as it is in the machine of the cell that is attached to.
+    #[arg(long, value_name = "LOBE", requires = "attach")]
+    start_at: Option<String>,
+    /// Find the angle at which the part is clamped, by its key-way, before it is ground.
+    #[arg(long, conflicts_with_all = ["start_at", "parts"])]
+    find_phase: bool,
+    /// Serve the operator page meanwhile, on this port of this computer.
+    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8080")]
+    page: Option<u16>,
+    /// Print the result as JSON on standard output.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum PaceArg {
+    Realtime,
+    Fast,
+}
+
+/// Entry point.
+pub(super) fn main(args: &RunArgs, ros_args: &RosArgs) -> ExitCode {
+    RosLayer::install();
+    camwright_ros::limit_memory();
+    supervised::injected::from_environment();
+    match run(args, ros_args) {
+        Ok(code) => supervised::exit_code().unwrap_or(code),
+        Err(error) => {
+            eprintln!("camwright run: {error}");
+            supervised::exit_code().unwrap_or_else(|| ExitCode::from(1))
+        }
+    }
+}
+
+fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
+    let mut args = args.clone();
+    let started = Instant::now();
+    let shutdown = Shutdown::on_signals()?;
+    let job = args.job.clone().unwrap_or_else(|| "four_lobe_camshaft".to_owned());
+    let bag = args.bag.clone().unwrap_or_else(|| default_bag(&job));
+    // What is wrong with a job the planner says.
+    let turns = any_job::turns(&job, &args.set);
+    if turns {
+        fits_turning(&job, &args).map_err(NodeError::Parameter)?;
+    }
+    args.set.extend(args.start_at.iter().map(|lobe| format!("start_at={lobe}")));
+    args.set.extend(args.identify_only.then(|| "identification.only=true".to_owned()));
+    let read = read_job(&job, &args)?;
+    let dry_run = matches!(&read, Some(AnyJob::Ground(job)) if job.spec.dry_run_mm.is_some());
+    // A job that turns on a machine that grinds is refused, and has nothing to be recorded.
+    let on_lathe = matches!(&read, Some(AnyJob::Turned(job)) if job.machine.description.is_lathe());
+    let record: &[&str] = if on_lathe { &TURNING_RECORD } else { &GRINDING_RECORD };
+    let page =
+        args.page.map(|port| OperatorPage::start(ros_args, SocketAddr::new(USUAL_ADDRESS.ip(), port))).transpose()?;
+    page.iter().for_each(super::page::told);
+    let client = Client::new(ros_args)?;
+    let machine = any_job::machine_of(&job, &args.set).unwrap_or_else(|| "cam_grinder".to_owned());
+    let planned = if args.attach { None } else { bag_room::tell(read.as_ref(), &args, &bag)? };
+    let folders = folders_of(&args.set);
+    let start = || Cell::start(&machine, &args.set_machine, folders.clone(), args.pace, ros_args, &bag);
+    let cell = if args.attach { None } else { Some(start()?) };
+    client.meet(cell.is_some().then_some(record), &shutdown)?;
+    let command = TakeOptions::new("camwright run").of_cell();
+    let command = Command::take(&client.node, &command).map_err(|error| NodeError::Parameter(error.to_string()))?;
+    if args.find_phase {
+        let found = client.find_phase(&job, &args.set)?;
+        args.set.extend(found);
+    }
+    let args = &args;
+    let batch = if args.parts > 1 { Some(Batch::of(&client.node, args.parts, &job, &args.set)?) } else { None };
+    let (outcome, batch) = run_parts(&client, &job, args, batch, &shutdown);
+    drop(command);
+    let planned_as = client.heard_job();
+    let has_form = outcome.as_ref().ok().filter(|(_, result)| !result.turned.is_empty());
+    let form_map = has_form.and_then(|(_, result)| client.form_map(result.last_tick));
+    if let Some(cell) = cell {
+        cell.stop();
+    }
+    client.node.shutdown();
+    if let Some(page) = page {
+        page.stop();
+    }
+    let (status, result) = outcome?;
+    let took = started.elapsed();
+    let bag = (!args.attach).then_some(&bag);
+    let page = bag.and_then(|bag| page_of(bag));
+    if turns {
+        let (predicted_s, causes) = turned_again(read, planned, args, &result);
+        let report =
+            TurnedReport { job: &job, status, result: &result, predicted_s, form_map, causes, bag, page, took };
+        if args.json {
+            report.print_json();
+        } else {
+            report.print();
+        }
+        return Ok(report.exit_code());
+    }
+    let again = || planned_again(&job, planned, args, planned_as.as_ref());
+    let prepared = if result.success && !dry_run { again() } else { None };
+    // What only measures leaves no finished part whose errors had causes.
+    let causes = prepared.as_ref().filter(|_| !args.identify_only);
+    let causes = causes.and_then(|prepared| planning::causes(prepared).ok()).unwrap_or_default();
+    // The same plan, or what it predicts is not what was predicted.
+    let same = prepared.as_ref().filter(|prepared| prepared.plan_hash() == result.plan_hash);
+    let times = same.map(|prepared| planning::compare_times(prepared, &result.lobes, result.duration));
+    let times = times.unwrap_or_default();
+    let identifies = args.identify_only;
+    let report =
+        Report { job: &job, dry_run, status, result: &result, times, causes, batch, bag, page, took, identifies };
+    if args.json {
+        report.print_json();
+    } else {
+        report.print();
+    }
+    Ok(report.exit_code())
+}
+
+/// The job as it is read here, once it is known to be one that can be asked for; what else is wrong with it the planner says.
+fn read_job(job: &str, args: &RunArgs) -> Result<Option<AnyJob>, NodeError> {
+    let read = any_job::load(job, &args.set).ok();
+    match &read {
+        Some(AnyJob::Ground(read)) => fits_grinding(job, read, args).map_err(NodeError::Parameter)?,
+        Some(AnyJob::Milled(read)) => return Err(NodeError::Parameter(planning::is_milled(read).to_string())),
+        Some(AnyJob::Turned(_)) | None => {}
+    }
+    Ok(read)
+}
+
+/// The report of the run, made from its bag alone; what keeps it from being made is told, and no fault of the run.
+fn page_of(bag: &Path) -> Option<PathBuf> {
+    match report::write(bag, None) {
+        Ok(page) => Some(page),
+        Err(error) => {
+            eprintln!("camwright run: there is no report: {error}");
+            None
+        }
+    }
+}
+
+/// So many parts as are wanted, or until one fails; the outcome is the last one's.
+fn run_parts(
+    client: &Client,
+    job: &str,
+    args: &RunArgs,
+    mut batch: Option<Batch>,
+    shutdown: &Shutdown,
+) -> (Result<(GoalStatus, RunJobResult), NodeError>, Option<Batch>) {
+    let mut overrides = args.set.clone();
+    overrides.extend(args.forget_learned.then(|| "form_compensation.afresh=true".to_owned()));
+    overrides.extend(args.forget_stiffness.then(|| "identification.afresh=true".to_owned()));
+    loop {
+        let outcome = client.run_job(job, &overrides, shutdown);
+        overrides.clone_from(&args.set);
+        let goes_on = match (&outcome, &mut batch) {
+            (Ok((GoalStatus::Succeeded, result)), Some(batch)) if result.success => batch.take(result),
+            _ => false,
+        };
+        if !goes_on || shutdown.is_requested() {
+            return (outcome, batch);
+        }
+    }
+}
+
+/// What a job that grinds cannot be asked for.
+fn fits_grinding(job: &str, read: &Job, args: &RunArgs) -> Result<(), String> {
+    if args.forget_learned && read.spec.compensation.is_none() {
+        return Err(format!("--forget-learned: job {job} does not learn (form_compensation)"));
+    }
+    if args.parts > 1 && read.spec.dry_run_mm.is_some() {
+        return Err("--parts: a dry run makes no parts".into());
+    }
+    if args.forget_stiffness && read.spec.identification.is_none() {
+        return Err(format!("--forget-stiffness: job {job} does not measure it (identification)"));
+    }
+    Ok(())
+}
+
+/// What a job that turns cannot be asked for.
+fn fits_turning(job: &str, args: &RunArgs) -> Result<(), String> {
+    let asked = [
+        ("--parts", args.parts > 1, "the capability of a batch is told of ground lobes"),
+        ("--forget-learned", args.forget_learned, "it does not learn"),
+        ("--identify-only", args.identify_only, "it measures no stiffness"),
+        ("--forget-stiffness", args.forget_stiffness, "it measures no stiffness"),
+        ("--start-at", args.start_at.is_some(), "it has no lobes"),
+        ("--find-phase", args.find_phase, "it begins with a round bar"),
+    ];
+    match asked.iter().find(|(_, is_asked, _)| *is_asked) {
+        Some((flag, _, reason)) => Err(format!("{flag}: job {job} turns its part; {reason}")),
+        None => Ok(()),
+    }
+}
+
+fn default_bag(job: &str) -> PathBuf {
+    let name = Path::new(job).file_stem().map_or_else(|| job.to_owned(), |stem| stem.to_string_lossy().into());
+    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+    PathBuf::from("bags").join(format!("{name}_{seconds}"))
+}
+
+/// The same job without ROS, for the machine with its overrides. What it had learned and what was kept for it
+/// stands in what the planner recorded of it.
+fn planned_again(
+    job: &str,
+    planned: Option<AnyPrepared>,
+    args: &RunArgs,
+    planned_as: Option<&JobStatus>,
+) -> Option<PreparedJob> {
+    let mut job = match (planned_as, job_file::load(job, &args.set).ok()?) {
+        (Some(status), loaded)
+            if (loaded.spec.compensation.is_some() || loaded.spec.correction.is_some())
+                && !status.job_source.is_empty() =>
+        {
+            let located = Located::new(loaded.document.path.clone(), status.job_source.clone());
+            job_file::parse(&located, &[]).ok()?
+        }
+        (_, loaded) => loaded,
+    };
+    job.machine = job.machine.with_overrides(&args.set_machine).ok()?;
+    match plan_unless(planned, AnyJob::Ground(Box::new(job)))? {
+        AnyPrepared::Ground(prepared) => Some(*prepared),
+        AnyPrepared::Turned(_) => None,
+    }
+}
+
+/// A turning job without ROS, if it plans as it was run: its predicted duration (s), and what it leaves on other machines.
+fn turned_again(
+    read: Option<AnyJob>,
+    planned: Option<AnyPrepared>,
+    args: &RunArgs,
+    result: &RunJobResult,
+) -> (Option<f64>, Vec<TurnedInstead>) {
+    let again = || -> Option<PreparedTurning> {
+        let Some(AnyJob::Turned(mut job)) = read else { return None };
+        job.machine = job.machine.with_overrides(&args.set_machine).ok()?;
+        match plan_unless(planned, AnyJob::Turned(job))? {
+            AnyPrepared::Turned(prepared) => {
+                Some(*prepared).filter(|prepared| prepared.plan_hash() == result.plan_hash)
+            }
+            AnyPrepared::Ground(_) => None,
+        }
+    };
+    match again().filter(|_| result.success) {
+        Some(prepared) => (Some(prepared.duration_s()), planning::turned_causes(&prepared).unwrap_or_default()),
+        None => (None, Vec::new()),
+    }
+}
+
+/// A job planned for its machine; what was planned at the start is taken where it is of the same files and the same machine, and not of the
+/// job before it had learned, before the angle of the part was found, or of the machine without its overrides.
+fn plan_unless(planned: Option<AnyPrepared>, job: AnyJob) -> Option<AnyPrepared> {
+    let (hash, machine) = match &job {
+        AnyJob::Ground(job) => (&job.hash, &job.machine.description),
+        AnyJob::Turned(job) => (&job.hash, &job.machine.description),
+        AnyJob::Milled(_) => return None,
+    };
+    let known = planned.filter(|known| known.job_hash() == hash && known.machine() == machine);
+    known.or_else(|| planning::plan_any(job, None).ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn owned(overrides: &[&str]) -> Vec<String> {
+        overrides.iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn what_was_planned_at_the_start_is_taken_for_the_same_job_on_the_same_machine_and_for_no_other() {
+        let read = |overrides: &[&str]| match any_job::load("eccentric", &owned(overrides)) {
+            Ok(AnyJob::Ground(job)) => job,
+            other => panic!("{other:?} is not ground"),
+        };
+        let mut known = planning::plan_any(AnyJob::Ground(read(&[])), None).unwrap();
+        // By which it is known again.
+        let AnyPrepared::Ground(marked) = &mut known else { panic!("it is ground") };
+        marked.pages.clear();
+        let is_taken = |job: Box<Job>| {
+            let prepared = plan_unless(Some(known.clone()), AnyJob::Ground(job)).unwrap();
+            prepared.first_pages().is_empty()
+        };
+        let on = |overrides: &[&str]| {
+            let mut job = read(&[]);
+            job.machine = job.machine.with_overrides(&owned(overrides)).unwrap();
+            job
+        };
+        assert!(is_taken(on(&[])));
+        assert!(!is_taken(on(&["x_axis.drive.kv_1_s=150"])), "another machine");
+        assert!(!is_taken(read(&["infeed.spark_out_turns=6"])), "another job");
+    }
+}

@@ -1,0 +1,70 @@
+//! The whole cell in the process of `camwright run`.
+
+use super::run::PaceArg;
+use camwright_axis_interpolator::AxisInterpolator;
+use camwright_job_planner::JobPlanner;
+use camwright_machine_sim::MachineSim;
+use camwright_ros::running::NodeError;
+use camwright_ros::{Lifecycle, ParameterValue, RosArgs, Transition};
+use camwright_run_logger::RunLogger;
+use std::path::Path;
+
+/// The four nodes in this process.
+pub(super) struct Cell {
+    logger: RunLogger,
+    machine: MachineSim,
+    interpolator: AxisInterpolator,
+    planner: JobPlanner,
+}
+
+impl Cell {
+    /// Starts them for a machine with `key=value` overrides of its file. Overrides of jobs may name files in `file_folders`.
+    pub(super) fn start(
+        machine: &str,
+        overrides: &[String],
+        file_folders: Vec<String>,
+        pace: PaceArg,
+        ros_args: &RosArgs,
+        bag: &Path,
+    ) -> Result<Self, NodeError> {
+        let pace_name = match pace {
+            PaceArg::Realtime => "realtime",
+            PaceArg::Fast => "fast",
+        };
+        let text = |text: &str| ParameterValue::String(text.to_owned());
+        let args_of_cell = ros_args
+            .clone()
+            .with_parameter(None, "autostart", ParameterValue::Bool(false))
+            .with_default_parameter(Some("machine_sim"), "machine", text(machine))
+            .with_parameter(Some("machine_sim"), "pace", text(pace_name))
+            .with_parameter(Some("machine_sim"), "machine_overrides", ParameterValue::StringArray(overrides.to_vec()))
+            .with_default_parameter(Some("job_planner"), "file_folders", ParameterValue::StringArray(file_folders))
+            .with_parameter(Some("run_logger"), "bag_dir", text(&bag.to_string_lossy()))
+            // A bag lasts as long as the machine took, not as long as the computer did.
+            .with_parameter(Some("run_logger"), "use_sim_time", ParameterValue::Bool(pace == PaceArg::Fast));
+        let cell = Self {
+            logger: RunLogger::start(&args_of_cell)?,
+            machine: MachineSim::start(&args_of_cell)?,
+            interpolator: AxisInterpolator::start(&args_of_cell)?,
+            planner: JobPlanner::start(&args_of_cell)?,
+        };
+        // Recorder first, so that the bag begins before anything happens; then from the axes upwards.
+        for lifecycle in cell.lifecycles() {
+            lifecycle.trigger(Transition::Configure)?;
+            lifecycle.trigger(Transition::Activate)?;
+        }
+        Ok(cell)
+    }
+
+    fn lifecycles(&self) -> [&Lifecycle; 4] {
+        [self.logger.lifecycle(), self.machine.lifecycle(), self.interpolator.lifecycle(), self.planner.lifecycle()]
+    }
+
+    /// Ends the cell from the top down, the recorder last.
+    pub(super) fn stop(self) {
+        self.planner.stop();
+        self.interpolator.stop();
+        self.machine.stop();
+        self.logger.stop();
+    }
+}

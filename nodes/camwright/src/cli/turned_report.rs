@@ -1,0 +1,273 @@
+//! What `camwright run` says at the end of a job that turns.
+
+use super::output::say;
+use super::run_report::{exit_code, status_word};
+use camwright::math::units::{deg_from_rad, um_from_mm};
+use camwright_files::convert::{mm_from_m, um_from_m as um};
+use camwright_msgs::camwright_msgs::action::RunJobResult;
+use camwright_msgs::camwright_msgs::msg::{FormMap, TurnedResult};
+use camwright_planning::TurnedInstead;
+use camwright_ros::GoalStatus;
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Fields of the map as it is printed, round and along.
+const PRINTED: [usize; 2] = [12, 10];
+
+/// What is printed at the end.
+pub(super) struct TurnedReport<'a> {
+    pub(super) job: &'a str,
+    pub(super) status: GoalStatus,
+    pub(super) result: &'a RunJobResult,
+    /// Predicted duration (s), where what was predicted is known here.
+    pub(super) predicted_s: Option<f64>,
+    pub(super) form_map: Option<FormMap>,
+    /// What the same job leaves on other machines.
+    pub(super) causes: Vec<TurnedInstead>,
+    pub(super) bag: Option<&'a PathBuf>,
+    /// The page that reports it.
+    pub(super) page: Option<PathBuf>,
+    pub(super) took: Duration,
+}
+
+impl TurnedReport<'_> {
+    fn part(&self) -> Option<&TurnedResult> {
+        self.result.turned.first()
+    }
+
+    fn is_good(&self) -> bool {
+        self.status == GoalStatus::Succeeded
+            && self.result.success
+            && self.part().is_some_and(|part| part.form_error_max.abs() <= part.form_error_allowed)
+    }
+
+    pub(super) fn exit_code(&self) -> ExitCode {
+        exit_code(self.status, self.is_good())
+    }
+
+    pub(super) fn print(&self) {
+        let result = self.result;
+        if let Some(part) = self.part() {
+            say!("part          passes   turns      time    highest     lowest        rms  cusps (theory)");
+            say!(
+                "{:<12} {:>7} {:>7.1} {:>7.2} s {:>+7.3} um {:>+7.3} um {:>7.3} um  {:.3} um ({:.3} um)",
+                part.name,
+                part.passes,
+                part.turns,
+                part.duration,
+                um(part.form_error_highest),
+                um(part.form_error_lowest),
+                um(part.form_error_rms),
+                um(part.cusp_height),
+                um(part.cusp_height_theory),
+            );
+        }
+        if let Some(map) = &self.form_map {
+            let text = map_text(map);
+            if !text.is_empty() {
+                say!("{}", text.trim_end());
+            }
+        }
+        if !self.causes.is_empty() {
+            say!("form error of the same part on a simulated machine (highest, lowest, rms):");
+        }
+        for cause in &self.causes {
+            let [highest, lowest, rms] = [cause.highest_mm, cause.lowest_mm, cause.rms_mm].map(um_from_mm);
+            say!("  {:<34} {highest:+.3} um, {lowest:+.3} um, {rms:.3} um", cause.name);
+        }
+        if result.duration > 0.0 {
+            let predicted = self.predicted_s.map_or_else(String::new, |predicted_s| {
+                format!(", predicted {predicted_s:.2} s ({:+.2} s)", result.duration - predicted_s)
+            });
+            say!("machine time {:.2} s{predicted}; took {:.1} s", result.duration, self.took.as_secs_f64());
+        }
+        if !result.message.is_empty() {
+            say!("{}", result.message);
+        }
+        if let Some(bag) = self.bag {
+            say!("bag: {}", bag.display());
+        }
+        if let Some(page) = &self.page {
+            say!("report: {}", page.display());
+        }
+        say!("{}", self.verdict());
+    }
+
+    fn verdict(&self) -> String {
+        match (self.part(), self.status) {
+            (Some(part), GoalStatus::Succeeded) => format!(
+                "{}: {}, worst form error {:+.3} um at {:.1} deg, z {:.2} mm (allowed {:.3} um: {:.3} um and the cusps of the feed, {:.3} um)",
+                if self.is_good() { "GOOD" } else { "NOT GOOD" },
+                self.job,
+                um(part.form_error_max),
+                deg_from_rad(part.form_error_max_azimuth),
+                mm_from_m(part.form_error_max_z),
+                um(part.form_error_allowed),
+                um(part.form_error_allowed - part.cusp_height_theory),
+                um(part.cusp_height_theory),
+            ),
+            _ => format!("NOT COMPLETE: {}, {}", self.job, status_word(self.status)),
+        }
+    }
+
+    pub(super) fn print_json(&self) {
+        let turned = self.part().map(|part| {
+            json!({
+                "name": part.name,
+                "passes": part.passes,
+                "turns": part.turns,
+                "duration_s": part.duration,
+                "form_error_max_um": um(part.form_error_max),
+                "form_error_max_deg": deg_from_rad(part.form_error_max_azimuth),
+                "form_error_max_z_mm": mm_from_m(part.form_error_max_z),
+                "form_error_highest_um": um(part.form_error_highest),
+                "form_error_lowest_um": um(part.form_error_lowest),
+                "form_error_rms_um": um(part.form_error_rms),
+                "form_error_allowed_um": um(part.form_error_allowed),
+                "cusp_height_um": um(part.cusp_height),
+                "cusp_height_theory_um": um(part.cusp_height_theory),
+            })
+        });
+        let causes: serde_json::Map<String, Value> = (self.causes.iter())
+            .map(|cause| {
+                let [highest, lowest, rms] = [cause.highest_mm, cause.lowest_mm, cause.rms_mm].map(um_from_mm);
+                (cause.name.clone(), json!({ "highest_um": highest, "lowest_um": lowest, "rms_um": rms }))
+            })
+            .collect();
+        let report = json!({
+            "job": self.job,
+            "good": self.is_good(),
+            "status": format!("{:?}", self.status),
+            "message": self.result.message,
+            "alarm": self.result.alarm,
+            "plan_hash": self.result.plan_hash,
+            "first_tick": self.result.first_tick,
+            "last_tick": self.result.last_tick,
+            "duration_s": self.result.duration,
+            "predicted_s": self.predicted_s,
+            "bag": self.bag,
+            "report": self.page,
+            "took_s": self.took.as_secs_f64(),
+            "turned": turned,
+            "form_map": self.form_map.as_ref().map(map_json),
+            "form_error_instead": causes,
+        });
+        say!("{report}");
+    }
+}
+
+fn size(count: u32) -> usize {
+    usize::try_from(count).unwrap_or(usize::MAX)
+}
+
+/// The deviation farthest from the design in each field of a coarser map (µm), all azimuths of the first column first; none where the
+/// message is no map.
+fn farthest_um(map: &FormMap, azimuths: usize, columns: usize) -> Option<Vec<f64>> {
+    let (round, along) = (size(map.azimuths), size(map.columns));
+    let cells = round.checked_mul(along)?;
+    if azimuths == 0
+        || columns == 0
+        || azimuths > round
+        || columns > along
+        || map.lowest.len() != cells
+        || map.highest.len() != cells
+    {
+        return None;
+    }
+    let mut fields = Vec::with_capacity(azimuths * columns);
+    for column in 0..columns {
+        for azimuth in 0..azimuths {
+            let mut farthest = 0.0_f64;
+            for k in column * along / columns..(column + 1) * along / columns {
+                for i in azimuth * round / azimuths..(azimuth + 1) * round / azimuths {
+                    for deviation in [map.lowest[k * round + i], map.highest[k * round + i]].map(f64::from) {
+                        farthest = if deviation.abs() > farthest.abs() { deviation } else { farthest };
+                    }
+                }
+            }
+            fields.push(um(farthest));
+        }
+    }
+    Some(fields)
+}
+
+/// The map as a table, z downwards and azimuths to the right.
+#[allow(clippy::cast_precision_loss, reason = "a dozen fields")]
+fn map_text(map: &FormMap) -> String {
+    let [azimuths, columns] = [PRINTED[0].min(size(map.azimuths)), PRINTED[1].min(size(map.columns))];
+    let Some(fields) = farthest_um(map, azimuths, columns) else { return String::new() };
+    let mut text =
+        String::from("form error farthest from the design (um), over z (mm) and azimuth from (deg):\n              ");
+    for azimuth in 0..azimuths {
+        let _infallible = write!(text, "{:>7.0}", 360.0 * azimuth as f64 / azimuths as f64);
+    }
+    text.push('\n');
+    let [from_mm, to_mm] = [map.from_z, map.to_z].map(mm_from_m);
+    let z = |column: usize| from_mm + (to_mm - from_mm) * column as f64 / columns as f64;
+    for (column, row) in fields.chunks(azimuths).enumerate() {
+        let _infallible = write!(text, "{:>6.2}-{:<6.2} ", z(column), z(column + 1));
+        for deviation in row {
+            let _infallible = write!(text, "{deviation:>+7.2}");
+        }
+        text.push('\n');
+    }
+    text
+}
+
+fn map_json(map: &FormMap) -> Value {
+    let all_um = |values: &[f32]| values.iter().map(|value| um(f64::from(*value))).collect::<Vec<f64>>();
+    json!({
+        "azimuths": map.azimuths,
+        "columns": map.columns,
+        "from_z_mm": mm_from_m(map.from_z),
+        "to_z_mm": mm_from_m(map.to_z),
+        "lowest_um": all_um(&map.lowest),
+        "highest_um": all_um(&map.highest),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 24 fields round, 20 along, each 1 nm; one of them 3 µm below.
+    fn map() -> FormMap {
+        let mut map = FormMap {
+            azimuths: 24,
+            columns: 20,
+            from_z: 0.0,
+            to_z: 0.02,
+            lowest: vec![0.0; 480],
+            highest: vec![1e-9; 480],
+            ..FormMap::default()
+        };
+        map.lowest[13 * 24 + 7] = -3e-6;
+        map
+    }
+
+    #[test]
+    fn a_coarser_map_loses_no_extreme() {
+        let fields = farthest_um(&map(), 12, 10).expect("a map");
+        assert!((fields[6 * 12 + 3] + 3.0).abs() < 1e-6, "{fields:?}");
+        let others = fields.iter().filter(|field| (**field - 1e-3).abs() < 1e-6).count();
+        assert_eq!(others, 119);
+        let text = map_text(&map());
+        let row = text.lines().nth(8).expect("ten rows after two lines of heading");
+        assert!(row.starts_with(" 12.00-14.00 ") && row.contains("  -3.00"), "{text}");
+    }
+
+    #[test]
+    fn what_is_no_map_is_not_printed() {
+        for wrong in [
+            FormMap { lowest: vec![0.0; 3], ..map() },
+            FormMap { azimuths: 0, ..map() },
+            FormMap { azimuths: u32::MAX, columns: u32::MAX, ..map() },
+        ] {
+            assert_eq!(map_text(&wrong), "");
+        }
+        assert_eq!(farthest_um(&map(), 25, 10), None);
+    }
+}

@@ -1,0 +1,59 @@
+//! `camwright urdf`: the description of a machine as others draw it, without ROS.
+
+use camwright_files::locate::locate;
+use camwright_files::machine_file;
+use camwright_ros::running::NodeError;
+use camwright_scene::{self as scene, Frames, Tree};
+use clap::Args;
+use std::io::Write;
+use std::process::ExitCode;
+
+/// Arguments of `camwright urdf`.
+#[derive(Debug, Clone, Args)]
+pub(super) struct UrdfArgs {
+    /// Machine, by name or path.
+    #[arg(default_value = "cam_grinder")]
+    machine: String,
+    /// What stands before the names of frames, as `frame_prefix` of a node; empty: the namespace.
+    #[arg(long, default_value = "")]
+    prefix: String,
+    /// Namespace of the cell.
+    #[arg(long, default_value = "/")]
+    namespace: String,
+    /// Radius of the wheel that is mounted (mm); default: a new one.
+    #[arg(long, value_name = "MM")]
+    wheel_radius_mm: Option<f64>,
+    /// Set a key of the machine; may be repeated.
+    #[arg(long = "set-machine", value_name = "KEY=VALUE")]
+    set_machine: Vec<String>,
+}
+
+/// Entry point.
+pub(super) fn main(args: &UrdfArgs) -> ExitCode {
+    match urdf(args) {
+        // A reader that went away is no failure of ours.
+        Ok(text) => {
+            let _ = std::io::stdout().write_all(text.as_bytes());
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("camwright urdf: {error}");
+            ExitCode::from(1)
+        }
+    }
+}
+
+fn urdf(args: &UrdfArgs) -> Result<String, NodeError> {
+    let located = locate("machines", &args.machine, "yaml", None).map_err(NodeError::file)?;
+    let machine =
+        machine_file::parse(&located.path, &located.text, &args.set_machine).map_err(NodeError::file)?.description;
+    let (least_mm, new_mm) = (machine.wheel.min_radius_mm, machine.wheel.new_radius_mm);
+    let radius_mm = args.wheel_radius_mm.unwrap_or(new_mm);
+    if !(least_mm..=new_mm).contains(&radius_mm) {
+        let message = format!("--wheel-radius-mm is {radius_mm} mm; a wheel has {least_mm} to {new_mm} mm");
+        return Err(NodeError::Parameter(message));
+    }
+    let prefix = scene::prefix(&args.prefix, &args.namespace).map_err(NodeError::Parameter)?;
+    let frames = Frames::new(&prefix, &machine);
+    Ok(Tree::new(&machine, radius_mm, frames).urdf())
+}

@@ -1,0 +1,5 @@
+//! The command line of camwright: commands, the whole cell in one process, and the player of bags.
+
+pub mod bag_size;
+pub mod cli;
+pub mod player;

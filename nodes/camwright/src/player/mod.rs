@@ -1,0 +1,260 @@
+//! `camwright replay`: plays a bag to the graph, with the services of rosbag2's player.
+//!
+//! ```text
+//!   ~/pause, ~/seek … ──orders──► Player ──► every topic as it was offered, /clock, events/read_split
+//!   Bag ──────────────messages──►   │
+//!                                  Pace: which moment of the bag it is
+//! ```
+
+mod pace;
+mod plan;
+mod player;
+mod services;
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
+
+use camwright_msgs::rosgraph_msgs::msg::Clock;
+
+use indicatif::ProgressBar;
+
+use camwright_bag::progress;
+use camwright_bag::{Bag, BagError};
+use camwright_ros::{Node, NodeOptions, Qos, RosArgs, RosError, Shutdown};
+use camwright_run_logger::{Filter, Selection, regex};
+use player::{Outlets, Player, Track, Wish};
+use services::Order;
+
+/// How long no further subscriber may turn up before the first message goes out. A peer that is already running finds a new
+/// publisher within 0.2 s (measured with Fast DDS on one machine).
+const QUIET: Duration = Duration::from_millis(500);
+/// How long the last messages have to reach reliable subscribers.
+const FAREWELL: Duration = Duration::from_millis(300);
+
+/// Arguments of `camwright replay`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct ReplayArgs {
+    /// Directory of the bag, or one MCAP file
+    pub bag: PathBuf,
+    /// How many seconds of the bag are played in one second
+    #[arg(long, short, default_value_t = 1.0, value_parser = positive)]
+    pub rate: f64,
+    /// Only these topics; `*` stands for anything
+    #[arg(long, num_args = 1.., value_name = "TOPIC")]
+    pub topics: Vec<String>,
+    /// Only topics in whose name this regular expression is found (with --topics: these too)
+    #[arg(long, short = 'e', default_value = "", value_name = "REGEX")]
+    pub regex: String,
+    /// Not these topics; `*` stands for anything
+    #[arg(long, num_args = 1.., value_name = "TOPIC")]
+    pub exclude: Vec<String>,
+    /// Not topics in whose name this regular expression is found
+    #[arg(long, short = 'x', default_value = "", value_name = "REGEX")]
+    pub exclude_regex: String,
+    /// Begin so many seconds after the first message; latched messages before that are played at once
+    #[arg(long, default_value_t = 0.0, value_parser = not_negative, value_name = "SECONDS")]
+    pub start_offset: f64,
+    /// End so many seconds of the bag after the beginning
+    #[arg(long, value_parser = not_negative, value_name = "SECONDS")]
+    pub playback_duration: Option<f64>,
+    /// End at this moment of the bag (s since 1970)
+    #[arg(long, value_parser = not_negative, value_name = "SECONDS")]
+    pub playback_until_sec: Option<f64>,
+    /// Wait so many seconds before the first message
+    #[arg(long, short = 'd', default_value_t = 0.0, value_parser = not_negative, value_name = "SECONDS")]
+    pub delay: f64,
+    /// Begin paused, until the service `~/resume`, `~/play_next` or `~/burst` is called
+    #[arg(long, short = 'p')]
+    pub start_paused: bool,
+    /// Begin again at the end, until interrupted
+    #[arg(long = "loop", short = 'l')]
+    pub repeat: bool,
+    /// Stay after the end and after `~/stop`, until `~/play` or Ctrl-C
+    #[arg(long)]
+    pub stay: bool,
+    /// Publish the bag's time on /clock, so many times a second, instead of what was recorded there
+    #[arg(long, value_parser = positive, value_name = "HZ", num_args = 0..=1, default_missing_value = "40")]
+    pub clock: Option<f64>,
+    /// Wait at most so many seconds for subscribers before the first message
+    #[arg(long, default_value_t = 2.0, value_parser = not_negative, value_name = "SECONDS")]
+    pub wait: f64,
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|e| format!("{e}"))?;
+    // A billion seconds are 31 years; NaN is in no range.
+    if (0.0..1e9).contains(&value) { Ok(value) } else { Err("it must be a number from 0 on".into()) }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    not_negative(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("it must be greater than 0".into()) })
+}
+
+/// Why a bag was not played.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReplayError {
+    /// The bag cannot be read.
+    #[error(transparent)]
+    Bag(#[from] BagError),
+    /// The graph refused.
+    #[error(transparent)]
+    Ros(#[from] RosError),
+    /// What is to be played cannot be understood.
+    #[error("{reason}")]
+    Regex {
+        /// What is wrong.
+        reason: String,
+    },
+    /// There is nothing to play.
+    #[error("{bag} has no message on the topics asked for")]
+    Nothing {
+        /// The bag.
+        bag: String,
+    },
+}
+
+/// What was played.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Played {
+    /// Messages published.
+    pub messages: u64,
+    /// Messages that could not be published.
+    pub failed: u64,
+    /// Topics that had a subscriber when the first message went out.
+    pub matched_topics: usize,
+    /// Topics played.
+    pub topics: usize,
+    /// The end was asked for before the bag's.
+    pub interrupted: bool,
+}
+
+/// Runs `camwright replay`. Exit code 0: played, or ended by Ctrl-C; 2: it could not be.
+#[must_use]
+pub fn run(args: &ReplayArgs, ros: &RosArgs) -> ExitCode {
+    let played = Shutdown::on_signals().map_err(ReplayError::from).and_then(|shutdown| play(args, ros, &shutdown));
+    let (text, code) = match played {
+        Ok(played) => {
+            let cut = if played.interrupted { ", interrupted" } else { "" };
+            let failed =
+                if played.failed > 0 { format!(", {} could not be sent", played.failed) } else { String::new() };
+            let (n, topics, matched) = (played.messages, played.topics, played.matched_topics);
+            (format!("played {n} messages on {topics} topics, {matched} with subscribers at the start{failed}{cut}"), 0)
+        }
+        Err(error) => (format!("error: {error}"), 2),
+    };
+    // A terminal that went away is no failure of ours.
+    let _ = writeln!(io::stderr(), "{text}");
+    ExitCode::from(code)
+}
+
+/// Plays a bag to the graph from the node `bag_player`, which offers the services of rosbag2's player, until the bag's end or until
+/// shutdown is requested.
+///
+/// # Errors
+/// When the bag cannot be read or the graph refuses the node.
+pub fn play(args: &ReplayArgs, ros: &RosArgs, shutdown: &Shutdown) -> Result<Played, ReplayError> {
+    let bag = Bag::open(&args.bag)?;
+    let nothing = || ReplayError::Nothing { bag: args.bag.display().to_string() };
+    let selection = args.selection()?;
+    let wish = args.wish(bag.log_times_ns().ok_or_else(nothing)?);
+    let node = Node::new(NodeOptions::new("bag_player", ros))?;
+    let spinning = node.spin_in_thread()?;
+    let mut tracks = Vec::with_capacity(bag.topics().len());
+    for (topic, &count) in bag.topics().iter().zip(bag.message_counts()) {
+        let publisher = if count > 0 && selection.takes(&topic.name, &topic.type_name) {
+            Some(node.raw_publisher(&topic.name, &topic.type_name, &plan::offered_qos(topic, count))?)
+        } else {
+            None
+        };
+        tracks.push(Track { publisher, is_latched: topic.is_latched() });
+    }
+    let topics = tracks.iter().filter(|t| t.publisher.is_some()).count();
+    if topics == 0 {
+        return Err(nothing());
+    }
+    let (sender, orders) = mpsc::channel();
+    let clock = |hertz: f64| {
+        let period = Duration::from_secs_f64(1.0 / hertz);
+        node.publisher::<Clock>("/clock", &Qos::default_topic()).map(|publisher| (publisher, period))
+    };
+    let outlets = Outlets {
+        clock: args.clock.map(clock).transpose()?,
+        splits: node.publisher("events/read_split", &Qos::default_topic())?,
+        node_name: node.fully_qualified_name().to_owned(),
+        progress: bar(&wish),
+    };
+    let services = services::offer(&node, &sender)?;
+    let _end = shutdown.on_request(move || drop(sender.send(Order::End)));
+    wait_for_subscribers(&tracks, Duration::from_secs_f64(args.wait), shutdown);
+    let matched_topics = tracks.iter().filter(|t| t.matched() > 0).count();
+    let mut player = Player::new(&bag, &tracks, outlets, orders, wish);
+    let outcome = player.run();
+    let played = player.finish();
+    drop(services);
+    outcome?;
+    // Even after Ctrl-C: what was published is to arrive.
+    std::thread::sleep(FAREWELL);
+    spinning.stop();
+    node.shutdown();
+    Ok(Played { topics, matched_topics, ..played })
+}
+
+impl ReplayArgs {
+    fn selection(&self) -> Result<Selection, ReplayError> {
+        let filter = |names: &[String], text: &str| {
+            let regex = regex(text).map_err(|reason| ReplayError::Regex { reason })?;
+            Ok::<_, ReplayError>(Filter { names: names.to_vec(), regex, types: Vec::new() })
+        };
+        let mut exclude = filter(&self.exclude, &self.exclude_regex)?;
+        if self.clock.is_some() {
+            // Two clocks would contradict each other.
+            exclude.types.push("rosgraph_msgs/msg/Clock".into());
+        }
+        Ok(Selection::new("/", filter(&self.topics, &self.regex)?, exclude))
+    }
+
+    /// `times_ns`: of the first and the last message.
+    fn wish(&self, times_ns: (u64, u64)) -> Wish {
+        let ns = |seconds: f64| u64::try_from(Duration::from_secs_f64(seconds).as_nanos()).unwrap_or(u64::MAX);
+        let start_ns = times_ns.0.saturating_add(ns(self.start_offset));
+        let bounds = [self.playback_duration.map(|s| start_ns.saturating_add(ns(s))), self.playback_until_sec.map(ns)];
+        Wish {
+            span: (start_ns, bounds.into_iter().flatten().fold(times_ns.1, u64::min)),
+            rate: self.rate,
+            starts_paused: self.start_paused,
+            repeats: self.repeat,
+            stays: self.stay,
+            delay: Duration::from_secs_f64(self.delay),
+        }
+    }
+}
+
+/// Waits until there are subscribers and no more turn up, or for so long.
+fn wait_for_subscribers(tracks: &[Track], longest: Duration, shutdown: &Shutdown) {
+    let begin = Instant::now();
+    let (mut matched, mut since) = (0, begin);
+    while begin.elapsed() < longest {
+        let now: usize = tracks.iter().map(Track::matched).sum();
+        if now != matched {
+            (matched, since) = (now, Instant::now());
+        }
+        if matched > 0 && since.elapsed() >= QUIET {
+            return;
+        }
+        if shutdown.wait_timeout(Duration::from_millis(20)) {
+            return;
+        }
+    }
+}
+
+/// A bar in milliseconds of the bag.
+fn bar(wish: &Wish) -> ProgressBar {
+    let milliseconds = wish.span.1.saturating_sub(wish.span.0) / 1_000_000;
+    let bar = progress::bar(milliseconds, "{bar:40} {msg} {elapsed_precise} (eta {eta})");
+    bar.set_message(format!("playing at {} times", wish.rate));
+    bar
+}

@@ -1,0 +1,58 @@
+//! The services of rosbag2's player. They pass on what is asked; the player answers once it has done it.
+
+use std::sync::mpsc;
+
+use camwright_msgs::Service;
+use camwright_msgs::rosbag2_interfaces::srv::{
+    Burst, GetRate, IsPaused, Pause, Play, PlayNext, PlayRequest, Resume, Seek, SetRate, Stop, TogglePaused,
+};
+
+use camwright_ros::{Node, Responder, RosError, ServiceHandle, from_time};
+
+/// What the player is asked, and whom it answers.
+#[derive(Debug)]
+pub(super) enum Order {
+    /// The process is to end.
+    End,
+    Stop(Responder<Stop>),
+    Pause(Responder<Pause>),
+    Resume(Responder<Resume>),
+    TogglePaused(Responder<TogglePaused>),
+    IsPaused(Responder<IsPaused>),
+    GetRate(Responder<GetRate>),
+    SetRate(f64, Responder<SetRate>),
+    PlayNext(Responder<PlayNext>),
+    /// So many messages; 0: all.
+    Burst(u64, Responder<Burst>),
+    /// A moment of the bag (ns since 1970).
+    Seek(i64, Responder<Seek>),
+    Play(PlayRequest, Responder<Play>),
+}
+
+/// Offers the services of rosbag2's player under the node's name.
+pub(super) fn offer(node: &Node, orders: &mpsc::Sender<Order>) -> Result<Vec<ServiceHandle>, RosError> {
+    Ok(vec![
+        passed(node, "~/stop", orders, |_, to| Order::Stop(to))?,
+        passed(node, "~/pause", orders, |_, to| Order::Pause(to))?,
+        passed(node, "~/resume", orders, |_, to| Order::Resume(to))?,
+        passed(node, "~/toggle_paused", orders, |_, to| Order::TogglePaused(to))?,
+        passed(node, "~/is_paused", orders, |_, to| Order::IsPaused(to))?,
+        passed(node, "~/get_rate", orders, |_, to| Order::GetRate(to))?,
+        passed::<SetRate>(node, "~/set_rate", orders, |wanted, to| Order::SetRate(wanted.rate, to))?,
+        passed(node, "~/play_next", orders, |_, to| Order::PlayNext(to))?,
+        passed::<Burst>(node, "~/burst", orders, |wanted, to| Order::Burst(wanted.num_messages, to))?,
+        passed::<Seek>(node, "~/seek", orders, |wanted, to| Order::Seek(from_time(&wanted.time), to))?,
+        passed(node, "~/play", orders, Order::Play)?,
+    ])
+}
+
+/// A service whose requests become orders. A player that has ended answers nobody.
+fn passed<S: Service>(
+    node: &Node,
+    name: &str,
+    orders: &mpsc::Sender<Order>,
+    order: fn(S::Request, Responder<S>) -> Order,
+) -> Result<ServiceHandle, RosError> {
+    let orders = orders.clone();
+    node.service_deferred::<S>(name, move |request, to| drop(orders.send(order(request, to))))
+}

@@ -1,0 +1,186 @@
+//! What a job file says about form compensation: how it is learned, and what was learned before this part.
+
+use super::ConfigError;
+use super::yaml::Document;
+use camwright::cam::compensation::{
+    Compensation, CompensationSpec, FormCurve, LearnedError, MOST_CORRECTION_MM, MOST_HARMONICS, MOST_SLOPE_MM_RAD,
+};
+use camwright::math::units::{mm_from_um, rad_from_deg, um_from_mm};
+use serde::{Deserialize, Serialize};
+
+/// How it is learned.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct CompensationFile {
+    gain: f64,
+    harmonics: u32,
+    most_um: f64,
+    most_um_per_deg: f64,
+    afresh: bool,
+    learned: Vec<LearnedFile>,
+}
+
+impl Default for CompensationFile {
+    fn default() -> Self {
+        let spec = CompensationSpec::default();
+        Self {
+            gain: spec.gain,
+            harmonics: spec.harmonics,
+            most_um: um_from_mm(spec.most_mm),
+            most_um_per_deg: um_per_deg(spec.most_slope_mm_rad),
+            afresh: false,
+            learned: Vec::new(),
+        }
+    }
+}
+
+/// A slope as files have it.
+fn um_per_deg(mm_rad: f64) -> f64 {
+    um_from_mm(mm_rad) * rad_from_deg(1.0)
+}
+
+/// A lobe's correction as files have it.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LearnedFile {
+    lobe: String,
+    mean_um: f64,
+    waves_um: Vec<[f64; 2]>,
+}
+
+impl LearnedFile {
+    fn curve(&self) -> Option<FormCurve> {
+        CurveFile { mean_um: self.mean_um, waves_um: self.waves_um.clone() }.curve()
+    }
+}
+
+/// A periodic curve in files: its mean, and cosine and sine of its harmonics.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct CurveFile {
+    mean_um: f64,
+    waves_um: Vec<[f64; 2]>,
+}
+
+/// A number of a curve as files have it: to the picometre.
+fn rounded_um(mm: f64) -> f64 {
+    let um = (um_from_mm(mm) * 1e6).round() / 1e6;
+    // No minus before a zero.
+    um + 0.0
+}
+
+impl CurveFile {
+    pub fn of(curve: &FormCurve) -> Self {
+        Self {
+            mean_um: rounded_um(curve.mean_mm()),
+            waves_um: curve.waves_mm().iter().map(|wave| wave.map(rounded_um)).collect(),
+        }
+    }
+
+    /// `None` for what is no number, or too many.
+    pub fn curve(&self) -> Option<FormCurve> {
+        FormCurve::new(mm_from_um(self.mean_um), self.waves_um.iter().map(|wave| wave.map(mm_from_um)).collect())
+    }
+
+    /// In the braces of YAML, without them: `mean_um: 0.1, waves_um: [[0.2, 0.3]]`.
+    pub fn flow(&self) -> String {
+        let waves: Vec<String> = self.waves_um.iter().map(|[a, b]| format!("[{a:.6}, {b:.6}]")).collect();
+        format!("mean_um: {:.6}, waves_um: [{}]", self.mean_um, waves.join(", "))
+    }
+}
+
+impl CompensationFile {
+    pub(super) fn compensation(&self) -> Compensation {
+        let learned = self.learned.iter().filter(|_| !self.afresh).map(|learned| LearnedError {
+            lobe: learned.lobe.clone(),
+            // What is no curve is a finding already.
+            correction: learned.curve().unwrap_or_default(),
+        });
+        Compensation {
+            spec: CompensationSpec {
+                gain: self.gain,
+                harmonics: self.harmonics,
+                most_mm: mm_from_um(self.most_um),
+                most_slope_mm_rad: mm_from_um(self.most_um_per_deg) / rad_from_deg(1.0),
+            },
+            learned: learned.collect(),
+            afresh: self.afresh,
+        }
+    }
+
+    /// What can be said about single values.
+    pub(super) fn findings(&self, document: &Document) -> Vec<ConfigError> {
+        let mut findings = Vec::new();
+        let bounds = [
+            ("gain", self.gain, 1.0),
+            ("most_um", self.most_um, um_from_mm(MOST_CORRECTION_MM)),
+            ("most_um_per_deg", self.most_um_per_deg, um_per_deg(MOST_SLOPE_MM_RAD)),
+        ];
+        for (key, value, most) in bounds {
+            if !(value > 0.0 && value <= most) {
+                let key = format!("form_compensation.{key}");
+                findings
+                    .push(document.error(&key, format!("{key} is {value}; it must be above 0 and at most {most:.0}")));
+            }
+        }
+        if !(1..=MOST_HARMONICS).contains(&self.harmonics) {
+            let (key, value) = ("form_compensation.harmonics", self.harmonics);
+            findings.push(document.error(key, format!("{key} is {value}; it must be 1 to {MOST_HARMONICS}")));
+        }
+        for (index, learned) in self.learned.iter().enumerate().filter(|(_, learned)| learned.curve().is_none()) {
+            let (key, lobe) = (format!("form_compensation.learned.{index}"), &learned.lobe);
+            let message = format!("lobe {lobe}: waves_um must be at most {MOST_HARMONICS} pairs of finite numbers");
+            findings.push(document.error(&key, message));
+        }
+        findings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job_file::{self, Job};
+
+    fn load(set: &[&str]) -> Result<Job, String> {
+        let set: Vec<String> = set.iter().map(ToString::to_string).collect();
+        job_file::load("four_lobe_camshaft", &set).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_job_learns_only_where_it_says_so_and_with_the_usual_settings_then() {
+        assert!(load(&[]).unwrap().spec.compensation.is_none());
+        let usual = load(&["form_compensation={}"]).unwrap().spec.compensation.unwrap();
+        let (spec, wanted) = (usual.spec, CompensationSpec::default());
+        assert!((spec.most_slope_mm_rad - wanted.most_slope_mm_rad).abs() < 1e-12, "{spec:?}");
+        assert_eq!((spec.gain, spec.harmonics, usual.learned.len()), (wanted.gain, wanted.harmonics, 0));
+    }
+
+    #[test]
+    fn a_setting_out_of_range_is_told_with_its_bound() {
+        for (set, told) in [
+            ("form_compensation.gain=1.5", "form_compensation.gain is 1.5; it must be above 0 and at most 1"),
+            ("form_compensation.gain=0.0", "form_compensation.gain is 0; it must be above 0"),
+            ("form_compensation.harmonics=400", "form_compensation.harmonics is 400; it must be 1 to 180"),
+            ("form_compensation.most_um=300.0", "form_compensation.most_um is 300; it must be above 0 and at most 100"),
+            ("form_compensation.most_um_per_deg=30.0", "it must be above 0 and at most 20"),
+            ("form_compensation.learn=1", "unknown key"),
+        ] {
+            let error = load(&[set]).err().unwrap();
+            assert!(error.contains(told), "{set}: {error}");
+        }
+    }
+
+    /// What was learned goes through a file to the picometre and changes the hash of the job; afresh leaves it out.
+    #[test]
+    fn a_learned_curve_survives_its_file_and_is_part_of_the_job() {
+        let curve = FormCurve::new(-0.001_234_567_89, vec![[0.000_5, -1e-7], [0.0, 3.25e-4]]).unwrap();
+        let file = CurveFile::of(&curve);
+        let set = format!("form_compensation.learned=[{{lobe: E1, {}}}]", file.flow());
+        let job = load(&[&set]).unwrap();
+        let learned = &job.spec.compensation.as_ref().unwrap().learned[0];
+        assert_eq!((learned.lobe.as_str(), CurveFile::of(&learned.correction)), ("E1", file));
+        assert!(learned.correction.plus(-1.0, &curve).largest().0 < 1e-9);
+        assert_ne!(job.hash, load(&["form_compensation={}"]).unwrap().hash);
+        let afresh = load(&[&set, "form_compensation.afresh=true"]).unwrap();
+        assert!(afresh.spec.compensation.unwrap().learned.is_empty());
+    }
+}

@@ -1,0 +1,425 @@
+//! The cell thread: what it knows of jobs, machine and robot, and how that moves the state of the cell.
+
+use super::devices::{Asked, Devices};
+use super::production::Run;
+use super::publisher::Telling;
+use super::{Shared, Told, lock};
+use crate::job_slot::Course;
+use camwright::cell::loading::Handshake;
+use camwright::cell::packml::{Command, State, Unit};
+use camwright_msgs::camwright_msgs::msg::{InterpolatorState, JobStatus, LoaderState, MachineCounters, WorkArea};
+use camwright_msgs::camwright_msgs::srv::{CellCommand, CellCommandResponse};
+use camwright_msgs::std_srvs::srv::Trigger;
+use camwright_ros::{Responder, RosError};
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Weak, mpsc};
+use std::time::{Duration, Instant};
+
+/// How often it looks around when nobody tells it anything.
+const PERIOD: Duration = Duration::from_millis(50);
+/// How old the last news of the interpolator may be for it to count as there.
+const HEARD_OF: Duration = Duration::from_secs(5);
+
+/// How long machine and interpolator may take to be cleared (s).
+const CLEARING_S: f64 = 10.0;
+
+/// Why it is suspended, or held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Cause {
+    /// A robot is to load.
+    Loading,
+    /// Somebody said so.
+    Command,
+    /// Somebody else holds the feed, and the cell follows.
+    Feed,
+}
+
+/// Why it is not producing.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Reason {
+    pub(super) text: String,
+    pub(super) alarm: u16,
+    pub(super) remedy: String,
+}
+
+impl Reason {
+    pub(super) fn new(text: impl Into<String>) -> Self {
+        Self { text: text.into(), ..Self::default() }
+    }
+}
+
+/// Everything the cell thread has.
+pub(super) struct Brain {
+    /// Weak: the planner's other threads end before this one is told to.
+    planner: Weak<Shared>,
+    inbox: mpsc::Receiver<Told>,
+    began: Instant,
+    pub(super) unit: Unit,
+    pub(super) devices: Devices,
+    pub(super) telling: Telling,
+    pub(super) run: Option<Run>,
+    pub(super) handshake: Option<Handshake>,
+    pub(super) cause: Option<Cause>,
+    pub(super) reason: Reason,
+    /// What is done or waited for.
+    pub(super) substate: String,
+    /// Somebody said ABORT, or something happened that no alarm of the machine keeps: only CLEAR ends it.
+    pub(super) needs_clear: bool,
+    /// The alarm of the machine that it was aborted for.
+    by_alarm: bool,
+    pub(super) clearing: Option<Responder<CellCommand>>,
+    pub(super) chuck: Option<(bool, Instant, Responder<Trigger>)>,
+    /// The part in the chuck has been machined, or was begun.
+    pub(super) is_machined: bool,
+    pub(super) area: Option<WorkArea>,
+    pub(super) loader: Option<(LoaderState, Instant)>,
+    pub(super) motion: Option<InterpolatorState>,
+    motion_at: Option<Instant>,
+    pub(super) counters: MachineCounters,
+    pub(super) job: String,
+    /// A job executes, whoever asked for it.
+    pub(super) in_job: bool,
+    /// Parts of the run: wanted, done.
+    pub(super) parts: (u32, u32),
+}
+
+impl Brain {
+    pub(super) fn new(shared: &Arc<Shared>, inbox: mpsc::Receiver<Told>) -> Result<Self, RosError> {
+        let mailbox = shared.cell.mailbox.clone();
+        Ok(Self {
+            planner: Arc::downgrade(shared),
+            inbox,
+            began: Instant::now(),
+            unit: Unit::new(0.0),
+            devices: Devices::new(&shared.node, mailbox)?,
+            telling: Telling::new(&shared.node)?,
+            run: None,
+            handshake: None,
+            cause: None,
+            reason: Reason::default(),
+            substate: String::new(),
+            needs_clear: false,
+            by_alarm: false,
+            clearing: None,
+            chuck: None,
+            is_machined: false,
+            area: None,
+            loader: None,
+            motion: None,
+            motion_at: None,
+            counters: MachineCounters::default(),
+            job: String::new(),
+            in_job: false,
+            parts: (0, 0),
+        })
+    }
+
+    pub(super) fn run(mut self) {
+        let Some(node) = self.planner.upgrade().map(|shared| shared.node.clone()) else { return };
+        let _current = node.logger().enter();
+        loop {
+            let first = self.inbox.recv_timeout(PERIOD);
+            let Some(shared) = self.planner.upgrade() else { return };
+            let mut told = match first {
+                Ok(told) => Some(told),
+                Err(mpsc::RecvTimeoutError::Timeout) => None,
+                Err(mpsc::RecvTimeoutError::Disconnected) => return,
+            };
+            while let Some(next) = told {
+                if matches!(next, Told::End) {
+                    return;
+                }
+                self.take(&shared, next);
+                self.settle(&shared);
+                told = self.inbox.try_recv().ok();
+            }
+            self.settle(&shared);
+            self.tell(&shared);
+        }
+    }
+
+    pub(super) fn now_s(&self) -> f64 {
+        self.began.elapsed().as_secs_f64()
+    }
+
+    fn take(&mut self, shared: &Arc<Shared>, told: Told) {
+        match told {
+            Told::Command(request, responder) => self.commanded(shared, request, responder),
+            Told::Mode(mode, responder) => self.select(shared, mode, responder),
+            Told::Chuck(open, responder) => self.work_chuck(shared, open, responder),
+            Told::Job(status) => self.job(shared, &status),
+            Told::PartRefused(reason) => self.part_refused(shared, &reason),
+            Told::WorkArea(area) => {
+                if let Err(error) = self.devices.meet_area() {
+                    shared.node.logger().error(&error.to_string());
+                }
+                self.is_machined &= area.part_present;
+                self.area = Some(area);
+            }
+            Told::Loader(loader) => self.loader = Some((loader, Instant::now())),
+            Told::Motion(motion) => (self.motion, self.motion_at) = (Some(*motion), Some(Instant::now())),
+            Told::Counters(counters) => self.counters = counters,
+            Told::Alarms | Told::End => {}
+            Told::Answered(asked, success, message) => self.answered(shared, asked, success, &message),
+        }
+    }
+
+    /// Moves on until nothing more is to be done now.
+    pub(super) fn settle(&mut self, shared: &Arc<Shared>) {
+        // Every turn enters a state or is the last one; there is no way round that is longer.
+        for _ in 0..32 {
+            let before = self.unit.state();
+            self.look_at_alarms(shared);
+            self.look_at_hold(shared);
+            self.act(shared);
+            self.let_go_of_handshake();
+            self.finish_chuck(shared);
+            self.set_gate(shared);
+            if self.unit.state() == before {
+                return;
+            }
+            self.tell(shared);
+        }
+    }
+
+    /// A command that the cell gives itself; the states in which it leads nowhere stay as they are.
+    pub(super) fn command(&mut self, shared: &Shared, command: Command) -> bool {
+        let now_s = self.now_s();
+        let is_taken = self.unit.command(command, now_s).is_ok();
+        if is_taken {
+            self.tell(shared);
+        }
+        is_taken
+    }
+
+    pub(super) fn complete(&mut self, shared: &Shared) {
+        let now_s = self.now_s();
+        if self.unit.complete(now_s) {
+            self.tell(shared);
+        }
+    }
+
+    /// A job of whoever runs, or none.
+    pub(super) fn is_busy(shared: &Shared) -> bool {
+        !matches!(*lock(&shared.course), Course::Idle)
+    }
+
+    pub(super) fn motion_state(&self) -> u8 {
+        self.motion.as_ref().map_or(InterpolatorState::IDLE, |motion| motion.state)
+    }
+
+    fn look_at_alarms(&mut self, shared: &Shared) {
+        let alarm = shared.stopping_alarm();
+        let state = self.unit.state();
+        match alarm {
+            Some(alarm) if !matches!(state, State::Aborting | State::Aborted | State::Clearing) => {
+                self.reason = Reason { text: alarm.text, alarm: alarm.number, remedy: alarm.remedy };
+                self.by_alarm = true;
+                self.end_run(shared);
+                self.command(shared, Command::Abort);
+            }
+            Some(alarm) if self.reason.alarm == 0 && !self.needs_clear => {
+                self.reason = Reason { text: alarm.text, alarm: alarm.number, remedy: alarm.remedy };
+                self.by_alarm = true;
+            }
+            // Somebody else has reset the machine.
+            None if state == State::Aborted && self.by_alarm && !self.needs_clear => {
+                self.by_alarm = false;
+                self.command(shared, Command::Clear);
+            }
+            _ => {}
+        }
+    }
+
+    /// Somebody else holds the feed, or lets go of it.
+    fn look_at_hold(&mut self, shared: &Shared) {
+        if !Self::is_busy(shared) {
+            return;
+        }
+        match (self.unit.state(), self.motion_state()) {
+            (State::Execute, InterpolatorState::HOLDING | InterpolatorState::HELD) => {
+                self.reason = Reason::new("the feed is held");
+                self.cause = Some(Cause::Feed);
+                self.command(shared, Command::Hold);
+            }
+            (State::Held, InterpolatorState::UNHOLDING | InterpolatorState::EXECUTING) => {
+                self.command(shared, Command::Unhold);
+            }
+            (State::Suspended, InterpolatorState::UNHOLDING | InterpolatorState::EXECUTING)
+                if self.cause == Some(Cause::Command) =>
+            {
+                self.command(shared, Command::Unsuspend);
+            }
+            _ => {}
+        }
+    }
+
+    /// What the present state is there for.
+    fn act(&mut self, shared: &Arc<Shared>) {
+        let busy = Self::is_busy(shared);
+        let inside = self.is_inside();
+        if self.run.is_some() && !shared.active.load(Ordering::Acquire) {
+            self.reason = Reason::new("the node is not active any more");
+            self.end_run(shared);
+            self.command(shared, Command::Stop);
+        }
+        match self.unit.state() {
+            State::Resetting | State::Starting | State::Completing => self.complete(shared),
+            State::Execute => self.produce(shared),
+            State::Holding => self.stop_feed(shared, busy, inside),
+            State::Suspending if self.cause == Some(Cause::Loading) => self.complete(shared),
+            State::Suspending => self.stop_feed(shared, busy, inside),
+            State::Unsuspending if self.cause == Some(Cause::Loading) => self.complete(shared),
+            State::Unholding | State::Unsuspending => self.release_feed(shared, busy),
+            State::Suspended => self.load(shared),
+            State::Stopping if !busy && !inside => self.complete(shared),
+            State::Aborting if !busy => self.complete(shared),
+            State::Clearing => self.clear(shared),
+            _ => {}
+        }
+    }
+
+    fn stop_feed(&mut self, shared: &Shared, busy: bool, inside: bool) {
+        match (busy, self.motion_state()) {
+            (true, InterpolatorState::HELD) => self.complete(shared),
+            (true, InterpolatorState::HOLDING) => {}
+            // Whoever held it has let go of it already.
+            (true, _) if self.cause == Some(Cause::Feed) => self.complete(shared),
+            // A job that is being planned, or whose part is put in, is held once it moves.
+            (true, _) => self.devices.ask(Asked::Hold(true)),
+            (false, _) if !inside => self.complete(shared),
+            (false, _) => self.substate = "the loader is inside and ends what it does".into(),
+        }
+    }
+
+    fn release_feed(&mut self, shared: &Shared, busy: bool) {
+        match (busy, self.motion_state()) {
+            (true, InterpolatorState::HELD | InterpolatorState::HOLDING) => self.devices.ask(Asked::Hold(false)),
+            (true, InterpolatorState::UNHOLDING) => {}
+            _ => {
+                self.cause = None;
+                self.reason = Reason::default();
+                self.complete(shared);
+            }
+        }
+    }
+
+    /// Alarms are reset; nothing moves.
+    fn clear(&mut self, shared: &Shared) {
+        if self.unit.time_in_state_s(self.now_s()) > CLEARING_S {
+            self.devices.answered(Asked::Reset);
+            return self.refuse_clear(shared, "the machine or the axis interpolator does not answer");
+        }
+        if shared.stopping_alarm().is_some() {
+            self.devices.ask(Asked::Reset);
+            return;
+        }
+        // Who executes has to hear of it too, or it would refuse what comes next.
+        let heard = self.motion_at.is_some_and(|at| at.elapsed() < HEARD_OF);
+        if heard && self.motion_state() == InterpolatorState::FAULT {
+            return;
+        }
+        self.needs_clear = false;
+        self.by_alarm = false;
+        self.reason = Reason::default();
+        self.complete(shared);
+        self.answer_clear(true, "the alarms are cleared; nothing moves before RESET and START");
+    }
+
+    pub(super) fn answer_clear(&mut self, success: bool, message: &str) {
+        if let Some(responder) = self.clearing.take() {
+            let state = self.unit.state() as u8;
+            responder.send(&CellCommandResponse { success, message: message.to_owned(), state });
+        }
+    }
+
+    /// Back to where only a reset leads out.
+    fn refuse_clear(&mut self, shared: &Shared, message: &str) {
+        let remedy = std::mem::take(&mut self.reason.remedy);
+        self.reason = Reason { text: format!("the reset was refused: {message}"), remedy, ..self.reason };
+        self.command(shared, Command::Abort);
+        self.complete(shared);
+        let refused = self.reason.text.clone();
+        self.answer_clear(false, &refused);
+    }
+
+    fn answered(&mut self, shared: &Shared, asked: Asked, success: bool, message: &str) {
+        self.devices.answered(asked);
+        match asked {
+            Asked::Reset if !success && self.unit.state() == State::Clearing => {
+                self.refuse_clear(shared, message);
+            }
+            Asked::Chuck(_) if !success => self.answer_chuck(false, message),
+            Asked::Door(_) if !success => self.substate = format!("door {message}"),
+            _ => {}
+        }
+    }
+
+    /// What the planner's jobs do.
+    fn job(&mut self, shared: &Arc<Shared>, status: &JobStatus) {
+        self.in_job = matches!(status.state, JobStatus::EXECUTING | JobStatus::STOPPING);
+        match status.state {
+            JobStatus::EXECUTING => {
+                self.job.clone_from(&status.job);
+                self.is_machined = true;
+                self.substate = format!("job {}", status.job);
+                self.begin_execution(shared);
+            }
+            JobStatus::STOPPING if self.run.is_none() => {
+                self.reason = Reason::new("the job is being stopped");
+                self.command(shared, Command::Stop);
+            }
+            JobStatus::COMPLETE => self.part_is_done(shared, status),
+            JobStatus::STOPPED => {
+                self.end_run(shared);
+                // Who said STOP or ABORT has given his reason.
+                if self.unit.would(Command::Stop).is_ok() {
+                    self.reason = Reason::new(status.message.clone());
+                    self.command(shared, Command::Stop);
+                }
+            }
+            JobStatus::ABORTED => {
+                self.end_run(shared);
+                if self.unit.would(Command::Abort).is_ok() {
+                    self.reason = Reason::new(status.message.clone());
+                    self.command(shared, Command::Abort);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// A job of `~/run_job` takes the way that commands would have taken.
+    fn begin_execution(&mut self, shared: &Shared) {
+        if self.run.is_some() {
+            return;
+        }
+        self.reason = Reason::default();
+        if self.unit.state() == State::Aborted && self.command(shared, Command::Clear) {
+            self.complete(shared);
+        }
+        if self.command(shared, Command::Reset) {
+            self.complete(shared);
+        }
+        if self.command(shared, Command::Start) {
+            self.complete(shared);
+        }
+    }
+
+    /// Who may start something besides the cell itself.
+    fn set_gate(&self, shared: &Shared) {
+        let mode = self.unit.mode();
+        let state = self.unit.state();
+        let both = match &self.run {
+            Some(run) => Some(format!("the cell runs {run}; STOP it first")),
+            None if self.needs_clear => Some(format!("the cell is {state}: {}; CLEAR it first", self.reason.text)),
+            None => None,
+        };
+        let jobs = both.clone().or_else(|| {
+            (!mode.produces()).then(|| format!("the cell is in {mode} mode, in which no job runs (~/set_cell_mode)"))
+        });
+        let mut gate = lock(&shared.cell.gate);
+        (gate.jobs, gate.set_up) = (jobs, both);
+        gate.has_run = self.run.is_some();
+    }
+}

@@ -1,0 +1,316 @@
+//! What every job that runs has in common, whatever it makes: who asked for it, its plans on their way through the interpolator, its end.
+
+use super::identify::{self, Waiting};
+use super::job_slot::Course;
+use super::lobe_ticks::LobeTicks;
+use super::partners::Identity;
+use super::{Shared, lock};
+use camwright::machine::alarm::AlarmKind;
+use camwright_files::convert::plan::{phase_from, phase_name};
+use camwright_files::fault_file::JobFault;
+use camwright_msgs::camwright_msgs::action::{
+    ExecutePlan, ExecutePlanFeedback, ExecutePlanGoal, ExecutePlanResult, RunJob, RunJobFeedback, RunJobResult,
+};
+use camwright_msgs::camwright_msgs::msg::{JobStatus, JournalStiffness, PlanPage};
+use camwright_msgs::camwright_msgs::srv::{IdentifyStiffnessResponse, InjectFaultRequest};
+use camwright_planning::AnyPrepared;
+use camwright_ros::{ClientGoal, GoalHandle, GoalStatus};
+use std::sync::{Arc, Mutex, mpsc};
+use std::time::{Duration, Instant};
+
+/// How long a peer may take to answer a request.
+pub(super) const ANSWER: Duration = Duration::from_secs(10);
+/// How long a job may take to come to rest after it was cancelled.
+const STOPPING: Duration = Duration::from_secs(60);
+/// How often the interpolator is looked for while it executes.
+const WATCH: Duration = Duration::from_millis(200);
+/// How long it may be out of sight: longer than a discovery hiccup.
+const OUT_OF_SIGHT: Duration = Duration::from_secs(5);
+
+/// What a running job is told.
+#[derive(Debug)]
+pub(super) enum Event {
+    /// Come to rest.
+    Cancel,
+    /// The interpolator has ended the plan.
+    Ended(GoalStatus, ExecutePlanResult),
+}
+
+/// How a job ended that did not reach its end.
+pub(super) enum Failure {
+    /// Somebody wished so.
+    Cancelled(String),
+    /// It could not go on.
+    Failed(String),
+}
+
+impl Failure {
+    /// It could not go on, and nothing has moved yet.
+    pub(super) fn still(reason: &str) -> Self {
+        Self::Failed(format!("{reason}; nothing moved"))
+    }
+}
+
+/// Who asked for the job, and is told how it ends.
+#[derive(Debug, Clone)]
+pub(super) enum Asker {
+    /// A client of `~/run_job`.
+    Goal(GoalHandle<RunJob>),
+    /// One of `~/identify_stiffness`.
+    Stiffness(Waiting),
+    /// The cell, for a part of its run; it follows the board.
+    Cell,
+}
+
+/// What of a job one plan is (s, as predicted).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Share {
+    /// Before it.
+    pub(super) done_s: f64,
+    /// Itself.
+    pub(super) own_s: f64,
+    /// The whole job.
+    pub(super) whole_s: f64,
+}
+
+/// A job in execution.
+pub(super) struct Execution {
+    pub(super) shared: Arc<Shared>,
+    asker: Asker,
+    /// Name of the job.
+    name: String,
+    /// Names of what it makes one after the other: its lobes.
+    lobes: Vec<String>,
+    faults: Vec<JobFault>,
+    cycle_time_s: f64,
+    /// First tick of the first of its plans, once that has ended.
+    first_tick: Option<u64>,
+    events: mpsc::Sender<Event>,
+    inbox: mpsc::Receiver<Event>,
+    pub(super) times: Arc<Mutex<LobeTicks>>,
+}
+
+impl Execution {
+    pub(super) fn new(
+        shared: Arc<Shared>,
+        prepared: &AnyPrepared,
+        asker: Asker,
+        events: mpsc::Sender<Event>,
+        inbox: mpsc::Receiver<Event>,
+    ) -> Self {
+        Self {
+            shared,
+            asker,
+            name: prepared.name().to_owned(),
+            lobes: prepared.lobes().to_vec(),
+            faults: prepared.faults().to_vec(),
+            cycle_time_s: prepared.machine().cycle_time_s(),
+            first_tick: None,
+            events,
+            inbox,
+            times: Arc::default(),
+        }
+    }
+
+    /// Tells how the job ended; the course is idle again when it returns. `journals` is what was measured for who asked for stiffness.
+    pub(super) fn end(self, outcome: Result<(), Failure>, mut result: RunJobResult, journals: Vec<JournalStiffness>) {
+        let (logger, name) = (self.shared.node.logger(), &self.name);
+        // Idle before the client hears of the end: it may send the next goal at once.
+        *lock(&self.shared.course) = Course::Idle;
+        let state = match outcome {
+            Ok(()) => {
+                result.success = true;
+                logger.info(&format!("job {name} complete: {}", result.message));
+                JobStatus::COMPLETE
+            }
+            Err(Failure::Cancelled(message)) => {
+                result.message = message;
+                logger.warn(&format!("job {name} stopped: {}", result.message));
+                JobStatus::STOPPED
+            }
+            Err(Failure::Failed(message)) => {
+                result.message = message;
+                logger.error(&format!("job {name} aborted: {}", result.message));
+                JobStatus::ABORTED
+            }
+        };
+        self.shared.board.ended(state, &result);
+        match (self.asker, state) {
+            (Asker::Goal(goal), JobStatus::COMPLETE) => drop(goal.succeed(result)),
+            (Asker::Goal(goal), JobStatus::STOPPED) => drop(goal.canceled(result)),
+            (Asker::Goal(goal), _) => drop(goal.abort(result)),
+            (Asker::Cell, _) => {}
+            (Asker::Stiffness(waiting), _) => {
+                let success = result.success && journals.len() == result.lobes.len();
+                let message = result.message;
+                identify::answer(&waiting, &IdentifyStiffnessResponse { success, message, journals });
+            }
+        }
+    }
+
+    /// Writes into the result of the job how one of its plans ended; nothing follows one that did not come to its end.
+    pub(super) fn note(
+        &mut self,
+        result: &mut RunJobResult,
+        (status, ended): (GoalStatus, ExecutePlanResult),
+    ) -> Result<(), Failure> {
+        result.first_tick = *self.first_tick.get_or_insert(ended.first_tick);
+        (result.alarm, result.last_tick) = (ended.alarm, ended.last_tick);
+        result.duration = self.seconds(result.last_tick.saturating_sub(result.first_tick));
+        result.duration_with_indexing = result.duration;
+        match status {
+            GoalStatus::Succeeded => Ok(()),
+            GoalStatus::Canceled => Err(Failure::Cancelled(ended.message)),
+            _ => Err(Failure::Failed(ended.message)),
+        }
+    }
+
+    /// Sends the pages of a plan.
+    pub(super) fn publish(&self, pages: &[PlanPage]) -> Result<(), Failure> {
+        pages
+            .iter()
+            .try_for_each(|page| self.shared.plan.publish(page))
+            .map_err(|error| Failure::still(&error.to_string()))
+    }
+
+    /// Machine time of so many ticks (s).
+    #[allow(clippy::cast_precision_loss, reason = "a job of 2^53 ticks would last 285 000 years")]
+    pub(super) fn seconds(&self, ticks: u64) -> f64 {
+        ticks as f64 * self.cycle_time_s
+    }
+
+    /// Whether somebody wishes the end before anything has moved.
+    pub(super) fn is_cancelled(&self) -> bool {
+        matches!(self.inbox.try_recv(), Ok(Event::Cancel))
+    }
+
+    /// Hands the faults of the job to the machine, which strikes with them at their ticks.
+    pub(super) fn arm_faults(&self) -> Result<(), Failure> {
+        for fault in &self.faults {
+            let request = InjectFaultRequest {
+                fault: fault.kind.clone(),
+                target: fault.target.clone(),
+                value: fault.value,
+                active: true,
+                job_tick: fault.job_tick,
+            };
+            let answer =
+                self.shared.inject_fault.call(&request, ANSWER).map_err(|error| Failure::still(&error.to_string()))?;
+            if !answer.success {
+                return Err(Failure::still(&format!("the fault {} cannot be set: {}", fault.kind, answer.message)));
+            }
+        }
+        Ok(())
+    }
+
+    /// Hands a plan to the interpolator and waits for its end.
+    pub(super) fn execute(&self, plan_hash: &str, share: Share) -> Result<(GoalStatus, ExecutePlanResult), Failure> {
+        if self.is_cancelled() {
+            return Err(Failure::Cancelled("cancelled before anything moved".into()));
+        }
+        self.shared.cell.wait_for_interpolator(ANSWER).map_err(Failure::still)?;
+        let interpolator = self.shared.interpolator.identity();
+        let wanted = ExecutePlanGoal {
+            plan_hash: plan_hash.to_owned(),
+            client: format!("{}, job {}", self.shared.node.fully_qualified_name(), self.name),
+        };
+        let sent = self.shared.execute.send_goal(wanted, self.feedback(share), ANSWER);
+        let plan = sent.map_err(|error| Failure::still(&error.to_string()))?;
+        if !plan.accepted() {
+            return Err(Failure::still("the axis interpolator refused the plan; its log says why"));
+        }
+        let events = self.events.clone();
+        plan.result_with(move |status, result| drop(events.send(Event::Ended(status, result))))
+            .map_err(|error| Failure::Failed(error.to_string()))?;
+        self.wait(&plan, interpolator)
+    }
+
+    fn wait(
+        &self,
+        plan: &ClientGoal<ExecutePlan>,
+        interpolator: Identity,
+    ) -> Result<(GoalStatus, ExecutePlanResult), Failure> {
+        let mut give_up: Option<Instant> = None;
+        let mut seen = Instant::now();
+        let mut alarmed: Option<Instant> = None;
+        loop {
+            match self.inbox.recv_timeout(WATCH) {
+                Ok(Event::Ended(status, result)) => return Ok((status, result)),
+                Ok(Event::Cancel) if give_up.is_none() => {
+                    give_up = Some(Instant::now() + STOPPING);
+                    self.shared.board.stopping();
+                    plan.cancel_with(|_| {}).map_err(|error| Failure::Failed(error.to_string()))?;
+                }
+                Ok(Event::Cancel) => {}
+                Err(_) => {
+                    if self.shared.execute.is_ready() {
+                        seen = Instant::now();
+                    }
+                    if seen.elapsed() > OUT_OF_SIGHT {
+                        return Err(Failure::Failed(
+                            "the axis interpolator has left; the machine stops on the path by itself".into(),
+                        ));
+                    }
+                    // DDS takes most of a minute to miss a node that died; an interpolator that lives ends a job with the alarm.
+                    let stopped = self.shared.stopping_alarm();
+                    alarmed = stopped.as_ref().map(|_| alarmed.unwrap_or_else(Instant::now));
+                    if let (Some(alarm), Some(_)) = (stopped, alarmed.filter(|since| since.elapsed() > OUT_OF_SIGHT)) {
+                        return Ok(without_interpolator(alarm.number, &alarm.text));
+                    }
+                    if let Err(reason) = self.shared.interpolator.look(interpolator) {
+                        return Ok(match self.shared.stopping_alarm() {
+                            Some(alarm) => without_interpolator(alarm.number, &alarm.text),
+                            None => {
+                                let message = format!("{reason}; the machine stops on the path by itself");
+                                let alarm = AlarmKind::SenderLost.entry().number;
+                                let ended = ExecutePlanResult { alarm, message, ..ExecutePlanResult::default() };
+                                (GoalStatus::Aborted, ended)
+                            }
+                        });
+                    }
+                }
+            }
+            if give_up.is_some_and(|end| Instant::now() > end) {
+                let message = format!("cancelled, but the axes did not come to rest within {} s", STOPPING.as_secs());
+                return Err(Failure::Failed(message));
+            }
+        }
+    }
+
+    /// Passes the interpolator's feedback on in the words of the job.
+    fn feedback(&self, Share { done_s, own_s, whole_s }: Share) -> impl FnMut(ExecutePlanFeedback) + Send + 'static {
+        let goal = match &self.asker {
+            Asker::Goal(goal) => Some(goal.clone()),
+            Asker::Stiffness(_) | Asker::Cell => None,
+        };
+        let times = Arc::clone(&self.times);
+        let names = self.lobes.clone();
+        let mut last_index = 0;
+        let after_s = (whole_s - done_s - own_s).max(0.0);
+        let whole_s = done_s + own_s + after_s;
+        move |feedback| {
+            let lobe = usize::try_from(feedback.lobe).ok().filter(|index| *index < names.len());
+            lock(&times).note(lobe, feedback.tick);
+            last_index = lobe.unwrap_or(last_index);
+            let Some(goal) = &goal else { return };
+            goal.feedback(&RunJobFeedback {
+                phase: feedback.phase,
+                phase_name: phase_from(feedback.phase).map_or("", phase_name).to_owned(),
+                lobe: lobe.map_or_else(String::new, |index| names[index].clone()),
+                lobe_index: u32::try_from(last_index).unwrap_or(u32::MAX),
+                lobe_count: u32::try_from(names.len()).unwrap_or(u32::MAX),
+                turn: feedback.turn,
+                turns: feedback.turns,
+                stock: feedback.stock,
+                percent: (100.0 * done_s + feedback.percent * own_s) / whole_s,
+                time_left: feedback.time_left + after_s,
+            });
+        }
+    }
+}
+
+/// A plan whose end the interpolator does not tell.
+fn without_interpolator(alarm: u16, text: &str) -> (GoalStatus, ExecutePlanResult) {
+    let message = format!("alarm {alarm} has stopped the machine ({text}), and the axis interpolator does not answer");
+    (GoalStatus::Aborted, ExecutePlanResult { alarm, message, ..ExecutePlanResult::default() })
+}

@@ -1,0 +1,101 @@
+//! What the gauges read while a job runs that is measured by them, and how a stopped wheel pushes where its stiffness is measured.
+
+use super::{lock, wait_for};
+use camwright::planner::Contact;
+use camwright_files::convert::gauge;
+use camwright_msgs::camwright_msgs::msg::GaugeReading;
+use std::collections::BTreeMap;
+use std::sync::{Condvar, Mutex};
+use std::time::Duration;
+
+/// How far an angle may be off on its way through a message (rad).
+const SAME_RAD: f64 = 1e-9;
+
+/// Readings by lobe, while they are wanted.
+#[derive(Debug, Default)]
+pub(super) struct Gaugings {
+    heard: Mutex<Heard>,
+    changed: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct Heard {
+    wanted: bool,
+    /// Angles of the machine's gauges behind the wheel (rad).
+    gauge_angle: f64,
+    second_angle: Option<f64>,
+    lobes: BTreeMap<String, Contact>,
+}
+
+impl Gaugings {
+    /// Forgets everything and listens from now on to the gauge, or the two, at these angles behind the wheel (rad).
+    pub(super) fn listen(&self, gauge_angle: f64, second_angle: Option<f64>) {
+        *lock(&self.heard) = Heard { wanted: true, gauge_angle, second_angle, lobes: BTreeMap::new() };
+    }
+
+    /// Forgets everything and listens no more.
+    pub(super) fn stop(&self) {
+        *lock(&self.heard) = Heard::default();
+    }
+
+    pub(super) fn take(&self, reading: &GaugeReading) {
+        let mut heard = lock(&self.heard);
+        let is_at = |angle: f64| (reading.gauge_angle - angle).abs() <= SAME_RAD;
+        let (first, second) = (is_at(heard.gauge_angle), heard.second_angle.is_some_and(is_at));
+        if !heard.wanted || !(first || second) {
+            return;
+        }
+        gauge::log(heard.lobes.entry(reading.lobe.clone()).or_default(), reading, !first);
+        drop(heard);
+        self.changed.notify_all();
+    }
+
+    /// Waits until every named lobe has been read, by all gauges, up to an angle of C (rad); else the first that has not after the timeout.
+    pub(super) fn wait<'a>(&self, lobes: &[(&'a str, f64)], timeout: Duration) -> Result<Vec<Contact>, &'a str> {
+        wait_for(&self.heard, &self.changed, timeout, |heard| {
+            let two = heard.second_angle.is_some();
+            let is_read = |name: &str, until_rad: f64| {
+                let last = heard.lobes.get(name).and_then(|log| log.gauged.last());
+                last.is_some_and(|last| last.c_rad >= until_rad && (!two || last.second_mm.is_some()))
+            };
+            match lobes.iter().find(|(name, until_rad)| !is_read(name, *until_rad)) {
+                Some((missing, _)) => Err(*missing),
+                None => Ok(lobes.iter().map(|(name, _)| heard.lobes.remove(*name).unwrap_or_default()).collect()),
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_wanted_gauge_is_heard_and_until_the_part_rests() {
+        let gaugings = Gaugings::default();
+        let reading = |tick: u64, spindle_angle: f64, gauge_angle: f64| GaugeReading {
+            tick,
+            lobe: "J1".into(),
+            spindle_angle,
+            gauge_angle,
+            ..GaugeReading::default()
+        };
+        let wait = |until_rad: f64| gaugings.wait(&[("J1", until_rad)], Duration::from_millis(1));
+        gaugings.take(&reading(1, 9.0, 1.0));
+        assert_eq!(wait(1.0), Err("J1"), "nobody wanted it");
+        gaugings.listen(1.0, None);
+        gaugings.take(&reading(2, 1.0, 1.0));
+        gaugings.take(&reading(2, 5.0, 2.0));
+        assert_eq!(wait(2.0), Err("J1"));
+        gaugings.take(&reading(3, 2.5, 1.0));
+        assert_eq!(wait(2.0).map(|logs| logs[0].gauged.len()), Ok(2));
+        gaugings.listen(1.0, Some(2.0));
+        gaugings.take(&reading(4, 9.0, 1.0));
+        assert_eq!(wait(9.0), Err("J1"), "the second has not read it yet");
+        gaugings.take(&reading(4, 9.0, 2.0));
+        assert_eq!(wait(9.0).map(|logs| logs[0].gauged[0].second_mm.is_some()), Ok(true));
+        gaugings.stop();
+        gaugings.take(&reading(4, 9.0, 1.0));
+        assert_eq!(wait(0.0), Err("J1"));
+    }
+}

@@ -1,0 +1,190 @@
+//! A job that grinds, on a thread of its own: pages, blanks, execution, measuring.
+
+use super::execution::{Execution, Failure, Share};
+use super::{identify, lock};
+use camwright::motion::speed_plan::SpeedPlan;
+use camwright_files::stiffness_file::KeptPlace;
+use camwright_msgs::camwright_msgs::action::RunJobResult;
+use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe};
+use camwright_planning::{self as planning, MeasuredContacts, PreparedJob, hash_of};
+use std::time::Duration;
+
+/// How long the finished part may take to arrive: one page of outline per lobe.
+const MEASURING: Duration = Duration::from_secs(20);
+/// How the message of a dry run begins.
+const DRY_RUN: &str = "dry run";
+
+/// One run of a job that grinds.
+pub(super) struct GrindingRun {
+    pub(super) execution: Execution,
+    pub(super) prepared: PreparedJob,
+    /// Stiffness that was measured and is kept, in the order of machining.
+    pub(super) stiffness: Vec<KeptPlace>,
+    /// What the turns save that were left out for the stock that was measured.
+    pub(super) saved: Option<String>,
+}
+
+impl GrindingRun {
+    pub(super) fn new(execution: Execution, prepared: PreparedJob) -> Self {
+        Self { execution, prepared, stiffness: Vec::new(), saved: None }
+    }
+
+    /// The whole run; the course is idle again when it returns.
+    pub(super) fn run(mut self) {
+        for dress in planning::dresses(&self.prepared) {
+            self.execution.shared.node.logger().info(&dress.to_string());
+        }
+        let mut result = RunJobResult { plan_hash: self.prepared.plan_hash().to_owned(), ..RunJobResult::default() };
+        let outcome = self.proceed(&mut result);
+        let journals = self.stiffness.iter().map(identify::message).collect();
+        self.execution.end(outcome, result, journals);
+    }
+
+    /// One of its plans, before which so much was done and which takes so long itself (s, as predicted).
+    pub(super) fn execute(
+        &mut self,
+        result: &mut RunJobResult,
+        plan_hash: &str,
+        done_s: f64,
+        own_s: f64,
+    ) -> Result<Vec<u32>, Failure> {
+        let share = Share { done_s, own_s, whole_s: self.prepared.duration_s() };
+        let (status, ended) = self.execution.execute(plan_hash, share)?;
+        let turns_left_out = ended.turns_left_out.clone();
+        let noted = self.execution.note(result, (status, ended));
+        result.duration_with_indexing = result.duration + self.prepared.planned.saved_by_not_indexing_s();
+        noted.map(|()| turns_left_out)
+    }
+
+    fn proceed(&mut self, result: &mut RunJobResult) -> Result<(), Failure> {
+        // A job that begins in its middle goes on with the part as it is, and a dry run leaves it.
+        let keeps = self.prepared.job.starts_in_the_middle
+            || (self.prepared.dry_run_mm().is_some() && self.execution.shared.parts.is_there());
+        if !keeps {
+            self.load_blanks()?;
+        }
+        let measures = self.prepared.measuring.is_some();
+        if measures {
+            self.measure_stock(result)?;
+        }
+        self.execution.publish(&self.prepared.pages)?;
+        if !measures {
+            self.execution.arm_faults()?;
+        }
+        self.listen();
+        let done_s = self.prepared.measuring_s();
+        let own_s = self.prepared.planned.plan.duration_s;
+        let plan_hash = hash_of(&self.prepared.pages).to_owned();
+        let turns_left_out = self.execute(result, &plan_hash, done_s, own_s)?;
+        let mut correction = None;
+        let mut measured = MeasuredContacts::default();
+        let is_dry = self.prepared.dry_run_mm().is_some();
+        if self.prepared.expected_correction.is_some() {
+            let second = self.correct()?;
+            self.execution.publish(&second.pages)?;
+            lock(&self.execution.times).next_half();
+            self.execute(result, second.plan_hash(), done_s + own_s, second.planned.plan.duration_s)?;
+            correction = Some(second);
+        } else if self.prepared.job.spec.identification.is_some() && !is_dry {
+            measured = self.identify()?;
+        }
+        if is_dry {
+            result.message = self.told_dry(result);
+            return Ok(());
+        }
+        result.lobes = self.measure(result, &turns_left_out)?;
+        measured.add_to(&mut result.lobes);
+        if let Some(correction) = &correction {
+            correction.add_to(&mut result.lobes);
+        }
+        let times = planning::compare_times(&self.prepared, &result.lobes, result.duration);
+        let told: Vec<String> = times.iter().map(ToString::to_string).collect();
+        self.execution.shared.node.logger().info(&told.join("; "));
+        result.message = self.told(result);
+        Ok(())
+    }
+
+    fn told_dry(&self, result: &RunJobResult) -> String {
+        format!(
+            "{} in {:.2} s, predicted {:.2} s, with the wheel {} mm farther out: nothing was cut, and nothing is judged",
+            DRY_RUN,
+            result.duration,
+            self.prepared.duration_s(),
+            self.prepared.dry_run_mm().unwrap_or_default()
+        )
+    }
+
+    fn told(&self, result: &RunJobResult) -> String {
+        let (lobes, predicted_s) = (result.lobes.len(), self.prepared.duration_s());
+        let late_s = result.duration - predicted_s;
+        let mut took =
+            format!("{lobes} lobes in {:.2} s, predicted {predicted_s:.2} s ({late_s:+.2} s)", result.duration);
+        if let Some(saved_s) = self.prepared.planned.saved_by_turning_on_s() {
+            let stops_s = result.duration + saved_s;
+            took += &format!("; with C stopping between lobes {stops_s:.2} s: {saved_s:.2} s saved");
+        }
+        if let Some(saved) = &self.saved {
+            took += &format!("; {saved}");
+        }
+        if self.prepared.job.spec.rotary_indexing {
+            return format!("{took}, with rotary indexing before each");
+        }
+        format!(
+            "{took}; with rotary indexing before each {:.2} s: {:.2} s saved",
+            result.duration_with_indexing,
+            result.duration_with_indexing - result.duration
+        )
+    }
+
+    /// Puts the raw part between the centres.
+    fn load_blanks(&self) -> Result<(), Failure> {
+        let cancelled = || self.execution.is_cancelled();
+        Ok(self.execution.shared.put_in(&self.prepared, &cancelled)?)
+    }
+
+    /// The form of every lobe of the finished part.
+    fn measure(&self, ended: &RunJobResult, turns_left_out: &[u32]) -> Result<Vec<LobeResult>, Failure> {
+        let lobes = &self.prepared.planned.lobes;
+        let names: Vec<&str> = lobes.iter().map(|lobe| lobe.design.name.as_str()).collect();
+        let parts =
+            self.execution.shared.parts.wait_finished(&names, ended.first_tick, MEASURING).map_err(|missing| {
+                Failure::Failed(format!(
+                    "the job was executed, but the machine did not report the finished lobe {missing}"
+                ))
+            })?;
+        self.learn(&parts);
+        let predicted = planning::lobe_times_s(&self.prepared);
+        let times = lock(&self.execution.times);
+        let result = |(index, part): (usize, &PartLobe)| {
+            let lobe = &lobes[index];
+            let mut result = planning::lobe_result(&lobe.design, part).map_err(|e| Failure::Failed(e.to_string()))?;
+            self.execution.shared.lobe_forms.ground(&self.prepared, index, part);
+            result.start_angle = lobe.start_rad;
+            let left_out = turns_left_out.get(index).copied().unwrap_or_default();
+            let planned = lobe.passes.iter().map(SpeedPlan::turns).sum::<u32>();
+            result.turns = f64::from(planned.saturating_sub(left_out));
+            result.duration = match times.of(index, ended.last_tick) {
+                Some(ticks) => self.execution.seconds(ticks),
+                // Feedback may be lost on its way; then the plan's time is the best there is.
+                None => predicted.get(index).copied().unwrap_or_default(),
+            };
+            Ok(result)
+        };
+        parts.iter().enumerate().map(result).collect()
+    }
+}
+
+impl GrindingRun {
+    /// Learns from a finished part where the job says so. What cannot be kept is told; the part is good or not all the same. A part
+    /// that was begun twice teaches nothing.
+    fn learn(&self, parts: &[PartLobe]) {
+        if self.prepared.job.spec.compensation.is_none() || self.prepared.job.starts_in_the_middle {
+            return;
+        }
+        let logger = self.execution.shared.node.logger();
+        match self.execution.shared.learned.learn(&self.prepared, parts) {
+            Ok(told) => told.iter().for_each(|told| logger.info(told)),
+            Err(error) => logger.error(&format!("nothing was learned from the part: {error}")),
+        }
+    }
+}

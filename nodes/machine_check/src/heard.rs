@@ -1,0 +1,194 @@
+//! What was heard of a machine, in the order in which it came.
+
+use camwright_files::convert::counts_per_si;
+use camwright_msgs::Message;
+use camwright_msgs::builtin_interfaces::msg::Time;
+use camwright_msgs::camwright_msgs::msg::{MachineAlarms, MachineDescription, MachineIo, MachineStream};
+use camwright_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
+use camwright_msgs::sensor_msgs::msg::JointState;
+use camwright_ros::{Node, Qos, RosError, Subscription};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// No machine runs for so many ticks: 285 000 years of milliseconds. With fewer of them no sum overflows.
+pub(super) const MOST_TICK: u64 = 1 << 53;
+
+/// Nanoseconds of a stamp; the checker's own, so that it does not believe what it judges.
+pub(super) fn ns(stamp: &Time) -> i64 {
+    i64::from(stamp.sec) * 1_000_000_000 + i64::from(stamp.nanosec)
+}
+
+/// A message of `joint_states`, without the names.
+#[derive(Debug, Clone)]
+pub(super) struct Joints {
+    pub(super) stamp_ns: i64,
+    pub(super) position: Vec<f64>,
+    pub(super) velocity: Vec<f64>,
+    pub(super) effort: Vec<f64>,
+}
+
+/// Everything that was heard.
+#[derive(Debug, Default)]
+pub(super) struct Heard {
+    pub(super) description: Option<MachineDescription>,
+    /// Hashes of descriptions after the first one that differ from it.
+    pub(super) other_hashes: Vec<String>,
+    pub(super) streams: Vec<MachineStream>,
+    /// Tick of a message of the stream that cannot be: it is not among the others.
+    pub(super) beyond: Option<u64>,
+    /// When the messages of the stream came.
+    pub(super) came: Vec<Instant>,
+    pub(super) joints: Vec<Joints>,
+    pub(super) joint_names: Vec<String>,
+    /// The names changed, and to what.
+    pub(super) other_names: Option<Vec<String>>,
+    pub(super) io: Vec<MachineIo>,
+    pub(super) alarms: Vec<MachineAlarms>,
+    /// What diagnostics said was amiss.
+    pub(super) warnings: Vec<String>,
+}
+
+impl Heard {
+    /// What had been heard when there were so many messages of the stream; of the rest everything.
+    pub(super) fn until(&self, streams: usize) -> Self {
+        let streams = streams.min(self.streams.len());
+        let last = self.streams[..streams].last().map_or(i64::MAX, |said| ns(&said.stamp));
+        Self {
+            description: self.description.clone(),
+            other_hashes: self.other_hashes.clone(),
+            streams: self.streams[..streams].to_vec(),
+            beyond: self.beyond,
+            came: self.came[..streams].to_vec(),
+            joints: self.joints.iter().filter(|said| said.stamp_ns <= last).cloned().collect(),
+            joint_names: self.joint_names.clone(),
+            other_names: self.other_names.clone(),
+            io: self.io.clone(),
+            alarms: self.alarms.clone(),
+            warnings: self.warnings.clone(),
+        }
+    }
+
+    /// The last news of the machine.
+    pub(super) fn last(&self) -> Option<&MachineStream> {
+        self.streams.last()
+    }
+}
+
+/// What the description says, in whole numbers.
+#[derive(Debug, Clone)]
+pub(super) struct Facts {
+    pub(super) cycle_ns: i64,
+    pub(super) delay: u64,
+    /// Ticks between two messages of the stream.
+    pub(super) period: u64,
+    pub(super) joints: Vec<String>,
+    /// Counts of an axis for a metre or a radian.
+    pub(super) per_unit: Vec<f64>,
+}
+
+impl Facts {
+    pub(super) fn of(description: &MachineDescription) -> Self {
+        let delay = u64::from(description.feedback_delay_ticks);
+        Self {
+            cycle_ns: i64::from(description.cycle_time_ns),
+            delay,
+            period: (delay / 10).max(1),
+            joints: description.axes.iter().map(|axis| axis.joint.clone()).collect(),
+            per_unit: description.axes.iter().map(counts_per_si).collect(),
+        }
+    }
+
+    /// Length of a tick (s).
+    #[allow(clippy::cast_precision_loss, reason = "nanoseconds of a cycle")]
+    pub(super) fn cycle_s(&self) -> f64 {
+        self.cycle_ns as f64 * 1e-9
+    }
+}
+
+/// What was heard so far, shared with the callbacks, and who waits for news of it.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Ears(Arc<(Mutex<Heard>, Condvar)>);
+
+impl Ears {
+    /// Looks at what was heard.
+    pub(super) fn look<R>(&self, look: impl FnOnce(&Heard) -> R) -> R {
+        look(&self.0.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Waits until it is as wanted; `None` after the time.
+    pub(super) fn wait<R>(&self, patience: Duration, mut wanted: impl FnMut(&Heard) -> Option<R>) -> Option<R> {
+        let end = Instant::now() + patience;
+        let mut heard = self.0.0.lock().unwrap_or_else(PoisonError::into_inner);
+        loop {
+            if let Some(found) = wanted(&heard) {
+                return Some(found);
+            }
+            let left = end.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return None;
+            }
+            heard = self.0.1.wait_timeout(heard, left).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    fn hear(&self, change: impl FnOnce(&mut Heard)) {
+        change(&mut self.0.0.lock().unwrap_or_else(PoisonError::into_inner));
+        self.0.1.notify_all();
+    }
+
+    fn topic<M: Message>(
+        &self,
+        node: &Node,
+        topic: &str,
+        qos: &Qos,
+        take: impl Fn(&mut Heard, M) + Send + 'static,
+    ) -> Result<Subscription, RosError> {
+        let ears = self.clone();
+        node.subscribe::<M>(topic, qos, move |said, _| ears.hear(|heard| take(heard, said)))
+    }
+
+    /// Subscribes to what a machine says.
+    pub(super) fn open(&self, node: &Node) -> Result<Vec<Subscription>, RosError> {
+        let many = Qos::default_topic().keep_last(2000);
+        Ok(vec![
+            self.topic(node, "machine/description", &Qos::latched(1), describe)?,
+            self.topic(node, "machine/stream", &many, hear_stream)?,
+            self.topic(node, "joint_states", &many, join)?,
+            self.topic(node, "machine/io", &many, |heard, said| heard.io.push(said))?,
+            self.topic(node, "machine/alarms", &Qos::latched(1), |heard, said| heard.alarms.push(said))?,
+            self.topic(node, "/diagnostics", &many, |heard, said: DiagnosticArray| {
+                let amiss = said.status.into_iter().filter(|status| status.level != DiagnosticStatus::OK);
+                heard.warnings.extend(amiss.map(|status| format!("{}: {}", status.name, status.message)));
+            })?,
+        ])
+    }
+}
+
+fn hear_stream(heard: &mut Heard, mut said: MachineStream) {
+    if said.tick > MOST_TICK {
+        heard.beyond = Some(said.tick);
+        return;
+    }
+    said.credit_tick = said.credit_tick.min(MOST_TICK);
+    heard.streams.push(said);
+    heard.came.push(Instant::now());
+}
+
+fn describe(heard: &mut Heard, said: MachineDescription) {
+    match &heard.description {
+        Some(first) if first.hash != said.hash => heard.other_hashes.push(said.hash),
+        Some(_) => {}
+        None => heard.description = Some(said),
+    }
+}
+
+fn join(heard: &mut Heard, said: JointState) {
+    if heard.joint_names.is_empty() {
+        heard.joint_names.clone_from(&said.name);
+    } else if heard.joint_names != said.name {
+        heard.other_names = Some(said.name);
+        return;
+    }
+    let (stamp_ns, position) = (ns(&said.header.stamp), said.position);
+    heard.joints.push(Joints { stamp_ns, position, velocity: said.velocity, effort: said.effort });
+}

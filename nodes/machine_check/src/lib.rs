@@ -1,0 +1,210 @@
+//! Whether a machine keeps its contract (`nodes/MACHINE_CONTRACT.md`), clause by clause.
+//!
+//! It listens first, and judges what it heard once it has heard it: a judge is a function of messages. What it compares it computes
+//! itself, in integers and by a polynomial of its own, and not by what camwright's own nodes and the simulated machine do it with.
+
+mod alarms;
+mod feedback;
+mod heard;
+mod identity;
+mod motion;
+mod report;
+mod time;
+
+use camwright_msgs::camwright_msgs::msg::MachineStream;
+use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
+use camwright_ros::authority::{Command, TakeError, TakeOptions};
+use camwright_ros::running::NodeError;
+use camwright_ros::{Node, NodeOptions, RosArgs, Shutdown};
+use heard::{Ears, Facts, Heard};
+pub use report::{Report, Verdict};
+use std::time::Duration;
+use thiserror::Error;
+
+/// How long endpoints and names of nodes may take to be known after the first message.
+const DISCOVERY: Duration = Duration::from_secs(2);
+/// How long what belongs to the last tick may be on its way.
+const AFTERMATH: Duration = Duration::from_millis(300);
+/// How long a reset may take.
+const ANSWER: Duration = Duration::from_secs(10);
+
+/// Where progress is told.
+pub type Tell<'a> = &'a dyn Fn(&str);
+
+/// The axis that may be moved, and by how much (m or rad).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Moving {
+    /// Its joint.
+    pub joint: String,
+    /// From where it rests.
+    pub distance: f64,
+}
+
+/// What is to be done.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// How long it listens.
+    pub listen: Duration,
+    /// How long a machine may take to be heard.
+    pub patience: Duration,
+    /// What may be moved; nothing without.
+    pub moving: Option<Moving>,
+}
+
+/// Why nothing was judged.
+#[derive(Debug, Error)]
+pub enum CheckError {
+    /// There is no machine.
+    #[error("no machine was heard within {0} s; look at ROS_DOMAIN_ID and at --namespace")]
+    Silent(f64),
+    /// The machine is in use, or cannot be moved as was asked.
+    #[error("nothing is moved: {0}")]
+    Refused(String),
+    /// ROS said no.
+    #[error(transparent)]
+    Node(#[from] NodeError),
+}
+
+/// What came of it.
+#[derive(Debug)]
+pub struct Checked {
+    /// Clause by clause.
+    pub report: Report,
+    /// Somebody ended it before its end.
+    pub interrupted: bool,
+}
+
+/// Checks the machine that is heard.
+///
+/// # Errors
+/// No machine is heard, it is not free to be moved, DDS cannot start.
+pub fn check(args: &RosArgs, settings: &Settings, shutdown: &Shutdown, tell: Tell<'_>) -> Result<Checked, CheckError> {
+    let node = Node::new(NodeOptions::new("check_machine", args)).map_err(NodeError::from)?;
+    let ears = Ears::default();
+    let subscriptions = ears.open(&node).map_err(NodeError::from)?;
+    let spin = node.spin_in_thread().map_err(NodeError::from)?;
+    let outcome = listen(&node, args, &ears, settings, shutdown, tell);
+    drop(spin);
+    drop(subscriptions);
+    node.shutdown();
+    outcome
+}
+
+fn listen(
+    node: &Node,
+    args: &RosArgs,
+    ears: &Ears,
+    settings: &Settings,
+    shutdown: &Shutdown,
+    tell: Tell<'_>,
+) -> Result<Checked, CheckError> {
+    tell("waiting for a machine");
+    let is_there = |heard: &Heard| heard.description.is_some() && heard.last().is_some();
+    if ears.wait(settings.patience, |heard| is_there(heard).then_some(())).is_none()
+        && ears.look(|heard| heard.description.is_none() && heard.last().is_none())
+    {
+        return Err(CheckError::Silent(settings.patience.as_secs_f64()));
+    }
+    let mut report = Report::default();
+    let Some(description) = ears.look(|heard| heard.description.clone()) else {
+        ears.look(|heard| identity::judge(heard, &mut report));
+        return Ok(Checked { report, interrupted: false });
+    };
+    report.machine.clone_from(&description.name);
+    let facts = Facts::of(&description);
+    let target = match &settings.moving {
+        None => None,
+        Some(moving) => {
+            // What alarms say is latched, on its way since the first message of the stream.
+            let _told = ears.wait(DISCOVERY, |heard| (!heard.alarms.is_empty()).then_some(()));
+            let free = motion::obstacle(ears).map_or(Ok(()), Err);
+            let target = free.and_then(|()| ears.look(|heard| motion::target(&description, &facts, heard, moving)));
+            Some(target.map_err(CheckError::Refused)?)
+        }
+    };
+    tell(&format!("listening to {} for {} s", description.name, settings.listen.as_secs_f64()));
+    let mut interrupted = shutdown.wait_timeout(settings.listen.max(DISCOVERY));
+    identity::endpoints(node, &mut report);
+    if !interrupted {
+        let command = take_command(node, &mut report)?;
+        // Somebody may have taken command meanwhile.
+        match (target, motion::obstacle(ears)) {
+            (Some(_), Some(obstacle)) => return Err(CheckError::Refused(obstacle)),
+            (Some(target), None) => {
+                interrupted =
+                    motion::run((node, args, shutdown), (ears, &facts, &description), target, &mut report, tell);
+            }
+            (None, obstacle) => reset(node, ears, obstacle, &mut report),
+        }
+        drop(command);
+    }
+    judge(node, ears, &facts, &mut report);
+    Ok(Checked { report, interrupted })
+}
+
+/// M16: command is taken, and shared with the second sender that a travel is tried with.
+fn take_command(node: &Node, report: &mut Report) -> Result<Option<Command>, CheckError> {
+    let options = TakeOptions { patience: ANSWER, ..TakeOptions::new("camwright check-machine").shared() };
+    match Command::take(node, &options) {
+        Ok(command) => {
+            report.kept(16, "machine/take_command gives command to who asks first");
+            Ok(Some(command))
+        }
+        Err(TakeError::Refused(reason)) => Err(CheckError::Refused(reason)),
+        Err(error) => {
+            report.broken(16, format!("command cannot be taken: {error}"));
+            Ok(None)
+        }
+    }
+}
+
+/// Judges everything that was heard.
+fn judge(node: &Node, ears: &Ears, facts: &Facts, report: &mut Report) {
+    // Topics overtake each other: what one tells of a tick that the others have not told yet is not looked at.
+    let streams = ears.look(|heard| heard.streams.len());
+    let _no_more = ears.wait(AFTERMATH, |_| None::<()>);
+    let publishes_clock = node.publisher_count("/clock").is_ok_and(|count| count > 0);
+    ears.look(|heard| {
+        let heard = heard.until(streams);
+        identity::judge(&heard, report);
+        time::judge(&heard, facts, publishes_clock, report);
+        feedback::judge(&heard, facts, report);
+        alarms::judge(&heard, report);
+    });
+}
+
+/// M30: a reset of a machine that has nothing to reset succeeds, and starts nothing.
+fn reset(node: &Node, ears: &Ears, obstacle: Option<String>, report: &mut Report) {
+    if let Some(obstacle) = obstacle {
+        return report.not_seen(30, format!("machine/reset was not tried: {obstacle}"));
+    }
+    let there = |heard: &Heard| heard.last().map(|news| news.setpoint_counts.clone());
+    let answer = node.client::<Trigger>("machine/reset").and_then(|client| {
+        client.wait_for_service(ANSWER)?;
+        let (before, moved) = ears.look(|heard| {
+            let moved = feedback::moves_at_standstill(&heard.streams).next().map(|(_, other)| other.tick);
+            (there(heard), moved)
+        });
+        Ok((before, moved, client.call(&TriggerRequest::default(), ANSWER)?))
+    });
+    let (before, moved) = match answer {
+        Err(error) => return report.broken(30, error.to_string()),
+        Ok((_, _, answer)) if !answer.success => {
+            return report.broken(30, format!("machine/reset at rest, with no alarm, is refused: {}", answer.message));
+        }
+        Ok((before, moved, _)) => (before, moved),
+    };
+    if let Some(tick) = moved {
+        let otherwise =
+            format!("what a reset starts cannot be told: setpoints moved at standstill without one (tick {tick})");
+        return report.not_seen(30, otherwise);
+    }
+    let heard_before = ears.look(|heard| heard.streams.len());
+    let _some_more = ears.wait(ANSWER, |heard| (heard.streams.len() > heard_before + 5).then_some(()));
+    let is_still = |news: &MachineStream| news.motion == MachineStream::MOTION_STANDSTILL;
+    if ears.look(there) == before && ears.look(|heard| heard.last().is_some_and(is_still)) {
+        report.kept(30, "a reset at rest succeeds, and nothing moves");
+    } else {
+        report.broken(30, format!("after a reset at rest setpoints go from {before:?} to {:?}", ears.look(there)));
+    }
+}

@@ -1,0 +1,288 @@
+//! What only a machine that moves can show: M10 to M14, M20, M21, M30, M31 and M33. Somebody has consented to it.
+
+mod commands;
+mod drive;
+mod hand;
+mod refusals;
+mod silence;
+mod travel;
+
+use super::heard::{Ears, Facts, Heard};
+use super::report::Report;
+use super::{Moving, Tell};
+use camwright_msgs::camwright_msgs::msg::{MachineDescription, MachineIo, MachineStream};
+use camwright_ros::{Node, RosArgs, Shutdown};
+use drive::Drive;
+use hand::{Hand, PATIENCE, Stop};
+use std::time::Duration;
+use travel::Travel;
+
+/// The shortest feedback delay with which there is room for what is tried here (ticks).
+const LEAST_DELAY: u64 = 24;
+/// How long the state of inputs is waited for.
+const INPUTS: Duration = Duration::from_secs(5);
+/// Numbers of alarms that are of this program's doing.
+const OWN_ALARMS: [u16; 7] = [1, 80, 81, 82, 83, 84, 85];
+
+/// What the tests work with.
+pub(super) struct Bench<'a> {
+    hand: &'a Hand<'a>,
+    description: &'a MachineDescription,
+    axis: usize,
+    /// Where the axis stood, and where it is moved to (counts).
+    home: i64,
+    away: i64,
+    /// An input to ask for, and whether it is closed.
+    input: (String, bool),
+    is_realtime: bool,
+    args: &'a RosArgs,
+}
+
+impl Bench<'_> {
+    /// A travel to the other of both ends.
+    fn travel(&self) -> Travel {
+        let from = self.hand.news().setpoint_counts;
+        let here = from.get(self.axis).copied().unwrap_or_default();
+        let to = if here == self.home { self.away } else { self.home };
+        Travel::new(self.hand.facts, self.axis, &self.description.axes[self.axis], &from, to - here)
+    }
+}
+
+/// Why nothing may be moved now.
+pub(super) fn obstacle(ears: &Ears) -> Option<String> {
+    ears.look(|heard| {
+        let news = heard.last()?;
+        if !news.holder.is_empty() {
+            return Some(format!("{} has command", news.holder));
+        }
+        if let Some(alarm) = heard.alarms.last().and_then(|said| said.alarms.first()) {
+            return Some(format!("alarm {} is active: {}", alarm.number, alarm.text));
+        }
+        if !news.alarms.is_empty() {
+            return Some(format!("alarms {:?} are active", news.alarms));
+        }
+        let at_rest = news.motion == MachineStream::MOTION_STANDSTILL;
+        (!at_rest).then(|| format!("the machine does not rest: motion is {}", news.motion))
+    })
+}
+
+/// Where the axis would be moved to (counts); why it cannot be.
+pub(super) fn target(
+    description: &MachineDescription,
+    facts: &Facts,
+    heard: &Heard,
+    moving: &Moving,
+) -> Result<(usize, i64, i64), String> {
+    let axis = facts.joints.iter().position(|joint| *joint == moving.joint);
+    let axis = axis.ok_or_else(|| format!("there is no axis {:?}, there are {:?}", moving.joint, facts.joints))?;
+    let home = heard.last().and_then(|news| news.setpoint_counts.get(axis)).copied();
+    let home = home.ok_or("the machine does not say where its axes are")?;
+    #[allow(clippy::cast_possible_truncation, reason = "the cast saturates, and then breaks the soft limits")]
+    let by = (moving.distance * facts.per_unit[axis]).round() as i64;
+    if by == 0 {
+        return Err(format!("distance {} is less than a count", moving.distance));
+    }
+    let away = home.saturating_add(by);
+    let limits = &description.axes[axis];
+    #[allow(clippy::cast_precision_loss, reason = "counts are below 2^53")]
+    let (here, there) = (home as f64 / facts.per_unit[axis], away as f64 / facts.per_unit[axis]);
+    let unit = if limits.linear { "m" } else { "rad" };
+    for place in [here, there] {
+        if limits.has_soft_limits && !(limits.soft_min..=limits.soft_max).contains(&place) {
+            let (low, high) = (limits.soft_min, limits.soft_max);
+            return Err(format!(
+                "{} would be at {place} {unit}, its soft limits are {low} to {high} {unit}",
+                moving.joint
+            ));
+        }
+    }
+    Ok((axis, home, away))
+}
+
+/// An input to ask for: one that is closed, if there is one, else the one that every machine names.
+fn input(heard: &Heard) -> (String, bool) {
+    let closed = heard.io.last().and_then(|io: &MachineIo| {
+        let stations = io.station_switches.iter().zip(&io.station_states);
+        let mut all = stations.chain(io.other_inputs.iter().zip(&io.other_states));
+        all.find(|(_, closed)| **closed).map(|(name, _)| name.clone())
+    });
+    let origin = heard.io.last().is_some_and(|io| io.origin);
+    closed.map_or_else(|| ("origin".to_owned(), origin), |name| (name, true))
+}
+
+/// Moves the axis, again and again, and leaves it where it was.
+pub(super) fn run(
+    (node, args, shutdown): (&Node, &RosArgs, &Shutdown),
+    (ears, facts, description): (&Ears, &Facts, &MachineDescription),
+    (axis, home, away): (usize, i64, i64),
+    report: &mut Report,
+    tell: Tell<'_>,
+) -> bool {
+    if facts.delay < LEAST_DELAY {
+        report.not_seen(10, format!("feedback_delay_ticks is {}, moving needs {LEAST_DELAY}", facts.delay));
+        return false;
+    }
+    let epoch_ns = ears.look(|heard| heard.last().map_or(0, |news| super::heard::ns(&news.epoch)));
+    let hand = match Hand::new(node, ears, facts, epoch_ns, shutdown) {
+        Ok(hand) => hand,
+        Err(stop) => return ended(Err(stop), report, tell),
+    };
+    let is_realtime = |heard: &Heard| heard.last().is_some_and(|news| news.pace == MachineStream::PACE_REALTIME);
+    if ears.look(is_realtime) {
+        // Inputs are told when they change, and once a second.
+        hand.wait_heard(INPUTS, |heard| !heard.io.is_empty());
+    }
+    let (input, is_realtime) = ears.look(|heard| (input(heard), is_realtime(heard)));
+    let bench = Bench { hand: &hand, description, axis, home, away, input, is_realtime, args };
+    let done = sequence(&bench, report, tell);
+    let left = leave(&bench, report);
+    let is_interrupted = ended(done, report, tell);
+    if let Err(stop) = left {
+        return ended(Err(stop), report, tell) || is_interrupted;
+    }
+    is_interrupted
+}
+
+fn sequence(bench: &Bench<'_>, report: &mut Report, tell: Tell<'_>) -> Result<(), Stop> {
+    tell("moving: a travel as it should be");
+    plain(bench, report)?;
+    tell("moving: a second sender");
+    foreign(bench, report)?;
+    tell("silence in the middle of a travel");
+    silence::silence(bench, report)?;
+    tell("setpoints that get lost");
+    silence::lost(bench, report)?;
+    tell("commands out of order");
+    commands::gap(bench, report)?;
+    commands::late(bench, report)?;
+    tell("chunks that must be refused");
+    refusals::run(bench, report)?;
+    tell("machine/estop");
+    refusals::estop(bench, report)
+}
+
+/// Brings the axis back, and clears what this program has raised.
+fn leave(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
+    bench.hand.rest()?;
+    let news = bench.hand.news();
+    if news.alarms.iter().any(|number| OWN_ALARMS.contains(number)) {
+        bench.hand.clear()?;
+    }
+    let here = bench.hand.news().setpoint_counts.get(bench.axis).copied();
+    if here != Some(bench.home) && !bench.hand.shutdown.is_requested() {
+        let mut drive = Drive::begin(bench.hand, bench.travel(), None)?;
+        drive.finish()?;
+        bench.hand.ears.look(|heard| drive.judge(heard, report));
+    }
+    Ok(())
+}
+
+/// Tells why it ended early; whether somebody wanted that.
+fn ended(done: Result<(), Stop>, report: &mut Report, tell: Tell<'_>) -> bool {
+    match done {
+        Ok(()) => false,
+        Err(Stop::Interrupted) => true,
+        Err(Stop::Stuck(clause, why)) => {
+            tell(&format!("cannot go on: {why}"));
+            report.broken(clause, format!("{why}; the tests with motion could not go on"));
+            false
+        }
+    }
+}
+
+/// A travel with nothing wrong: M8, M10, M11, M14, M20, M21, and that a reset is refused on the way.
+fn plain(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
+    let hand = bench.hand;
+    let before = report.evidence(10);
+    let begin = hand.ears.look(|heard| heard.streams.len());
+    let mut drive = Drive::begin(hand, bench.travel(), Some(&bench.input.0))?;
+    drive.on(drive.travel.ticks / 2)?;
+    let answer = hand.ask_reset()?;
+    let finished = drive.finish();
+    match answer.recv_timeout(PATIENCE) {
+        Ok(answer) if answer.success => report.broken(30, "machine/reset says success while an axis moves"),
+        Ok(answer) => report.kept(30, format!("a reset is refused while an axis moves: {}", answer.message)),
+        Err(_) => report.broken(30, format!("machine/reset does not answer within {} s", PATIENCE.as_secs())),
+    }
+    finished?;
+    let left = hand.wait(|news| news.holder.is_empty());
+    hand.ears.look(|heard| {
+        let during = heard.streams.get(begin..).unwrap_or_default();
+        drive.judge(heard, report);
+        pending(&drive, during, report);
+        command(left, &drive, during, report);
+        if !bench.is_realtime {
+            report.not_seen(11, "at pace fast what is sent is executed at once");
+        } else if report.evidence(10) == before {
+            report.kept(11, "setpoints that were sent for ticks ahead were replaced by later ones");
+        } else {
+            report.not_seen(11, "setpoints are not what was sent, see M10");
+        }
+        commands::acknowledged(bench, &drive, during, report);
+    });
+    let (end, alarms) = (hand.news().setpoint_counts, hand.news().alarms);
+    if end != drive.travel.end() || !alarms.is_empty() {
+        let wanted = drive.travel.end();
+        report.broken(
+            10,
+            format!("after the travel setpoints are {end:?} with alarms {alarms:?}, they were to be {wanted:?}"),
+        );
+        hand.clear()?;
+    }
+    Ok(())
+}
+
+/// M8: setpoints that wait for their tick are no standstill. M3: what begins is told at its tick.
+fn pending(drive: &Drive<'_>, during: &[MachineStream], report: &mut Report) {
+    let before = report.evidence(8);
+    for said in during.iter().filter(|said| !said.holder.is_empty() && said.tick < drive.tick(drive.travel.ticks)) {
+        if said.motion == MachineStream::MOTION_STANDSTILL {
+            report.broken(8, format!("tick {}: STANDSTILL while setpoints of {} are pending", said.tick, said.holder));
+        }
+    }
+    report.kept_unless_broken(8, before, "no STANDSTILL while setpoints were pending");
+}
+
+/// M14: who has command, from the first chunk to the last.
+fn command(left: bool, drive: &Drive<'_>, during: &[MachineStream], report: &mut Report) {
+    let before = report.evidence(14);
+    let (first, last) = (drive.first_tick, drive.tick(drive.travel.ticks));
+    for said in during.iter().filter(|said| said.tick >= first && said.tick < last && said.holder.is_empty()) {
+        report.broken(14, format!("tick {}: nobody has command, between the first chunk and the last", said.tick));
+    }
+    if !left {
+        report.broken(14, format!("somebody has command still, the last setpoint was of tick {last}"));
+    }
+    let holder = during.iter().find(|said| !said.holder.is_empty()).map_or("", |said| &said.holder);
+    report.kept_unless_broken(14, before, format!("{holder} had command from its first chunk to its last"));
+}
+
+/// M14: chunks of another sender. They say what was sent anyway, so nothing happens if they are taken.
+fn foreign(bench: &Bench<'_>, report: &mut Report) -> Result<(), Stop> {
+    let hand = bench.hand;
+    let stranger = Hand::stranger(bench.args)?;
+    let mut drive = Drive::begin(hand, bench.travel(), None)?;
+    drive.on(drive.travel.ticks / 2)?;
+    if drive.sent > 8 && drive.sent < drive.travel.ticks {
+        stranger.setpoints.publish(&drive.chunk(drive.sent - 4, drive.sent))?;
+    }
+    drive.finish()?;
+    let first = drive.first_tick;
+    let is_told = |heard: &Heard| {
+        heard.streams.iter().rev().take_while(|said| said.tick >= first).any(|said| said.alarms.contains(&83))
+    };
+    let told = hand.ears.look(is_told) || hand.happens(|said| said.alarms.contains(&83));
+    if told {
+        report.kept(14, "a chunk of a second sender was refused with warning 83");
+    } else {
+        report.broken(
+            14,
+            format!(
+                "a chunk of a second sender for tick {} was not refused with warning 83",
+                drive.tick(drive.sent.saturating_sub(4))
+            ),
+        );
+    }
+    hand.ears.look(|heard| drive.judge(heard, report));
+    hand.clear()
+}

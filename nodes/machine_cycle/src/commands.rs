@@ -1,0 +1,205 @@
+//! Orders to the machine as messages, and back.
+
+use super::messages::{Order, TimedCommand};
+use camwright::machine::alarm::AlarmKind;
+use camwright::machine::description::{Axis, MachineDescription, Scale};
+use camwright::simulation::MachineCommand;
+use camwright_files::convert::machine_report::{input_name, input_named};
+use camwright_files::convert::time::TickClock;
+use camwright_msgs::builtin_interfaces::msg::Time;
+use camwright_msgs::camwright_msgs::msg::MachineCommand as CommandMessage;
+
+/// Ticks beyond the credit of setpoints that a command may lie ahead.
+const MAX_BEYOND_CREDIT: u64 = 1000;
+/// Largest reading of a rotary axis that becomes its zero (turns).
+const MAX_TURNS: i64 = 1_000_000;
+/// Largest radius of a wheel (nm).
+const MAX_RADIUS_NM: i64 = 1_000_000_000;
+/// Longest target: the hash of a plan, or the name of an input.
+const MAX_TARGET: usize = 64;
+
+/// The command that a message is, once every field is in its bounds; `executed` is the machine's last tick.
+///
+/// # Errors
+/// The field that is not, its value, and what is allowed.
+pub fn checked(
+    message: &CommandMessage,
+    machine: &MachineDescription,
+    clock: TickClock,
+    executed: u64,
+) -> Result<TimedCommand, String> {
+    let CommandMessage { kind, target, counts, tick, .. } = message;
+    let of = |what: String| format!("command of kind {kind}: {what}; correct the sender");
+    if target.len() > MAX_TARGET {
+        return Err(of(format!("target has {} octets, allowed are {MAX_TARGET}", target.len())));
+    }
+    let command = timed(message, machine)
+        .ok_or_else(|| of(format!("no such order with target {target:?} and counts {counts} is known")))?;
+    if let Order::Machine(MachineCommand::Raise { number }) = command.order
+        && AlarmKind::from_number(number).is_none()
+    {
+        return Err(of(format!("counts is {counts}, which is the number of no alarm")));
+    }
+    let ahead = u64::from(machine.feedback_delay_ticks) + MAX_BEYOND_CREDIT;
+    let latest = executed.saturating_add(ahead);
+    // An announcement takes effect at once.
+    if *kind != CommandMessage::ATTEND && *tick > latest {
+        return Err(of(format!("tick {tick} is too far ahead, allowed is up to {latest}")));
+    }
+    if message.stamp != Time::default() && *tick <= latest && message.stamp != clock.stamp(*tick) {
+        let Time { sec, nanosec } = message.stamp;
+        return Err(of(format!("stamp {sec}.{nanosec:09} is not the time of tick {tick}")));
+    }
+    let (low, high) = count_bounds(message, machine);
+    if !(low..=high).contains(counts) {
+        return Err(of(format!("counts is {counts}, allowed is {low} to {high}")));
+    }
+    Ok(command)
+}
+
+/// Range of the counts of a command.
+fn count_bounds(message: &CommandMessage, machine: &MachineDescription) -> (i64, i64) {
+    #[allow(clippy::cast_possible_truncation, reason = "forces of machines are far below 2^63 N")]
+    let force_n = || machine.axis(Axis::X).most_force().ceil() as i64;
+    match message.kind {
+        CommandMessage::SET_HOME => {
+            let reach = Axis::from_joint(&message.target).map_or(0, |axis| reach_counts(machine, axis));
+            (-reach, reach)
+        }
+        CommandMessage::EXPECT_WHEEL | CommandMessage::DRESS => (1, MAX_RADIUS_NM),
+        CommandMessage::PUSH | CommandMessage::WATCH_FORCE => (0, force_n()),
+        CommandMessage::ALARM => (1, i64::from(u16::MAX)),
+        _ => (0, 0),
+    }
+}
+
+/// Farthest reading of an axis from its zero, wherever it was switched on (counts).
+fn reach_counts(machine: &MachineDescription, axis: Axis) -> i64 {
+    let own = machine.axis(axis);
+    let (low, high) = own.soft_limits.unwrap_or((0.0, 0.0));
+    match own.scale {
+        Scale::Rotary { counts_per_turn } => counts_per_turn.saturating_mul(MAX_TURNS),
+        // Twice the travel: hard limits lie beyond the soft ones.
+        scale @ Scale::Linear { .. } => 2 * scale.counts(high - low).abs().max(scale.counts(high).abs()),
+    }
+}
+
+/// The command that a message is; `None`: it is none that this machine knows.
+pub fn timed(message: &CommandMessage, machine: &MachineDescription) -> Option<TimedCommand> {
+    let order = order(message, machine)?;
+    Some(TimedCommand { sequence: message.sequence, tick: message.tick, order })
+}
+
+fn order(message: &CommandMessage, machine: &MachineDescription) -> Option<Order> {
+    let counts = message.counts;
+    let axis = || Axis::from_joint(&message.target);
+    Some(Order::Machine(match message.kind {
+        CommandMessage::SET_HOME => MachineCommand::SetHome { axis: axis()?, counts },
+        CommandMessage::LOSE_HOME => MachineCommand::LoseHome { axis: axis()? },
+        CommandMessage::ASK => MachineCommand::Ask { input: input_named(&message.target, machine)? },
+        CommandMessage::WHEEL_START => MachineCommand::WheelStart,
+        CommandMessage::WHEEL_STOP => MachineCommand::WheelStop,
+        CommandMessage::EXPECT_WHEEL => MachineCommand::ExpectWheel { radius_nm: counts },
+        CommandMessage::DRESS => MachineCommand::Dress { radius_nm: counts },
+        CommandMessage::PUSH => MachineCommand::Push { most_n: counts },
+        CommandMessage::WATCH_FORCE => MachineCommand::WatchForce { most_n: counts },
+        CommandMessage::ALARM => MachineCommand::Raise { number: u16::try_from(counts).ok()? },
+        CommandMessage::JOB_BEGIN => return Some(Order::JobBegin),
+        CommandMessage::JOB_END => return Some(Order::JobEnd),
+        CommandMessage::ATTEND => return Some(Order::Attend),
+        _ => return None,
+    }))
+}
+
+/// A command as the message that it was, without its stamp.
+pub fn message(command: &TimedCommand, machine: &MachineDescription) -> CommandMessage {
+    let joint = |axis: Axis| axis.joint().to_owned();
+    let (kind, target, counts) = match command.order {
+        Order::JobBegin => (CommandMessage::JOB_BEGIN, String::new(), 0),
+        Order::JobEnd => (CommandMessage::JOB_END, String::new(), 0),
+        Order::Attend => (CommandMessage::ATTEND, String::new(), 0),
+        Order::Machine(order) => match order {
+            MachineCommand::SetHome { axis, counts } => (CommandMessage::SET_HOME, joint(axis), counts),
+            MachineCommand::LoseHome { axis } => (CommandMessage::LOSE_HOME, joint(axis), 0),
+            MachineCommand::Ask { input } => (CommandMessage::ASK, input_name(input, machine).to_owned(), 0),
+            MachineCommand::WheelStart => (CommandMessage::WHEEL_START, String::new(), 0),
+            MachineCommand::WheelStop => (CommandMessage::WHEEL_STOP, String::new(), 0),
+            MachineCommand::ExpectWheel { radius_nm } => (CommandMessage::EXPECT_WHEEL, String::new(), radius_nm),
+            MachineCommand::Dress { radius_nm } => (CommandMessage::DRESS, String::new(), radius_nm),
+            MachineCommand::Push { most_n } => (CommandMessage::PUSH, String::new(), most_n),
+            MachineCommand::WatchForce { most_n } => (CommandMessage::WATCH_FORCE, String::new(), most_n),
+            MachineCommand::Raise { number } => (CommandMessage::ALARM, String::new(), i64::from(number)),
+        },
+    };
+    let (sequence, tick) = (command.sequence, command.tick);
+    CommandMessage { sequence, tick, kind, target, counts, ..CommandMessage::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use camwright::machine::reference::cam_grinder;
+    use camwright::machine::setpoint::Input;
+
+    #[test]
+    fn every_order_comes_back_from_its_message() {
+        let machine = cam_grinder();
+        let orders = [
+            MachineCommand::SetHome { axis: Axis::X, counts: -77 },
+            MachineCommand::LoseHome { axis: Axis::Z },
+            MachineCommand::Ask { input: Input::Station(1) },
+            MachineCommand::WheelStart,
+            MachineCommand::WheelStop,
+            MachineCommand::ExpectWheel { radius_nm: 60_000_000 },
+            MachineCommand::Dress { radius_nm: 59_980_000 },
+            MachineCommand::Push { most_n: 30 },
+            MachineCommand::WatchForce { most_n: 2 },
+            MachineCommand::Raise { number: 301 },
+        ];
+        let orders = orders.map(Order::Machine).into_iter().chain([Order::JobBegin, Order::JobEnd, Order::Attend]);
+        for (sequence, order) in (1..).zip(orders) {
+            let command = TimedCommand { sequence, tick: 1000, order };
+            assert_eq!(timed(&message(&command, &machine), &machine), Some(command));
+        }
+        assert_eq!(timed(&CommandMessage { kind: 99, ..CommandMessage::default() }, &machine), None);
+    }
+
+    #[test]
+    fn a_field_out_of_bounds_is_refused_and_named() {
+        let machine = cam_grinder();
+        let clock = TickClock { epoch_ns: 0, cycle_time_ns: machine.cycle_time_ns };
+        let command = |kind, target: &str, counts| CommandMessage {
+            sequence: 1,
+            tick: 105,
+            kind,
+            target: target.to_owned(),
+            counts,
+            ..CommandMessage::default()
+        };
+        let check = |message: &CommandMessage| checked(message, &machine, clock, 100);
+        let home = command(CommandMessage::SET_HOME, "x_axis", 2000);
+        assert!(check(&home).is_ok());
+        assert!(check(&CommandMessage { stamp: clock.stamp(105), ..home.clone() }).is_ok());
+        for (wrong, named) in [
+            (CommandMessage { tick: 30_100, ..home.clone() }, "tick 30100"),
+            (CommandMessage { stamp: clock.stamp(106), ..home.clone() }, "stamp"),
+            (CommandMessage { counts: i64::MAX, ..home.clone() }, "counts"),
+            (CommandMessage { counts: i64::MIN, ..home.clone() }, "counts"),
+            (command(CommandMessage::SET_HOME, "w_axis", 0), "w_axis"),
+            (command(CommandMessage::PUSH, "", i64::MAX), "counts"),
+            (command(CommandMessage::PUSH, "", -1), "counts"),
+            (command(CommandMessage::WATCH_FORCE, "", i64::MAX), "counts"),
+            (command(CommandMessage::EXPECT_WHEEL, "", 0), "counts"),
+            (command(CommandMessage::DRESS, "", -1), "counts"),
+            (command(CommandMessage::ALARM, "", 9999), "9999"),
+            (command(CommandMessage::JOB_BEGIN, &"x".repeat(65), 0), "target"),
+            (command(CommandMessage::WHEEL_START, "", 1), "counts"),
+            (command(99, "", 0), "kind 99"),
+        ] {
+            let reason = check(&wrong).unwrap_err();
+            assert!(reason.contains(named), "{wrong:?}: {reason}");
+        }
+        assert!(check(&command(CommandMessage::PUSH, "", 30)).is_ok());
+        assert!(check(&command(CommandMessage::JOB_BEGIN, &"a".repeat(64), 0)).is_ok());
+    }
+}

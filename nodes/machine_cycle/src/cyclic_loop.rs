@@ -1,0 +1,497 @@
+//! The machine's cyclic thread: one tick after the other, at the pace of the clock or of the setpoints.
+
+use super::area_order::AreaOrder;
+use super::faults::Faults;
+use super::keyframes::Keyframes;
+use super::messages::{Inbound, Order, Outbound, TimedCommand};
+use super::pacing::{Moment, Pacing, Slip, Step};
+use super::partners::Partners;
+use super::stream_state::StreamState;
+use camwright::machine::alarm::{AlarmKind, Severity};
+use camwright::machine::persistent_state::LastingState;
+use camwright::simulation::buffer::{SetpointBuffer, Supply};
+use camwright::simulation::fault::Fault;
+use camwright::simulation::tick_report::{MotionState, TickReport};
+use camwright::simulation::work_area::LoadingRefused;
+use camwright::simulation::{Machine, MachineCommand, ResetRefused};
+use camwright_files::convert::time::TickClock;
+use camwright_threads::drops::Drops;
+use camwright_threads::ring::{Receiver, Sender, Waker};
+use camwright_threads::silence::HEARTBEAT;
+use camwright_threads::supervised::injected;
+use camwright_threads::system_time::system_time_ns;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// Commands that may wait for their tick.
+pub const PENDING_COMMANDS: usize = 32;
+/// Wall time of an idle tick at pace fast: ticks then only show that the machine lives.
+const FAST_IDLE_TICK: Duration = Duration::from_millis(10);
+
+/// How long the chunk after a lost one may take at pace fast: it is on its way already, if there is one.
+const AFTER_A_LOSS: Duration = Duration::from_millis(500);
+/// How long the stop of a node that ends follows the clock; the rest of it is executed at once.
+const ENDING: Duration = Duration::from_millis(800);
+/// Waits of one cycle before the first tick that are measured.
+const JITTER_TRIALS: u32 = 500;
+/// Ticks within which every axis has come to rest, whatever it did before.
+const LONGEST_STOP_TICKS: u64 = 20_000;
+
+/// How ticks follow each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pace {
+    /// With the wall clock; a missing setpoint is an underrun.
+    Realtime,
+    /// With the setpoints; a missing one is waited for.
+    Fast,
+}
+
+/// What other threads tell the ticker without a message.
+#[derive(Debug, Default)]
+pub struct Bounds {
+    /// A recording is active.
+    pub recording: AtomicBool,
+    /// Last tick that is in the bag.
+    pub recorded_tick: AtomicU64,
+    /// Messages of the recorder so far.
+    pub recorder_messages: AtomicU64,
+    /// Telemetry that was dropped.
+    pub drops: Drops,
+    /// The node is ending.
+    pub stop: AtomicBool,
+    /// For diagnostics: the last tick, ticks that began more than a period late, active alarms that stop motion.
+    pub tick: AtomicU64,
+    pub late_ticks: AtomicU64,
+    /// By how much the latest of them was late since that was asked last (µs).
+    pub worst_late_us: AtomicU64,
+    /// Ticks between the arrival of a chunk and its first setpoint's, the least since that was asked last.
+    pub least_lead_ticks: AtomicU64,
+    pub alarms: AtomicU64,
+    /// Somebody sends setpoints, which are executed.
+    pub in_motion: AtomicBool,
+    /// Slips of the machine's time against the system clock since the start, and by how much it is behind now (µs).
+    pub slips: AtomicU64,
+    pub behind_us: AtomicI64,
+    /// Longest time that the cycle was kept waiting since the start (µs).
+    pub longest_pause_us: AtomicU64,
+}
+
+/// The cyclic thread's own state.
+#[derive(Debug)]
+pub struct Ticker {
+    pub machine: Machine,
+    pub buffer: SetpointBuffer,
+    pace: Pace,
+    pacing: Pacing,
+    jitter_trials: u32,
+    cycle: Duration,
+    pub inbound: Receiver<Inbound>,
+    outbound: Sender<Outbound>,
+    pub bounds: Arc<Bounds>,
+    /// Ticks that may be executed beyond what is in the bag.
+    recorder_window: u64,
+    pub commands: [Option<TimedCommand>; PENDING_COMMANDS],
+    now: [MachineCommand; 4],
+    pub faults: Faults,
+    /// Chunks that still get lost, and when the last one was.
+    pub losing: u32,
+    pub lost: Option<Instant>,
+    pub state: StreamState,
+    /// What outlives the run, as it was told last.
+    told: LastingState,
+    pub last_report: Option<TickReport>,
+    /// What was done to door, chuck or part, until a tick has shown it.
+    pub area_done: Option<(AreaOrder, Result<(), LoadingRefused>)>,
+    /// How the last reset went, until a tick has shown it.
+    pub reset_done: Option<Result<(), ResetRefused>>,
+    pub active: bool,
+    pub job_running: bool,
+    pub keyframes: Keyframes,
+    pub partners: Partners,
+}
+
+// What is answered is answered before a tick is over; the rest is who drives it, and what it has told.
+camwright::kept!(Ticker { machine, buffer, commands, faults, losing, state, job_running } on {
+    pace, pacing, jitter_trials, cycle, inbound, outbound, bounds, recorder_window, now, lost, told, last_report, area_done, reset_done,
+    active, keyframes, partners,
+});
+
+impl Ticker {
+    pub fn new(
+        machine: Machine,
+        pace: Pace,
+        inbound: Receiver<Inbound>,
+        outbound: Sender<Outbound>,
+        bounds: Arc<Bounds>,
+        recorder_window: u64,
+    ) -> Self {
+        let description = machine.description();
+        let cycle = Duration::from_nanos(u64::from(description.cycle_time_ns));
+        let clock = TickClock { epoch_ns: 0, cycle_time_ns: description.cycle_time_ns };
+        let buffer = SetpointBuffer::new(description, machine.setpoint());
+        Self {
+            told: *machine.lasting(),
+            machine,
+            buffer,
+            pace,
+            pacing: Pacing::new(clock),
+            jitter_trials: 0,
+            cycle,
+            inbound,
+            outbound,
+            bounds,
+            recorder_window,
+            commands: [None; PENDING_COMMANDS],
+            now: [MachineCommand::WheelStop; 4],
+            faults: Faults::default(),
+            losing: 0,
+            lost: None,
+            state: StreamState::default(),
+            last_report: None,
+            area_done: None,
+            reset_done: None,
+            active: false,
+            job_running: false,
+            keyframes: Keyframes::default(),
+            partners: Partners::default(),
+        }
+    }
+
+    /// With the clock that ticks follow at pace realtime.
+    pub fn with_clock(self, clock: TickClock) -> Self {
+        Self { pacing: Pacing::new(clock), ..self }
+    }
+
+    /// Runs until the node ends.
+    pub fn run(mut self, waker: &Waker) {
+        waker.adopt_current_thread();
+        let (began, mut deadline) = (Instant::now(), Instant::now());
+        while !self.bounds.stop.load(Ordering::Acquire) {
+            injected::point("machine cycle");
+            self.receive();
+            self.halt_at_rest();
+            self.look_after_recorder(Instant::now());
+            if !self.active {
+                self.pacing.suspend();
+                self.wait_inactive(waker);
+                deadline = Instant::now();
+            } else if self.outbound.free() < 64 {
+                // The pump is behind; what it has to tell is more important than the next tick.
+                std::thread::yield_now();
+                deadline = deadline.max(Instant::now());
+            } else {
+                match self.pace {
+                    Pace::Fast => self.run_fast(&mut deadline, waker),
+                    Pace::Realtime => self.run_realtime(began, waker),
+                }
+            }
+        }
+        if self.active {
+            self.come_to_rest(waker);
+        }
+        // What a job that was not finished took off the wheel.
+        if *self.machine.lasting() != self.told {
+            self.tell_lasting();
+        }
+    }
+
+    /// Waits for activation; meanwhile a realtime machine measures how late the computer wakes its cycle.
+    fn wait_inactive(&mut self, waker: &Waker) {
+        if self.pace == Pace::Fast || self.jitter_trials >= JITTER_TRIALS {
+            let _woken = waker.wait(Duration::from_millis(100));
+            return;
+        }
+        self.jitter_trials += 1;
+        let due = Instant::now() + self.cycle;
+        if !waker.wait(self.cycle) {
+            self.note_pause(due.elapsed());
+        }
+    }
+
+    /// The cycle was kept waiting for so long.
+    fn note_pause(&self, pause: Duration) {
+        let pause_us = u64::try_from(pause.as_micros()).unwrap_or(u64::MAX);
+        self.bounds.longest_pause_us.fetch_max(pause_us, Ordering::Relaxed);
+    }
+
+    fn run_fast(&mut self, deadline: &mut Instant, waker: &Waker) {
+        let now = Instant::now();
+        // How many ticks pass before the next motion is chance: it begins when none of them changes anything any more.
+        self.withhold_credit(self.is_idle() && self.is_wheel_changing());
+        if self.may_run_fast() {
+            self.tick();
+            self.nobody_is_waited_for(now);
+            *deadline = now + FAST_IDLE_TICK;
+        } else if self.is_moving() {
+            // Setpoints or the recorder are behind: wait for their news.
+            let _woken = waker.wait(HEARTBEAT / 4);
+            self.wait_for_partners();
+        } else if now >= *deadline {
+            self.tick();
+            self.nobody_is_waited_for(now);
+            *deadline = now + FAST_IDLE_TICK;
+        } else {
+            let _woken = waker.wait(*deadline - now);
+        }
+    }
+
+    fn run_realtime(&mut self, began: Instant, waker: &Waker) {
+        let moment = Moment {
+            monotonic_ns: i64::try_from(began.elapsed().as_nanos()).unwrap_or(i64::MAX),
+            system_ns: system_time_ns(),
+            tick: self.machine.tick(),
+            is_idle: self.is_idle(),
+            has_room: self.has_room(),
+        };
+        let step = self.pacing.next(&moment);
+        if let Some(slip) = self.pacing.take_slip() {
+            self.bounds.slips.fetch_add(u64::from(!matches!(slip, Slip::MadeUp(_))), Ordering::Relaxed);
+            self.send(Outbound::Slip(slip));
+        }
+        let withheld = self.pacing.withholds_credit();
+        self.withhold_credit(withheld);
+        match step {
+            Step::Tick(late_ns) => {
+                let behind_us = self.pacing.behind_ns(&moment) / 1000;
+                if !withheld {
+                    self.note_pause(Duration::from_nanos(u64::try_from(late_ns).unwrap_or(0)));
+                }
+                self.bounds.behind_us.store(behind_us, Ordering::Relaxed);
+                if late_ns > i64::from(self.machine.description().cycle_time_ns) && !withheld {
+                    self.bounds.late_ticks.fetch_add(1, Ordering::Relaxed);
+                    self.bounds.worst_late_us.fetch_max(u64::try_from(late_ns / 1000).unwrap_or(0), Ordering::Relaxed);
+                }
+                self.tick();
+                self.nobody_is_waited_for(Instant::now());
+            }
+            Step::Wait(time) => {
+                let _woken = waker.wait(time);
+            }
+        }
+    }
+
+    fn withhold_credit(&mut self, withheld: bool) {
+        self.state.news |= withheld != self.state.no_credit;
+        self.state.no_credit = withheld;
+    }
+
+    /// The wheel runs up or down, and no alarm has stopped what it is for.
+    fn is_wheel_changing(&self) -> bool {
+        self.machine.is_wheel_changing() && !self.is_stopped_by_alarm()
+    }
+
+    /// Nothing moves, and nothing that moves has been announced.
+    fn is_idle(&self) -> bool {
+        !self.has_work(self.machine.tick() + 1) && (self.buffer.is_spent() || self.is_stopped_by_alarm())
+    }
+
+    /// Setpoints for more than half of the credit are there.
+    fn has_room(&self) -> bool {
+        let ahead = u64::from(self.machine.description().feedback_delay_ticks) / 2;
+        self.buffer.supply(self.machine.tick() + 1 + ahead) == Supply::Dense
+    }
+
+    /// What outlives the run has changed.
+    pub fn tell_lasting(&mut self) {
+        self.told = *self.machine.lasting();
+        self.send(Outbound::Lasting(self.told));
+    }
+
+    /// Brings the axes to rest before the thread ends: what was sent runs out on its stop, nothing more is taken.
+    fn come_to_rest(&mut self, waker: &Waker) {
+        self.end_motion();
+        let (latest, soon) = (self.machine.tick() + LONGEST_STOP_TICKS, Instant::now() + ENDING);
+        // One tick at least, which tells the alarm.
+        loop {
+            let now = Instant::now();
+            if now < soon && (self.pace == Pace::Realtime || self.outbound.free() < 64) {
+                let _woken = waker.wait(self.cycle);
+            }
+            self.tick();
+            let is_over = !self.buffer.has_setpoints() && self.machine.is_at_rest();
+            if is_over || self.machine.tick() >= latest {
+                return;
+            }
+        }
+    }
+
+    /// Something is under way that must go on without the wall clock.
+    fn is_moving(&self) -> bool {
+        let next = self.machine.tick() + 1;
+        // After an alarm nothing that was sent is waited for.
+        !self.is_stopped_by_alarm() && (self.partners.attends || self.buffer.is_underrun(next) || self.has_work(next))
+    }
+
+    fn has_work(&self, next: u64) -> bool {
+        self.buffer.has_setpoints()
+            || !self.machine.is_at_rest()
+            || self.machine.is_being_loaded()
+            || self.area_done.is_some()
+            || self.commands.iter().flatten().any(|c| c.tick >= next)
+    }
+
+    /// At pace fast a tick is executed when its setpoint is there, or when there is nothing to wait for.
+    fn may_run_fast(&self) -> bool {
+        let next = self.machine.tick() + 1;
+        if self.is_held_by_recorder() {
+            return false;
+        }
+        if self.is_stopped_by_alarm() {
+            return !self.machine.is_at_rest() || self.machine.is_being_loaded() || self.area_done.is_some();
+        }
+        // A wheel that runs up or down does so before what is announced begins: how far it came would be chance.
+        if self.partners.attends && !self.buffer.has_setpoints() && !self.is_wheel_changing() {
+            return false;
+        }
+        let has_work = self.has_work(next) || (self.buffer.is_spent() && self.is_wheel_changing());
+        has_work && (self.is_given_up() || !self.buffer.is_underrun(next)) && !self.awaits_stream(next)
+    }
+
+    /// Whether the next tick has to wait until the recorder has caught up.
+    pub fn is_held_by_recorder(&self) -> bool {
+        self.pace == Pace::Fast && self.partners.waits_for_recorder(&self.bounds) && self.is_beyond_recorder()
+    }
+
+    /// The next tick is farther ahead of the recorder than it may be.
+    pub fn is_beyond_recorder(&self) -> bool {
+        let recorded = self.bounds.recorded_tick.load(Ordering::Acquire);
+        self.machine.tick() + 1 > recorded.saturating_add(self.recorder_window)
+    }
+
+    /// Setpoints that got lost are not waited for, but what comes after them is for a while: it tells that they are lost.
+    fn is_given_up(&self) -> bool {
+        self.lost.is_some_and(|since| self.losing > 0 || since.elapsed() > AFTER_A_LOSS)
+    }
+
+    /// A job begins with this tick, or an order lies ahead of a stream that has not begun: its first setpoints are still on their
+    /// way, and must not find their ticks executed.
+    fn awaits_stream(&self, next: u64) -> bool {
+        let begins = |c: &TimedCommand| matches!(c.order, Order::JobBegin) && c.tick <= next;
+        let is_ahead = |c: &TimedCommand| self.buffer.is_spent() && c.tick > next;
+        !self.buffer.has_setpoints() && self.commands.iter().flatten().any(|c| begins(c) || is_ahead(c))
+    }
+
+    pub fn is_stopped_by_alarm(&self) -> bool {
+        self.machine.alarms().iter().any(|alarm| alarm.kind.entry().severity > Severity::Warning)
+    }
+
+    pub fn tick(&mut self) {
+        let next = self.machine.tick() + 1;
+        if self.buffer.is_underrun(next) && !self.is_stopped_by_alarm() {
+            self.machine.raise(AlarmKind::Underrun, 0.0, 0.0);
+            self.buffer.close();
+            self.state.news = true;
+        }
+        let setpoint = self.buffer.at(next);
+        let count = self.take_due(next);
+        let faults = self.faults.due(next);
+        for fault in faults.iter() {
+            if let Fault::LostChunks(chunks) = fault {
+                self.losing = *chunks;
+            }
+        }
+        let mut report = self.machine.step(setpoint.as_ref(), &self.now[..count], &faults);
+        self.buffer.executed(next);
+        let is_raised = report.raised.iter().next().is_some();
+        if self.is_stopped_by_alarm() && is_raised {
+            self.buffer.close();
+        }
+        // Setpoints that wait for their tick are no standstill.
+        if report.motion == MotionState::Standstill && self.buffer.has_setpoints() {
+            report.motion = MotionState::Running;
+        }
+        self.state.news |= is_raised || self.last_report.is_none_or(|last| last.motion != report.motion);
+        if self.state.has_holder && self.buffer.is_spent() {
+            self.state.has_holder = false;
+            self.state.news = true;
+        }
+        if report.motion == MotionState::Standstill && self.state.alarms_reset {
+            self.state.news = true;
+        }
+        let is_quiet = self.is_quiet(&report);
+        self.last_report = Some(report);
+        if self.machine.lasting().dress_count != self.told.dress_count {
+            self.tell_lasting();
+        }
+        self.bounds.tick.store(next, Ordering::Relaxed);
+        self.bounds.in_motion.store(self.state.has_holder, Ordering::Relaxed);
+        let alarms =
+            self.machine.alarms().iter().filter(|alarm| alarm.kind.entry().severity > Severity::Warning).count();
+        self.bounds.alarms.store(alarms as u64, Ordering::Relaxed);
+        if is_quiet {
+            self.send_quietly(Outbound::Tick(report, self.state));
+        } else {
+            self.send(Outbound::Tick(report, self.state));
+        }
+        self.answer_area();
+        self.answer_reset();
+        self.state.news = false;
+        self.state.alarms_reset = false;
+        self.write_keyframe();
+    }
+
+    /// Commands of a tick, into `now`; their number.
+    fn take_due(&mut self, tick: u64) -> usize {
+        let mut count = 0;
+        for index in 0..PENDING_COMMANDS {
+            let Some(command) = self.commands[index].filter(|command| command.tick <= tick) else { continue };
+            match command.order {
+                Order::Machine(order) if count < self.now.len() => {
+                    self.now[count] = order;
+                    count += 1;
+                }
+                // More than four orders of one tick: the rest follows in the next.
+                Order::Machine(_) => continue,
+                Order::JobBegin => {
+                    self.job_running = true;
+                    self.state.job_tick = tick;
+                    self.machine.begin_job();
+                    self.faults.begin_job(tick);
+                }
+                Order::JobEnd => {
+                    self.faults.end_job();
+                    self.state.job_tick = 0;
+                    if std::mem::take(&mut self.job_running) {
+                        self.machine.count_part();
+                        self.tell_lasting();
+                        self.send(Outbound::JobEnded);
+                    }
+                }
+                // Takes effect when it comes, and never waits here.
+                Order::Attend => {}
+            }
+            self.commands[index] = None;
+        }
+        count
+    }
+
+    /// A tick of a resting machine that shows nothing new, and is not due on the stream: no reason to wake the pump.
+    fn is_quiet(&self, report: &TickReport) -> bool {
+        let period = self.machine.description().stream_period_ticks();
+        let repeats = |last: &TickReport| TickReport { tick: report.tick, ..*last } == *report;
+        self.pace == Pace::Realtime
+            && self.state.job_tick == 0
+            && !self.state.news
+            && !report.tick.is_multiple_of(period)
+            && self.last_report.as_ref().is_some_and(repeats)
+    }
+
+    fn send_quietly(&mut self, message: Outbound) {
+        if let Err(back) = self.outbound.send_quietly(message) {
+            self.send(back);
+        }
+    }
+
+    pub fn send(&mut self, message: Outbound) {
+        let mut message = message;
+        // The loop keeps room free; a full ring here means that the pump has died.
+        for _ in 0..1000 {
+            match self.outbound.send(message) {
+                Ok(()) => return,
+                Err(back) => message = back,
+            }
+            std::thread::yield_now();
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! What the cyclic thread takes between two ticks: chunks, commands, faults, resets, parts, and who works door and chuck.
+
+use super::area_order::AreaOrder;
+use super::cyclic_loop::{PENDING_COMMANDS, Ticker};
+use super::messages::{Inbound, Order, Outbound, Taken, TimedCommand};
+use super::part::{BarRefused, LobeRefused};
+use super::stream_state::StreamState;
+use camwright::machine::alarm::{AlarmKind, NO_TICK};
+use camwright::simulation::MachineCommand;
+use camwright::simulation::buffer::ChunkError;
+use camwright::simulation::work_area::LoadingRefused;
+use camwright_files::convert::setpoints::ChunkBuffer;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+impl Ticker {
+    /// Takes what has come, in its order.
+    pub fn receive(&mut self) {
+        while let Some(message) = self.inbound.receive() {
+            match message {
+                Inbound::Chunk(writer, chunk) => self.take_chunk(writer, chunk),
+                Inbound::NoChunk(writer) => self.take_no_chunk(writer),
+                Inbound::Command(writer, command) => self.take_command(writer, command),
+                Inbound::Fault(asked) => {
+                    self.faults.add(asked.fault, asked.job_tick);
+                    self.taken(Taken::Fault(asked));
+                }
+                Inbound::Reset => self.reset(),
+                Inbound::Lobe(mut lobe) => {
+                    let outcome = match self.machine.holds_part() {
+                        Err(refused) => Err(LobeRefused::NotHeld(refused)),
+                        Ok(()) if self.takes_part() => lobe.put_in(&mut self.machine),
+                        Ok(()) => Err(LobeRefused::Moving),
+                    };
+                    if outcome.is_ok() {
+                        self.measure_keyframe();
+                    }
+                    self.send(Outbound::LobeDone(outcome, lobe));
+                }
+                Inbound::Bar(mut bar) => {
+                    let outcome = match self.machine.holds_part() {
+                        Err(refused) => Err(BarRefused::NotHeld(refused)),
+                        Ok(()) if self.takes_part() => bar.clamp(&mut self.machine),
+                        Ok(()) => Err(BarRefused::Moving),
+                    };
+                    if outcome.is_ok() {
+                        self.measure_keyframe();
+                    }
+                    self.send(Outbound::BarDone(outcome, bar));
+                }
+                Inbound::Snapshot(mut snapshot) => {
+                    snapshot.take(&self.machine);
+                    self.send(Outbound::Snapshot(snapshot));
+                }
+                Inbound::Outline(mut outline) => {
+                    outline.take(&self.machine);
+                    self.send(Outbound::Outline(outline));
+                }
+                Inbound::Area(order) => self.work_area(order),
+                Inbound::Loader { inside, lost } => {
+                    self.taken(Taken::Loader { inside, lost });
+                    self.machine.see_loader(inside, lost);
+                }
+                Inbound::Judge(is_good) => {
+                    self.taken(Taken::Judge(is_good));
+                    self.machine.judge_part(is_good);
+                    self.tell_lasting();
+                }
+                Inbound::ResetShift => {
+                    self.taken(Taken::ResetShift);
+                    self.machine.reset_shift();
+                    self.tell_lasting();
+                }
+                Inbound::Active(active) => self.set_active(active),
+                Inbound::Blocked(limit_s) => self.raise_outside(AlarmKind::FeedbackBlocked, limit_s),
+                Inbound::NoAuthority => self.raise_outside(AlarmKind::NoAuthority, 0.0),
+                Inbound::Room(room) => self.keyframes.room = Some(room),
+            }
+        }
+    }
+
+    /// Told in its order, so that who computes the run again gives it in the same tick.
+    pub fn taken(&mut self, taken: Taken) {
+        self.send(Outbound::Taken(taken));
+    }
+
+    /// No chunk is taken any more.
+    pub fn close(&mut self) {
+        self.taken(Taken::Close);
+        self.buffer.close();
+    }
+
+    fn take_chunk(&mut self, writer: [u8; 16], chunk: Box<ChunkBuffer>) {
+        if self.state.has_holder && self.state.holder != writer {
+            self.machine.raise(AlarmKind::SecondWriter, 0.0, 0.0);
+            let holder = self.state.holder;
+            self.send(Outbound::SecondWriter { holder, refused: writer, chunk });
+            return;
+        }
+        self.partners.sender_is_heard();
+        if self.losing > 0 {
+            self.losing -= 1;
+            self.lost = Some(Instant::now());
+            self.send(Outbound::Used(writer, chunk));
+            return;
+        }
+        match self.buffer.accept(&chunk.as_chunk(), self.machine.tick()) {
+            Ok(()) => {
+                self.partners.attends = false;
+                let lead_ticks = chunk.first_tick.saturating_sub(self.machine.tick());
+                self.bounds.least_lead_ticks.fetch_min(lead_ticks, Ordering::Relaxed);
+                if !self.state.has_holder {
+                    self.state.has_holder = true;
+                    self.state.holder = writer;
+                    self.state.news = true;
+                }
+                self.send(Outbound::Used(writer, chunk));
+            }
+            Err(error @ ChunkError::Lost { first_tick, expected }) => {
+                #[allow(clippy::cast_precision_loss, reason = "tick numbers for people")]
+                self.machine.raise(AlarmKind::SetpointsLost, first_tick as f64, expected as f64);
+                self.buffer.close();
+                self.send(Outbound::Refused(error, writer, chunk));
+            }
+            Err(error) => {
+                // A closed buffer says that an alarm is active already: not another one.
+                if error != ChunkError::Closed {
+                    #[allow(clippy::cast_precision_loss, reason = "a tick number for people")]
+                    self.machine.raise(AlarmKind::ChunkRefused, chunk.first_tick as f64, 0.0);
+                    self.buffer.close();
+                }
+                self.send(Outbound::Refused(error, writer, chunk));
+            }
+        }
+    }
+
+    /// What came in the place of a chunk and is none: refused like one that cannot be followed.
+    fn take_no_chunk(&mut self, writer: [u8; 16]) {
+        self.taken(Taken::NoChunk(writer));
+        if self.state.has_holder && self.state.holder != writer {
+            self.machine.raise(AlarmKind::SecondWriter, 0.0, 0.0);
+        } else if !self.is_stopped_by_alarm() {
+            self.machine.raise(AlarmKind::ChunkRefused, NO_TICK, 0.0);
+            self.buffer.close();
+        }
+    }
+
+    fn take_command(&mut self, writer: [u8; 16], command: TimedCommand) {
+        self.taken(Taken::Command(writer, command));
+        if self.state.has_holder && self.state.holder != writer {
+            self.machine.raise(AlarmKind::SecondWriter, 0.0, 0.0);
+            return;
+        }
+        self.partners.sender_is_heard();
+        if command.sequence == 1 {
+            self.state.commands_received = 0;
+        }
+        let expected = self.state.commands_received + 1;
+        if command.sequence != expected {
+            self.machine.raise(AlarmKind::CommandGap, f64::from(command.sequence), f64::from(expected));
+            return;
+        }
+        if command.order == Order::Attend {
+            self.partners.attends = self.buffer.is_spent() && !self.is_stopped_by_alarm();
+            return self.acknowledge(command.sequence);
+        }
+        let executed = self.machine.tick();
+        if command.tick <= executed {
+            #[allow(clippy::cast_precision_loss, reason = "a number of ticks for people")]
+            self.machine.raise(AlarmKind::LateCommand, (executed + 1 - command.tick) as f64, 0.0);
+            return;
+        }
+        if let Order::Machine(MachineCommand::SetHome { axis, counts }) = command.order {
+            self.buffer.schedule_home(command.tick, axis, counts);
+        }
+        let Some(place) = self.commands.iter_mut().find(|place| place.is_none()) else {
+            self.machine.raise(AlarmKind::CommandGap, f64::from(command.sequence), f64::from(expected));
+            return;
+        };
+        *place = Some(command);
+        self.acknowledge(command.sequence);
+    }
+
+    /// A command has been taken.
+    fn acknowledge(&mut self, sequence: u32) {
+        self.state.commands_received = sequence;
+        self.state.news = true;
+        // The sender waits for this before it sends setpoints beyond the command's tick.
+        self.tell_receipt();
+    }
+
+    /// Tells the stream at once that a command arrived, without executing a tick.
+    pub fn tell_receipt(&mut self) {
+        if let Some(report) = self.last_report {
+            self.send(Outbound::Tick(report, StreamState { only_stream: true, ..self.state }));
+            self.state.news = false;
+        }
+    }
+
+    fn reset(&mut self) {
+        self.taken(Taken::Reset);
+        let outcome = self.machine.reset();
+        if outcome.is_ok() {
+            self.buffer.open(self.machine.setpoint());
+            self.commands = [None; PENDING_COMMANDS];
+            self.job_running = false;
+            self.lost = None;
+            self.partners.attends = false;
+            self.faults.end_job();
+            self.state = StreamState { news: true, alarms_reset: true, ..StreamState::default() };
+        }
+        self.answer_reset();
+        // Of one that was refused there is nothing to show.
+        let shows = self.active && outcome.is_ok();
+        self.reset_done = Some(outcome);
+        if !shows {
+            self.answer_reset();
+        }
+    }
+
+    /// Who asked for a reset hears of it once a tick has shown it: what it starts next, others let it start.
+    pub fn answer_reset(&mut self) {
+        if let Some(outcome) = self.reset_done.take() {
+            self.send(Outbound::ResetDone(outcome));
+        }
+    }
+
+    /// Works door, chuck or part of a machine that takes no setpoints.
+    fn work_area(&mut self, order: AreaOrder) {
+        self.taken(Taken::Area(order));
+        let outcome = match order {
+            _ if self.buffer.has_setpoints() => Err(LoadingRefused::Moving),
+            AreaOrder::Door(open) => self.machine.order_door(open),
+            AreaOrder::Chuck(open) => self.machine.order_chuck(open),
+            AreaOrder::Part(put_in) => self.machine.change_part(put_in),
+        };
+        self.answer_area();
+        self.area_done = Some((order, outcome));
+        if !self.active {
+            self.answer_area();
+        }
+    }
+
+    /// Who asked for door, chuck or part hears of it once a tick has shown it.
+    pub fn answer_area(&mut self) {
+        if let Some((order, outcome)) = self.area_done.take() {
+            self.send(Outbound::AreaDone(order, outcome));
+        }
+    }
+
+    /// Loading and copying the part are the only places where this thread allocates: a part is taken at rest only.
+    fn takes_part(&self) -> bool {
+        self.machine.is_at_rest() && !self.buffer.has_setpoints()
+    }
+}

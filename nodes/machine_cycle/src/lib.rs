@@ -1,0 +1,19 @@
+//! The cyclic loop of a simulated machine without ROS: the node `machine_sim` runs it, and a replay runs it again from recorded inputs.
+
+pub mod active_alarms;
+pub mod area_order;
+pub mod commands;
+pub mod cyclic_loop;
+pub mod faults;
+pub mod inbound;
+pub mod input_record;
+pub mod keyframes;
+pub mod lasting_record;
+pub mod messages;
+pub mod outline;
+pub mod output_digest;
+pub mod pacing;
+pub mod part;
+pub mod partners;
+pub mod replay;
+pub mod stream_state;

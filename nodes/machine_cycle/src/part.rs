@@ -1,0 +1,198 @@
+//! The part on its way to the cyclic thread and back.
+
+use camwright::simulation::Machine;
+use camwright::simulation::turned_part::{MOST_CELLS, PartGrid, TurnedPart, TurnedPartError};
+use camwright::simulation::work_area::LoadingRefused;
+use camwright::simulation::workpiece::{CutRecord, LobeError};
+use camwright_files::convert::time::TickClock;
+use camwright_files::convert::{m_from_mm, mm_from_m};
+use camwright_msgs::camwright_msgs::msg::TurnedPage;
+use camwright_msgs::camwright_msgs::srv::{LoadBarRequest, LoadLobeRequest};
+use thiserror::Error;
+
+/// A lobe of a raw part, on its way to the machine.
+#[derive(Debug)]
+pub struct RawLobe {
+    pub clear: bool,
+    pub name: String,
+    pub station: String,
+    pub width_mm: f64,
+    /// Of the part, as every lobe of it says.
+    pub key_way_rad: f64,
+    pub radii_mm: Vec<f64>,
+    /// How it was asked for.
+    pub request: LoadLobeRequest,
+}
+
+/// A bar on its way to a lathe.
+#[derive(Debug)]
+pub struct RawBar {
+    pub name: String,
+    pub part_zero_mm: f64,
+    /// Gone once the machine has it.
+    pub part: Option<TurnedPart>,
+    /// How it was asked for.
+    pub request: LoadBarRequest,
+}
+
+/// The part as it stands, copied into room that the pump made.
+#[derive(Debug, Default)]
+pub struct Snapshot {
+    pub tick: u64,
+    pub finished: bool,
+    pub key_way_rad: f64,
+    pub lobes: Vec<SnapshotLobe>,
+    /// The part of a lathe.
+    pub turned: Option<SnapshotTurned>,
+}
+
+/// One lobe of a snapshot.
+#[derive(Debug, Default, Clone)]
+pub struct SnapshotLobe {
+    pub name: String,
+    pub station: String,
+    pub width_mm: f64,
+    pub radii_mm: Vec<f64>,
+    /// What the wheel did to every degree of it; none where nobody knows.
+    pub cut: Option<CutRecord>,
+}
+
+/// The turned part of a snapshot.
+#[derive(Debug, Clone)]
+pub struct SnapshotTurned {
+    pub name: String,
+    pub grid: PartGrid,
+    pub part_zero_mm: f64,
+    /// All azimuths of the first column first.
+    pub radii_mm: Vec<f64>,
+}
+
+/// Why a lobe was not put in.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LobeRefused {
+    Moving,
+    NotHeld(LoadingRefused),
+    Part(LobeError),
+}
+
+/// Why a bar was not put in.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum BarRefused {
+    #[error("the machine is not at rest")]
+    Moving,
+    #[error(transparent)]
+    NotHeld(LoadingRefused),
+    #[error("the machine has it already")]
+    Gone,
+    #[error(transparent)]
+    Part(TurnedPartError),
+}
+
+impl RawLobe {
+    pub fn new(request: LoadLobeRequest) -> Self {
+        let lobe = &request.lobe;
+        Self {
+            clear: request.clear,
+            name: lobe.name.clone(),
+            station: lobe.station.clone(),
+            width_mm: mm_from_m(lobe.width),
+            key_way_rad: lobe.key_way,
+            radii_mm: lobe.radius.iter().map(|radius| mm_from_m(*radius)).collect(),
+            request,
+        }
+    }
+
+    /// Puts it on the part in a machine at rest, with or in the place of what is there.
+    pub fn put_in(&mut self, machine: &mut Machine) -> Result<(), LobeRefused> {
+        if self.clear {
+            machine.clear_part();
+        }
+        let radii = std::mem::take(&mut self.radii_mm);
+        machine.set_key_way(self.key_way_rad);
+        machine.load_lobe(&self.name, &self.station, self.width_mm, radii).map_err(LobeRefused::Part)
+    }
+}
+
+impl RawBar {
+    /// The bar that is asked for. It is made here, not in the cyclic thread.
+    pub fn new(request: LoadBarRequest) -> Result<Self, String> {
+        let size = |count: u32| usize::try_from(count).unwrap_or(usize::MAX);
+        let grid = PartGrid {
+            azimuths: size(request.azimuths),
+            columns: size(request.columns),
+            from_mm: mm_from_m(request.from_z),
+            to_mm: mm_from_m(request.to_z),
+        };
+        let part = TurnedPart::round(request.name.clone(), grid, mm_from_m(request.radius));
+        let part = Some(part.map_err(|error| error.to_string())?);
+        Ok(Self { name: request.name.clone(), part_zero_mm: mm_from_m(request.part_zero), part, request })
+    }
+
+    /// Puts it into the chuck of a machine at rest, in the place of what is there.
+    pub fn clamp(&mut self, machine: &mut Machine) -> Result<(), BarRefused> {
+        let part = self.part.take().ok_or(BarRefused::Gone)?;
+        machine.load_turned_part(part, self.part_zero_mm).map_err(BarRefused::Part)
+    }
+}
+
+/// Puts the bar that is asked for into the chuck of a machine.
+///
+/// # Errors
+/// A bar that is none, a machine that turns nothing.
+pub fn clamp_bar(machine: &mut Machine, request: LoadBarRequest) -> Result<(), String> {
+    RawBar::new(request)?.clamp(machine).map_err(|error| error.to_string())
+}
+
+impl Snapshot {
+    /// Copies the part as it stands.
+    pub fn take(&mut self, machine: &Machine) {
+        self.tick = machine.tick();
+        self.key_way_rad = machine.key_way_rad();
+        let stations = &machine.description().stations;
+        self.lobes.clear();
+        self.lobes.extend(machine.part().lobes().iter().map(|lobe| SnapshotLobe {
+            name: lobe.name().to_owned(),
+            station: stations.get(lobe.station()).map_or_else(String::new, |station| station.switch.clone()),
+            width_mm: lobe.width_mm(),
+            radii_mm: lobe.radii_mm().to_vec(),
+            cut: lobe.cut_record().cloned(),
+        }));
+        self.turned = machine.turned_part().map(|part| SnapshotTurned {
+            name: part.name().to_owned(),
+            grid: *part.grid(),
+            part_zero_mm: machine.part_zero_mm(),
+            radii_mm: part.radii_mm().to_vec(),
+        });
+    }
+}
+
+/// Radii of a page: 32 kB.
+const RADII_OF_A_PAGE: usize = 4096;
+
+/// Most pages of a turned part: a late reader still gets all of them.
+pub const MOST_PAGES: u32 = 512;
+
+const _: () = assert!(MOST_PAGES as usize * RADII_OF_A_PAGE == MOST_CELLS);
+
+impl SnapshotTurned {
+    /// Its pages, as of a tick.
+    pub fn pages(&self, tick: u64, finished: bool, clock: TickClock) -> impl Iterator<Item = TurnedPage> {
+        let count = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
+        let pages = self.radii_mm.len().div_ceil(RADII_OF_A_PAGE);
+        self.radii_mm.chunks(RADII_OF_A_PAGE).enumerate().map(move |(page, radii)| TurnedPage {
+            stamp: clock.stamp(tick),
+            tick,
+            name: self.name.clone(),
+            finished,
+            part_zero: m_from_mm(self.part_zero_mm),
+            azimuths: count(self.grid.azimuths),
+            columns: count(self.grid.columns),
+            from_z: m_from_mm(self.grid.from_mm),
+            to_z: m_from_mm(self.grid.to_mm),
+            page: count(page),
+            pages: count(pages),
+            first: (page * RADII_OF_A_PAGE) as u64,
+            radius: radii.iter().map(|radius| m_from_mm(*radius)).collect(),
+        })
+    }
+}

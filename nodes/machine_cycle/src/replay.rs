@@ -1,0 +1,208 @@
+//! A machine that runs again what it was given once, without a clock: the cyclic thread's own code, fed from a record.
+
+use super::active_alarms::ActiveAlarms;
+use super::area_order::AreaOrder;
+use super::commands;
+use super::cyclic_loop::{Bounds, Pace, Ticker};
+use super::faults::asked_fault;
+use super::input_record::{BeginRecord, FORMAT, alarm_of, lobe_of, record};
+use super::keyframes::FORM as FORM_OF_KEYFRAMES;
+use super::messages::{Inbound, Outbound};
+use super::output_digest::{OutputDigest, Told};
+use super::part::RawBar;
+use super::stream_state::StreamState;
+use camwright::machine::description::MachineDescription;
+use camwright::machine::persistent_state::LastingState;
+use camwright::math::snapshot::{Kept, Tape};
+use camwright::simulation::Machine;
+use camwright::simulation::tick_report::TickReport;
+use camwright_files::convert::setpoints::ChunkBuffer;
+use camwright_msgs::camwright_msgs::msg::{MachineCommand, MachineInput, MachineKeyframe};
+use camwright_threads::ring::{Receiver, Sender, Waker, ring};
+use std::sync::Arc;
+
+/// Messages between two ticks that the rings hold; what comes out is taken after each one that goes in.
+const RING: usize = 1024;
+
+/// What a tick put out.
+#[derive(Debug, Clone)]
+pub struct Ticked {
+    pub report: TickReport,
+    /// Alarms that are active after it.
+    pub alarms: Arc<ActiveAlarms>,
+    /// Digests told with it.
+    pub told: [Option<Told>; 2],
+}
+
+/// The machine, run again.
+pub struct MachineAgain {
+    ticker: Ticker,
+    inlet: Sender<Inbound>,
+    reports: Receiver<Outbound>,
+    alarms: Arc<ActiveAlarms>,
+    digest: OutputDigest,
+}
+
+impl std::fmt::Debug for MachineAgain {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("MachineAgain").field("digest", &self.digest).finish_non_exhaustive()
+    }
+}
+
+impl MachineAgain {
+    /// The machine as a run began.
+    ///
+    /// # Errors
+    /// A record of another program or another machine, or one that cannot be read.
+    pub fn new(description: &MachineDescription, begin: &MachineInput) -> Result<Self, String> {
+        let begun: BeginRecord = record(&begin.content)?;
+        if begun.format != FORMAT {
+            let (format, version) = (begun.format, begun.version);
+            return Err(format!(
+                "its inputs are of form {format}, by camwright {version}; this one reads form {FORMAT}"
+            ));
+        }
+        if begun.machine_hash != description.hash {
+            return Err("the machine that began is not the one that the bag describes".to_owned());
+        }
+        let machine = Machine::new(description.clone(), LastingState::from(&begun.lasting));
+        Ok(Self::of(machine.map_err(|error| error.to_string())?))
+    }
+
+    /// A machine that has not begun.
+    pub fn of(machine: Machine) -> Self {
+        let waker = Waker::default();
+        let (inlet, inbound) = ring(RING, &waker);
+        let (outbound, reports) = ring(RING, &waker);
+        let ticker = Ticker::new(machine, Pace::Fast, inbound, outbound, Arc::new(Bounds::default()), 0);
+        Self { ticker, inlet, reports, alarms: Arc::default(), digest: OutputDigest::default() }
+    }
+
+    /// The machine as it was after a tick.
+    ///
+    /// # Errors
+    /// A state of another form or another machine, or one that cannot be.
+    pub fn from_keyframe(
+        description: &MachineDescription,
+        head: &MachineKeyframe,
+        state: &[u8],
+    ) -> Result<Self, String> {
+        if head.form != FORM_OF_KEYFRAMES {
+            return Err(format!("its state is of form {}; this program reads form {FORM_OF_KEYFRAMES}", head.form));
+        }
+        let machine = Machine::new(description.clone(), LastingState::new(description));
+        let mut again = Self::of(machine.map_err(|error| error.to_string())?);
+        again.follow(&mut Tape::reading(state))?;
+        let (tick, job_tick) = (again.ticker.machine.tick(), again.ticker.state.job_tick);
+        if tick != head.tick || job_tick != head.job_tick || job_tick > tick {
+            return Err(format!("its state is of tick {tick} and of the job that began with tick {job_tick}"));
+        }
+        again.digest = OutputDigest::from(head.digest, job_tick);
+        again.alarms = Arc::new(ActiveAlarms::of(again.ticker.machine.alarms()));
+        Ok(again)
+    }
+
+    /// Goes through the state of the machine as it is now.
+    ///
+    /// # Errors
+    /// Where it cannot be gone through, and why.
+    pub fn follow(&mut self, tape: &mut Tape<'_>) -> Result<(), String> {
+        let followed = self.ticker.keep(tape).and_then(|()| tape.end());
+        followed.map_err(|error| format!("{}: {error}", tape.place()))
+    }
+
+    /// Writes the state down.
+    ///
+    /// # Errors
+    /// As for [`MachineAgain::follow`].
+    pub fn state(&mut self) -> Result<Vec<u8>, String> {
+        let mut measured = Tape::measuring();
+        self.follow(&mut measured)?;
+        let mut state = vec![0; measured.octets()];
+        self.follow(&mut Tape::writing(&mut state))?;
+        Ok(state)
+    }
+
+    /// Takes an input; `chunk` finds the chunk with a first tick and a digest.
+    ///
+    /// # Errors
+    /// An input that cannot be read, or a chunk that is not at hand.
+    pub fn take(
+        &mut self,
+        input: &MachineInput,
+        chunk: impl FnOnce(u64, u64) -> Result<ChunkBuffer, String>,
+    ) -> Result<(), String> {
+        let machine = self.ticker.machine.description();
+        let inbound = match input.kind {
+            MachineInput::CHUNK => Inbound::Chunk(input.writer, Box::new(chunk(input.number, input.digest)?)),
+            MachineInput::NO_CHUNK => Inbound::NoChunk(input.writer),
+            MachineInput::COMMAND => {
+                let message: MachineCommand = record(&input.content)?;
+                let command = commands::timed(&message, machine)
+                    .ok_or_else(|| format!("command {} for {:?} is unknown", message.kind, message.target))?;
+                Inbound::Command(input.writer, command)
+            }
+            MachineInput::FAULT => {
+                let asked = asked_fault(record(&input.content)?, machine).map_err(|error| error.to_string())?;
+                Inbound::Fault(Box::new(asked))
+            }
+            MachineInput::RESET => Inbound::Reset,
+            MachineInput::LOBE => Inbound::Lobe(Box::new(lobe_of(input)?)),
+            MachineInput::BAR => Inbound::Bar(Box::new(RawBar::new(record(&input.content)?)?)),
+            MachineInput::WORK_AREA => {
+                let order = AreaOrder::of_service(&input.content);
+                Inbound::Area(order.ok_or_else(|| format!("{:?} works no part of the machine", input.content))?)
+            }
+            MachineInput::LOADER => Inbound::Loader { inside: input.number & 1 != 0, lost: input.number & 2 != 0 },
+            MachineInput::JUDGE => Inbound::Judge(input.number == 1),
+            MachineInput::RESET_SHIFT => Inbound::ResetShift,
+            MachineInput::CLOSE => {
+                self.ticker.close();
+                self.drain();
+                return Ok(());
+            }
+            MachineInput::OPEN => {
+                self.ticker.open();
+                return Ok(());
+            }
+            MachineInput::ALARM => {
+                let (kind, value) = alarm_of(input)?;
+                self.ticker.raise_outside(kind, value);
+                self.drain();
+                return Ok(());
+            }
+            MachineInput::BEGIN | MachineInput::DIGEST => return Ok(()),
+            kind => return Err(format!("there is no input of kind {kind}")),
+        };
+        // The ring is empty before every input.
+        let _taken = self.inlet.send(inbound);
+        self.ticker.receive();
+        self.drain();
+        Ok(())
+    }
+
+    /// One tick.
+    pub fn tick(&mut self) -> Option<Ticked> {
+        self.ticker.tick();
+        let (report, state) = self.drain()?;
+        let mut alarms = ActiveAlarms::clone(&self.alarms);
+        if alarms.take(&report, &state) {
+            self.alarms = Arc::new(alarms);
+        }
+        let alarms = Arc::clone(&self.alarms);
+        Some(Ticked { report, alarms, told: self.digest.take(&report, &state) })
+    }
+
+    /// What was told: of it only the tick counts.
+    fn drain(&mut self) -> Option<(TickReport, StreamState)> {
+        let mut ticked = None;
+        while let Some(report) = self.reports.receive() {
+            if let Outbound::Tick(report, state) = report
+                && !state.only_stream
+            {
+                ticked = Some((report, state));
+            }
+        }
+        ticked
+    }
+}

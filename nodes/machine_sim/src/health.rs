@@ -1,0 +1,275 @@
+//! What `/diagnostics` says of the machine: its alarms, how its cycle keeps time, setpoints on their way, drives, wheel and gauge.
+//!
+//! Each status is about the last second: a level goes up as soon as something is near its bound, and down again when it is not.
+
+use super::buffer_advice::{BufferAdvice, US_PER_MS};
+use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
+use camwright::machine::persistent_state::LastingState;
+use camwright::math::units::{rpm_from_rad_s, um_from_mm};
+use camwright::simulation::tick_report::TickReport;
+use camwright_machine_cycle::cyclic_loop::{Bounds, Pace};
+use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
+use camwright_ros::realtime::Realtime;
+use camwright_ros::running::NodeError;
+use camwright_ros::{Diagnostics, Node, diagnostic_status};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Shares of a bound from which on something is told: as a warning, as an error.
+const NEAR: (f64, f64) = (0.7, 0.9);
+/// Shares of the feedback delay below which setpoints come late.
+const LATE: (f64, f64) = (0.2, 0.05);
+/// Shares of a wheel's usable radius below which it is about to be worn.
+const WORN: (f64, f64) = (0.1, 0.02);
+
+/// Time behind the system clock from which on stamps are too old (µs).
+const SLIPPED_US: i64 = 50_000;
+
+/// What was seen since the last report.
+#[derive(Debug, Default)]
+struct Seen {
+    /// Largest following error, as a share of that at which the drive trips.
+    following: [f64; AXIS_COUNT],
+    /// Largest force, as a share of what the drive has.
+    force: [f64; AXIS_COUNT],
+    wheel_rad_s: f64,
+    readings: u64,
+    last_reading_mm: Option<f64>,
+    is_before_a_lobe: bool,
+    lasting: Option<LastingState>,
+}
+
+/// What the machine's threads tell about its health.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Health(Arc<Mutex<Seen>>);
+
+impl Health {
+    fn seen(&self) -> MutexGuard<'_, Seen> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Looks at a tick.
+    pub(super) fn see(&self, report: &TickReport, machine: &MachineDescription) {
+        let mut seen = self.seen();
+        for axis in Axis::ALL {
+            let (description, told) = (machine.axis(axis), &report.axes[axis.index()]);
+            let speed = (told.velocity / description.limits.velocity).abs();
+            let trips_at = (description.max_following_error * speed).max(description.min_following_error);
+            let following = (told.following_error / trips_at).abs();
+            let force = (told.effort / description.most_force()).abs();
+            let place = axis.index();
+            seen.following[place] = seen.following[place].max(following);
+            seen.force[place] = seen.force[place].max(force);
+        }
+        seen.wheel_rad_s = report.wheel_rad_s;
+        seen.is_before_a_lobe = report.lobe.is_some();
+        if let Some(reading_mm) = report.gauge_mm[0] {
+            seen.readings += 1;
+            seen.last_reading_mm = Some(reading_mm);
+        }
+    }
+
+    /// What outlives the run has changed.
+    pub(super) fn keep(&self, lasting: &LastingState) {
+        self.seen().lasting = Some(*lasting);
+    }
+
+    /// Reports once a second.
+    pub(super) fn report(
+        &self,
+        node: &Node,
+        machine: &MachineDescription,
+        bounds: &Arc<Bounds>,
+        (pace, realtime): (Pace, Realtime),
+    ) -> Result<Diagnostics, NodeError> {
+        bounds.least_lead_ticks.store(u64::MAX, Ordering::Relaxed);
+        let (health, bounds, described) = (self.clone(), Arc::clone(bounds), machine.clone());
+        let (mut late_before, mut dropped_before, mut slips_before) = (0, 0, 0);
+        let mut buffer = BufferAdvice::new(node, machine);
+        let report = move || {
+            let mut all = vec![
+                cycle(&bounds, &mut late_before, [realtime.text(), realtime.text_of_others()]),
+                setpoints(&bounds, &described, pace),
+            ];
+            all.push(telemetry(bounds.drops.count(), &mut dropped_before));
+            if pace == Pace::Realtime {
+                all.push(clock(&bounds, &mut slips_before));
+                all.push(buffer.report(&bounds));
+            }
+            let mut seen = health.seen();
+            all.push(drives(&seen));
+            all.push(wheel(&seen, &described));
+            if described.gauge.is_some() {
+                all.push(gauge(&seen));
+            }
+            *seen = Seen { lasting: seen.lasting, ..Seen::default() };
+            all
+        };
+        Ok(node.diagnostics(&machine.name, report)?)
+    }
+}
+
+/// Alarms, and how well ticks keep the pace of the clock.
+fn cycle(bounds: &Bounds, late_before: &mut u64, scheduling: [String; 2]) -> DiagnosticStatus {
+    let [cyclic, others] = scheduling;
+    let read = |value: &AtomicU64| value.load(Ordering::Relaxed);
+    let (alarms, late, worst_us) =
+        (read(&bounds.alarms), read(&bounds.late_ticks), bounds.worst_late_us.swap(0, Ordering::Relaxed));
+    let late_now = late - std::mem::replace(late_before, late);
+    let (level, message) = match (alarms, late_now) {
+        (0, 0) => (DiagnosticStatus::OK, "running".to_owned()),
+        (0, late) if late < 10 => (DiagnosticStatus::WARN, format!("{late} ticks late in the last second")),
+        (0, late) => (DiagnosticStatus::ERROR, format!("{late} ticks late in the last second: relieve the computer")),
+        (alarms, _) => (DiagnosticStatus::ERROR, format!("{alarms} alarms need a reset")),
+    };
+    let values = [
+        ("tick", read(&bounds.tick).to_string()),
+        ("late_ticks", late.to_string()),
+        ("late_in_the_last_second", late_now.to_string()),
+        ("latest_us", worst_us.to_string()),
+        ("scheduling", cyclic),
+        ("scheduling_of_other_threads", others),
+    ];
+    diagnostic_status(level, "", &message, &values)
+}
+
+/// Samples that were dropped because a subscriber does not acknowledge.
+fn telemetry(dropped: u64, before: &mut u64) -> DiagnosticStatus {
+    let now = dropped - std::mem::replace(before, dropped);
+    let (level, message) = match now {
+        0 => (DiagnosticStatus::OK, "every message is sent".to_owned()),
+        now => {
+            (DiagnosticStatus::WARN, format!("{now} messages dropped in the last second: a subscriber is gone or slow"))
+        }
+    };
+    let values = [("dropped", dropped.to_string()), ("dropped_in_the_last_second", now.to_string())];
+    diagnostic_status(level, "telemetry", &message, &values)
+}
+
+/// How well stamps follow the system clock.
+fn clock(bounds: &Bounds, slips_before: &mut u64) -> DiagnosticStatus {
+    let (slips, behind_us) = (bounds.slips.load(Ordering::Relaxed), bounds.behind_us.load(Ordering::Relaxed));
+    let slips_now = slips - std::mem::replace(slips_before, slips);
+    #[allow(clippy::cast_precision_loss, reason = "a time for people")]
+    let behind_ms = behind_us as f64 / US_PER_MS;
+    let level =
+        if slips_now > 0 || behind_us.abs() > SLIPPED_US { DiagnosticStatus::WARN } else { DiagnosticStatus::OK };
+    let message = format!("stamps are {behind_ms:.1} ms behind the system clock, {slips} slips since the start");
+    diagnostic_status(level, "clock", &message, &[("behind_us", behind_us.to_string()), ("slips", slips.to_string())])
+}
+
+/// How long before its use a setpoint is there.
+fn setpoints(bounds: &Bounds, machine: &MachineDescription, pace: Pace) -> DiagnosticStatus {
+    let least = bounds.least_lead_ticks.swap(u64::MAX, Ordering::Relaxed);
+    let ahead = u64::from(machine.feedback_delay_ticks);
+    if least == u64::MAX {
+        return diagnostic_status(DiagnosticStatus::OK, "setpoints", "none in the last second", &[]);
+    }
+    #[allow(clippy::cast_precision_loss, reason = "ticks of a delay")]
+    let share = least as f64 / ahead as f64;
+    // At pace fast ticks wait for their setpoints.
+    let level = if pace == Pace::Fast { DiagnosticStatus::OK } else { below(share, LATE) };
+    let message = format!("they came {least} of {ahead} ticks before their use at least");
+    let values = [("least_lead_ticks", least.to_string()), ("feedback_delay_ticks", ahead.to_string())];
+    diagnostic_status(level, "setpoints", &message, &values)
+}
+
+/// How near the drives are to what they can do and to their trips.
+fn drives(seen: &Seen) -> DiagnosticStatus {
+    let percent = |share: f64| format!("{:.0}", 100.0 * share);
+    let most = |shares: &[f64; AXIS_COUNT]| shares.iter().copied().fold(0.0, f64::max);
+    let level = above(most(&seen.following).max(most(&seen.force)), NEAR);
+    let message = format!(
+        "force up to {} % of what the drives have, following error up to {} % of what trips them",
+        percent(most(&seen.force)),
+        percent(most(&seen.following))
+    );
+    let keys = ["c_axis", "x_axis", "z_axis"]
+        .map(|joint| [format!("{joint}_force_percent"), format!("{joint}_following_percent")]);
+    let values: Vec<(&str, String)> = keys
+        .iter()
+        .zip(seen.force.iter().zip(&seen.following))
+        .flat_map(|([force_key, following_key], (force, following))| {
+            [(force_key.as_str(), percent(*force)), (following_key.as_str(), percent(*following))]
+        })
+        .collect();
+    diagnostic_status(level, "drives", &message, &values)
+}
+
+/// What is left of the wheel.
+fn wheel(seen: &Seen, machine: &MachineDescription) -> DiagnosticStatus {
+    let speed = ("speed_rpm", format!("{:.0}", rpm_from_rad_s(seen.wheel_rad_s)));
+    let (Some(lasting), false) = (&seen.lasting, machine.is_lathe()) else {
+        return diagnostic_status(DiagnosticStatus::OK, "wheel", "no wear is known of", &[speed]);
+    };
+    let radius_mm = lasting.wheel_radius_mm - lasting.wheel_wear_mm;
+    let (new_mm, least_mm) = (machine.wheel.new_radius_mm, machine.wheel.min_radius_mm);
+    let level = below((radius_mm - least_mm) / (new_mm - least_mm).max(f64::MIN_POSITIVE), WORN);
+    let message = format!("{radius_mm:.3} mm in radius, worn at {least_mm:.3} mm");
+    let values = [
+        speed,
+        ("radius_mm", format!("{radius_mm:.4}")),
+        ("wear_since_dress_um", format!("{:.2}", um_from_mm(lasting.wheel_wear_mm))),
+        ("lobes_since_dress", lasting.lobes_since_dress.to_string()),
+    ];
+    diagnostic_status(level, "wheel", &message, &values)
+}
+
+/// What the gauge reads.
+fn gauge(seen: &Seen) -> DiagnosticStatus {
+    let message = match (seen.readings, seen.is_before_a_lobe) {
+        (0, _) => "no readings in the last second".to_owned(),
+        (readings, _) => format!("{readings} readings in the last second"),
+    };
+    let last = seen.last_reading_mm.map_or_else(String::new, |mm| format!("{mm:.5}"));
+    let values = [
+        ("readings", seen.readings.to_string()),
+        ("last_reading_mm", last),
+        ("lobe_before_the_wheel", seen.is_before_a_lobe.to_string()),
+    ];
+    diagnostic_status(DiagnosticStatus::OK, "gauge", &message, &values)
+}
+
+fn above(share: f64, (warning, error): (f64, f64)) -> u8 {
+    if share >= error {
+        DiagnosticStatus::ERROR
+    } else if share >= warning {
+        DiagnosticStatus::WARN
+    } else {
+        DiagnosticStatus::OK
+    }
+}
+
+fn below(share: f64, (warning, error): (f64, f64)) -> u8 {
+    above(-share, (-warning, -error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_escalate_towards_their_bound_and_come_down_again() {
+        let levels = [0.1, 0.7, 0.89, 0.9, 2.0].map(|share| above(share, NEAR));
+        let (ok, warn, error) = (DiagnosticStatus::OK, DiagnosticStatus::WARN, DiagnosticStatus::ERROR);
+        assert_eq!(levels, [ok, warn, warn, error, error]);
+        assert_eq!([0.5, 0.2, 0.1, 0.05, 0.0].map(|share| below(share, LATE)), [ok, warn, warn, error, error]);
+    }
+
+    #[test]
+    fn late_ticks_and_late_setpoints_are_those_of_the_last_second() {
+        let bounds = Bounds::default();
+        let mut before = 0;
+        bounds.least_lead_ticks.store(u64::MAX, Ordering::Relaxed);
+        assert_eq!(cycle(&bounds, &mut before, [const { String::new() }; 2]).level, DiagnosticStatus::OK);
+        bounds.late_ticks.store(3, Ordering::Relaxed);
+        assert_eq!(cycle(&bounds, &mut before, [const { String::new() }; 2]).level, DiagnosticStatus::WARN);
+        bounds.late_ticks.store(40, Ordering::Relaxed);
+        assert_eq!(cycle(&bounds, &mut before, [const { String::new() }; 2]).level, DiagnosticStatus::ERROR);
+        assert_eq!(
+            cycle(&bounds, &mut before, [const { String::new() }; 2]).level,
+            DiagnosticStatus::OK,
+            "a second without one"
+        );
+    }
+}

@@ -1,0 +1,113 @@
+//! What the machine was given, told in the order in which its cyclic thread took it: `machine/inputs`.
+//!
+//! The cyclic thread only hands on what it took; tick and digests are made here, in the pump, which sees ticks and inputs in their order.
+
+use camwright::machine::description::MachineDescription;
+use camwright::machine::persistent_state::LastingState;
+use camwright::simulation::tick_report::TickReport;
+use camwright_files::convert::time::TickClock;
+use camwright_files::record_text::record_text as text;
+use camwright_machine_cycle::commands;
+use camwright_machine_cycle::input_record::{
+    BeginRecord, FORMAT, VERSION, bar_message, check, chunk_message, digest_message, lobe_message,
+};
+use camwright_machine_cycle::lasting_record::LastingRecord;
+use camwright_machine_cycle::messages::{Outbound, Taken};
+use camwright_machine_cycle::output_digest::OutputDigest;
+use camwright_machine_cycle::stream_state::StreamState;
+use camwright_msgs::camwright_msgs::msg::{MachineInput, MachineKeyframe};
+use camwright_ros::{Node, Publisher, Qos, RosError};
+
+/// Inputs that a late reader still gets: a recorder that comes when the machine runs already.
+const DEPTH: u32 = 4000;
+
+/// The topic.
+#[derive(Debug)]
+pub(super) struct InputOutlet {
+    publisher: Publisher<MachineInput>,
+    machine: MachineDescription,
+    clock: TickClock,
+    sequence: u64,
+    tick: u64,
+    digest: OutputDigest,
+}
+
+impl InputOutlet {
+    pub(super) fn new(node: &Node, machine: &MachineDescription, clock: TickClock) -> Result<Self, RosError> {
+        let publisher = node.publisher("machine/inputs", &Qos::latched(DEPTH))?;
+        let (machine, digest) = (machine.clone(), OutputDigest::default());
+        Ok(Self { publisher, machine, clock, sequence: 0, tick: 0, digest })
+    }
+
+    /// The machine begins.
+    pub(super) fn begin(&mut self, lasting: &LastingState) -> Result<(), RosError> {
+        let (version, machine_hash) = (VERSION.to_owned(), self.machine.hash.clone());
+        let content =
+            text(&BeginRecord { format: FORMAT, version, machine_hash, lasting: LastingRecord::from(lasting) });
+        self.publish(MachineInput { kind: MachineInput::BEGIN, content, ..MachineInput::default() })
+    }
+
+    /// A tick was executed.
+    pub(super) fn tick(&mut self, report: &TickReport, state: &StreamState) -> Result<(), RosError> {
+        self.tick = report.tick;
+        let told = self.digest.take(report, state);
+        told.into_iter().flatten().try_for_each(|told| self.publish(digest_message(&told)))
+    }
+
+    /// Of which tick a keyframe is that comes now.
+    pub(super) fn head(&self) -> MachineKeyframe {
+        let (digest, job_tick) = self.digest.parts();
+        let (stamp, tick, sequence) = (self.clock.stamp(self.tick), self.tick, self.sequence);
+        MachineKeyframe { stamp, tick, sequence, job_tick, digest, ..MachineKeyframe::default() }
+    }
+
+    /// Tells what of a report of the cyclic thread was an input.
+    pub(super) fn see(&mut self, report: &Outbound) -> Result<(), RosError> {
+        let message = match report {
+            Outbound::Used(writer, chunk)
+            | Outbound::Refused(_, writer, chunk)
+            | Outbound::SecondWriter { refused: writer, chunk, .. } => chunk_message(*writer, chunk),
+            Outbound::LobeDone(_, lobe) => lobe_message(lobe),
+            Outbound::BarDone(_, bar) => bar_message(bar),
+            Outbound::Taken(taken) => self.message(taken),
+            _ => return Ok(()),
+        };
+        self.publish(message)
+    }
+
+    fn message(&self, taken: &Taken) -> MachineInput {
+        let plain = |kind: u8| MachineInput { kind, ..MachineInput::default() };
+        match taken {
+            Taken::NoChunk(writer) => MachineInput { writer: *writer, ..plain(MachineInput::NO_CHUNK) },
+            Taken::Command(writer, command) => {
+                let content = text(&commands::message(command, &self.machine));
+                MachineInput { writer: *writer, content, ..plain(MachineInput::COMMAND) }
+            }
+            Taken::Fault(asked) => MachineInput { content: text(&asked.request), ..plain(MachineInput::FAULT) },
+            Taken::Reset => plain(MachineInput::RESET),
+            Taken::Area(order) => {
+                MachineInput { content: order.service().to_owned(), ..plain(MachineInput::WORK_AREA) }
+            }
+            Taken::Loader { inside, lost } => {
+                let number = u64::from(*inside) + 2 * u64::from(*lost);
+                MachineInput { number, ..plain(MachineInput::LOADER) }
+            }
+            Taken::Judge(is_good) => MachineInput { number: u64::from(*is_good), ..plain(MachineInput::JUDGE) },
+            Taken::ResetShift => plain(MachineInput::RESET_SHIFT),
+            Taken::Close => plain(MachineInput::CLOSE),
+            Taken::Open => plain(MachineInput::OPEN),
+            Taken::Alarm(kind, value) => {
+                let number = u64::from(kind.entry().number);
+                MachineInput { number, values: vec![*value], ..plain(MachineInput::ALARM) }
+            }
+        }
+    }
+
+    fn publish(&mut self, message: MachineInput) -> Result<(), RosError> {
+        let (stamp, tick, sequence) = (self.clock.stamp(self.tick), self.tick, self.sequence);
+        self.sequence += 1;
+        let mut message = MachineInput { stamp, tick, sequence, ..message };
+        message.check = check(&message).unwrap_or_default();
+        self.publisher.publish(&message)
+    }
+}

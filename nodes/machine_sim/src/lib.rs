@@ -1,0 +1,509 @@
+//! The node `machine_sim`: the clock, axes, sensors, wheel, part, gauge, alarms and e-stop of a simulated machine.
+
+mod buffer_advice;
+mod clock_outlet;
+mod health;
+mod inputs;
+mod keyframe_outlet;
+mod loading;
+mod pump;
+mod scene_outlet;
+mod work_area;
+
+use camwright::machine::description::MachineDescription;
+use camwright::machine::persistent_state::LastingState;
+use camwright::simulation::Machine;
+use camwright::simulation::fault::{FAULTS, Fault};
+use camwright_files::convert::machine_description::description_message;
+use camwright_files::convert::setpoints::chunk_from_trajectory;
+use camwright_files::convert::time::TickClock;
+use camwright_files::locate::locate;
+use camwright_files::machine_file;
+use camwright_files::machine_state_file;
+use camwright_machine_cycle::commands;
+use camwright_machine_cycle::cyclic_loop::Pace;
+use camwright_machine_cycle::cyclic_loop::{Bounds, Ticker};
+use camwright_machine_cycle::faults::asked_fault;
+use camwright_machine_cycle::input_record::estop_request;
+use camwright_machine_cycle::keyframes::Keyframes;
+use camwright_machine_cycle::messages::{AskedFault, Inbound, Outbound};
+use camwright_machine_cycle::part::Snapshot;
+use camwright_msgs::camwright_msgs::msg::{
+    MachineCommand as CommandMessage, MachineDescription as DescriptionMessage, MachineStream, RecorderStatus,
+};
+use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultResponse};
+use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
+use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
+use camwright_ros::authority::{Desk, OneSender};
+use camwright_ros::liveness;
+use camwright_ros::realtime::{self, Realtime};
+use camwright_ros::running::{NodeError, Threads, autostart};
+use camwright_ros::{
+    Diagnostics, Level, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Parameter, ParameterValue, Publisher, Qos,
+    Responder, RosArgs, ServiceHandle, SpinThread, Subscription, TimerHandle,
+};
+use camwright_threads::ring::{Sender, Waker, ring};
+use camwright_threads::system_time::system_time_ns;
+use health::Health;
+use loading::Loads;
+use pump::{Context, Outlets, Pump};
+use scene_outlet::SceneOutlet;
+use std::collections::VecDeque;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+use work_area::{AreaRequests, CounterOutlet};
+
+/// Messages that may wait between the threads.
+const RING: usize = 1024;
+/// Ticks the machine may be ahead of the recorder at pace fast.
+const RECORDER_WINDOW: u64 = 500;
+/// Parameter: how long the loader may be silent.
+const LOADER_TIMEOUT: &str = "loader_timeout_s";
+/// Parameter: how far setpoints run ahead.
+const BUFFER: &str = "setpoint_buffer_ms";
+/// Parameter: joint states of a machine at rest.
+const REST_RATE: &str = "rest_publish_rate_hz";
+
+/// A running `machine_sim`.
+#[derive(Debug)]
+pub struct MachineSim {
+    node: Node,
+    lifecycle: Lifecycle,
+    threads: Threads,
+    bounds: Arc<Bounds>,
+    waker: Waker,
+    _spin: SpinThread,
+    _endpoints: Endpoints,
+}
+
+#[derive(Debug)]
+struct Endpoints {
+    _subscriptions: Vec<Subscription>,
+    _services: Vec<ServiceHandle>,
+    _around: work_area::Endpoints,
+    _command: TimerHandle,
+    _diagnostics: Diagnostics,
+}
+
+/// The way into the cyclic thread, shared by the callbacks of the executor thread.
+#[derive(Debug, Clone)]
+struct Inlet(Arc<Mutex<Sender<Inbound>>>);
+
+impl Inlet {
+    /// False when the ring is full: the cyclic thread does not take anything any more.
+    fn send(&self, message: Inbound) -> bool {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).send(message).is_ok()
+    }
+}
+
+/// Requests that the cyclic thread has yet to answer, oldest first.
+type Waiting<S> = Arc<Mutex<VecDeque<Responder<S>>>>;
+
+fn push<S: camwright_msgs::Service>(waiting: &Waiting<S>, responder: Responder<S>) {
+    waiting.lock().unwrap_or_else(PoisonError::into_inner).push_back(responder);
+}
+
+fn pop<S: camwright_msgs::Service>(waiting: &Waiting<S>) -> Option<Responder<S>> {
+    waiting.lock().unwrap_or_else(PoisonError::into_inner).pop_front()
+}
+
+fn parameters() -> Vec<Parameter> {
+    let own = vec![
+        Parameter::string("machine", "cam_grinder").describe("machine file, by name or path").read_only(),
+        Parameter::string_array("machine_overrides", &[]).describe("key=value pairs over the machine file").read_only(),
+        Parameter::string("pace", "realtime")
+            .describe("time by the clock, or as fast as possible")
+            .choices(&["realtime", "fast"])
+            .read_only(),
+        Parameter::string("state_file", "")
+            .describe("file of what outlives a run; empty: the user's state directory; 'none': nowhere")
+            .read_only(),
+        Parameter::double(LOADER_TIMEOUT, 1.0)
+            .describe("of a machine with loading: longest silence of the loader on loader/state (s)")
+            .range(0.1, 60.0)
+            .read_only(),
+        Parameter::double(BUFFER, 0.0)
+            .describe(
+                "time for which setpoints are sent ahead, over the machine file's feedback_delay_ticks (ms): longer survives a busier \
+                 computer, shorter reacts sooner to feedback; 0: as the machine file says",
+            )
+            .range(0.0, 1000.0)
+            .read_only(),
+        Parameter::double(REST_RATE, 20.0)
+            .describe("joint_states of a machine at pace realtime that rests and runs no job (Hz); every tick is published otherwise")
+            .range(1.0, 10_000.0)
+            .read_only(),
+        autostart::parameter(),
+        liveness::parameter(),
+    ];
+    own.into_iter()
+        .chain(keyframe_outlet::parameters())
+        .chain(realtime::parameters())
+        .chain(scene_outlet::parameters())
+        .collect()
+}
+
+impl MachineSim {
+    /// Starts the node.
+    ///
+    /// # Errors
+    /// A machine file that is refused, parameters out of range, DDS that cannot start.
+    pub fn start(args: &RosArgs) -> Result<Self, NodeError> {
+        let options = NodeOptions::new("machine_sim", args).parameters(parameters());
+        // At pace fast there is no clock to keep up with, only others to be kept from working.
+        let keeps_clock = !matches!(options.asked("pace"), Some(ParameterValue::String(pace)) if pace == "fast");
+        realtime::start_with_priority(options, keeps_clock, Self::start_node)
+    }
+
+    fn start_node(options: NodeOptions) -> Result<Self, NodeError> {
+        let node = Node::new(options)?;
+        let desk = Desk::new(&node, liveness::limit(&node))?;
+        let settings = node.parameters();
+        let located = locate("machines", &settings.string("machine"), "yaml", None).map_err(NodeError::file)?;
+        let mut overrides = settings.string_array("machine_overrides");
+        let mut file = machine_file::parse(&located.path, &located.text, &overrides).map_err(NodeError::file)?;
+        if let Some(ticks) = buffer_ticks(settings.double(BUFFER), &file.description) {
+            overrides.push(format!("feedback_delay_ticks={ticks}"));
+            file = machine_file::parse(&located.path, &located.text, &overrides).map_err(NodeError::file)?;
+        }
+        let pace = match settings.string("pace").as_str() {
+            "realtime" => Pace::Realtime,
+            "fast" => Pace::Fast,
+            other => return Err(NodeError::Parameter(format!("pace is {other:?}, allowed are realtime and fast"))),
+        };
+        let state_file = match settings.string("state_file").as_str() {
+            "" => machine_state_file::default_path(&file.description.name),
+            "none" => None,
+            path => Some(PathBuf::from(path)),
+        };
+        let lasting_state = match &state_file {
+            Some(path) => machine_state_file::load(path, &file.description).map_err(NodeError::file)?,
+            None => LastingState::new(&file.description),
+        };
+        let machine = Machine::new(file.description.clone(), lasting_state)
+            .map_err(|error| NodeError::Parameter(format!("machine {}: {error}", located.path.display())))?;
+        // Ticks of a realtime machine follow the system clock from here on, in whole cycles; simulated time begins with a whole second.
+        let (now_ns, grid_ns) = match pace {
+            Pace::Realtime => (system_time_ns(), i64::from(file.description.cycle_time_ns).max(1)),
+            Pace::Fast => (node.now_ns(), 1_000_000_000),
+        };
+        let cycle_time_ns = file.description.cycle_time_ns;
+        let clock = TickClock { epoch_ns: now_ns / grid_ns * grid_ns, cycle_time_ns };
+
+        let wheel_radius_mm = machine.lasting().wheel_radius_mm;
+        let description = node.publisher("machine/description", &Qos::latched(1))?;
+        description.publish(&description_message(&file, machine.lasting()))?;
+
+        let waker = Waker::default();
+        let pump_waker = Waker::default();
+        let (inlet, inbound) = ring(RING, &waker);
+        let (outbound, reports) = ring(RING, &pump_waker);
+        let inlet = Inlet(Arc::new(Mutex::new(inlet)));
+        let bounds = Arc::new(Bounds::default());
+        let told = *machine.lasting();
+        let ticker = Ticker::new(machine, pace, inbound, outbound, Arc::clone(&bounds), RECORDER_WINDOW)
+            .with_clock(clock)
+            .with_keyframes(Keyframes::new(keyframe_outlet::period_s(settings), file.description.cycle_time_s(), pace))
+            .with_silence_limit(liveness::limit(&node));
+        let health = Health::default();
+        health.keep(&told);
+        let context = Context {
+            health: health.clone(),
+            node: node.clone(),
+            description: file.description.clone(),
+            clock,
+            pace: if pace == Pace::Fast { MachineStream::PACE_FAST } else { MachineStream::PACE_REALTIME },
+            stream_period_ticks: file.description.stream_period_ticks(),
+            inlet: inlet.clone(),
+            is_fast: pace == Pace::Fast,
+            drops: bounds.drops.clone(),
+            rest_period_ticks: rest_period_ticks(settings.double(REST_RATE), &file.description, pace),
+        };
+        let scene = SceneOutlet::new(&node, &file.description, wheel_radius_mm, inlet.clone(), &bounds.drops)?;
+        let mut outlets = Outlets::new(&node, pace == Pace::Fast, &file.description, clock, &bounds.drops)?;
+        outlets.begin(&told)?;
+        let pump = Pump::new(context, outlets, scene);
+
+        let resets: Waiting<Trigger> = Waiting::default();
+        let loads = Loads::default();
+        let area = AreaRequests::default();
+        let loader_timeout = Duration::from_secs_f64(settings.double(LOADER_TIMEOUT));
+        let loader_timeout = file.description.loading.map(|_| loader_timeout);
+        let mut counters = CounterOutlet::new(&node)?;
+        let mut threads = Threads::default();
+        let ticker_waker = waker.clone();
+        let realtime = Realtime::of(&node)?;
+        let asked = realtime.clone();
+        threads.spawn(&node, "machine cycle", move || {
+            // At pace fast there is no clock to keep up with, only others to be kept from working.
+            if pace == Pace::Realtime {
+                asked.adopt_current_thread();
+            }
+            ticker.run(&ticker_waker);
+        })?;
+        counters.tell(&told);
+        let known =
+            Known { file: file.clone(), state_file, description, counters, area: area.clone(), health: health.clone() };
+        let answer = answers(&node, &inlet, &resets, &loads, known);
+        threads.spawn(&node, "machine pump", move || pump.run(reports, &pump_waker, answer))?;
+
+        let subscriptions = subscriptions(&node, &file.description, clock, &inlet, &bounds, &waker, &desk)?;
+        let mut services = services(&node, &file.description, &inlet, &resets, &loads)?;
+        let mut around = work_area::offer(&node, &inlet, &area, loader_timeout)?;
+        services.append(&mut around.services);
+        let (motion, way) = (Arc::clone(&bounds), inlet.clone());
+        let in_motion = move || motion.in_motion.load(Ordering::Relaxed);
+        let alarm = move || {
+            way.send(Inbound::NoAuthority);
+        };
+        let mut command = desk.open(in_motion, alarm)?;
+        services.append(&mut command.services);
+        let lifecycle = node.lifecycle(Activation(inlet))?;
+        let spin = node.spin_in_thread()?;
+        autostart::begin(&node, &lifecycle);
+        let diagnostics = health.report(&node, &file.description, &bounds, (pace, realtime))?;
+        let endpoints = Endpoints {
+            _subscriptions: subscriptions,
+            _services: services,
+            _around: around,
+            _command: command.timer,
+            _diagnostics: diagnostics,
+        };
+        Ok(Self { node, lifecycle, threads, bounds, waker, _spin: spin, _endpoints: endpoints })
+    }
+
+    /// The node.
+    #[must_use]
+    pub fn node(&self) -> &Node {
+        &self.node
+    }
+
+    /// Its life cycle.
+    pub fn lifecycle(&self) -> &Lifecycle {
+        &self.lifecycle
+    }
+
+    /// Ends the cyclic thread, then the node.
+    pub fn stop(self) {
+        self.bounds.stop.store(true, Ordering::Release);
+        self.waker.wake();
+        self.threads.join();
+        self.node.shutdown();
+    }
+}
+
+/// Ticks of a buffer of so many ms; `None`: as the machine file says.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most a second")]
+fn buffer_ticks(buffer_ms: f64, machine: &MachineDescription) -> Option<u32> {
+    (buffer_ms > 0.0).then(|| (buffer_ms * 1e6 / f64::from(machine.cycle_time_ns)).round() as u32)
+}
+
+/// Ticks between two joint states at rest; at pace fast every tick is one that something happens in.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a rate of 1 to 10000 Hz of ticks of at most 10 ms"
+)]
+fn rest_period_ticks(rate_hz: f64, machine: &MachineDescription, pace: Pace) -> u64 {
+    match pace {
+        Pace::Realtime => (1.0 / (rate_hz * machine.cycle_time_s())).round().max(1.0) as u64,
+        Pace::Fast => 1,
+    }
+}
+
+/// Ticks only while the node is active.
+#[derive(Debug)]
+struct Activation(Inlet);
+
+impl LifecycleCallbacks for Activation {
+    fn activate(&mut self) -> Result<(), String> {
+        self.switch(true)
+    }
+    fn deactivate(&mut self) -> Result<(), String> {
+        self.switch(false)
+    }
+    fn shutdown(&mut self) -> Result<(), String> {
+        self.switch(false)
+    }
+}
+
+impl Activation {
+    fn switch(&self, active: bool) -> Result<(), String> {
+        if self.0.send(Inbound::Active(active)) { Ok(()) } else { Err("the machine's cycle does not answer".into()) }
+    }
+}
+
+fn subscriptions(
+    node: &Node,
+    description: &MachineDescription,
+    clock: TickClock,
+    inlet: &Inlet,
+    bounds: &Arc<Bounds>,
+    waker: &Waker,
+    desk: &Arc<Desk>,
+) -> Result<Vec<Subscription>, NodeError> {
+    let qos = Qos::default_topic().keep_last(1000);
+    let (machine, logger, chunks, gate) = (description.clone(), node.logger().clone(), inlet.clone(), Arc::clone(desk));
+    let setpoints = node.subscribe::<JointTrajectory>("machine/setpoints", &qos, move |message, info| {
+        if !gate.takes_motion("machine/setpoints", &info.writer) {
+            return;
+        }
+        match chunk_from_trajectory(&message, &machine, clock) {
+            Ok(chunk) => {
+                chunks.send(Inbound::Chunk(participant(info.writer), Box::new(chunk)));
+            }
+            Err(error) => {
+                logger.warn(&format!("setpoints refused: {error}"));
+                chunks.send(Inbound::NoChunk(participant(info.writer)));
+            }
+        }
+    })?;
+    let (orders, machine, gate, ticks) = (inlet.clone(), description.clone(), Arc::clone(desk), Arc::clone(bounds));
+    let commands = node.subscribe::<CommandMessage>("machine/commands", &qos, move |message, info| {
+        if !gate.takes_motion("machine/commands", &info.writer) {
+            return;
+        }
+        match commands::checked(&message, &machine, clock, ticks.tick.load(Ordering::Relaxed)) {
+            Ok(command) => {
+                orders.send(Inbound::Command(participant(info.writer), command));
+            }
+            Err(reason) => gate.refuse("machine/commands", &info.writer, &reason),
+        }
+    })?;
+    let (bounds, waker, listener) = (Arc::clone(bounds), waker.clone(), node.clone());
+    let mut one_recorder = OneSender::new("run_logger/status", liveness::limit(node));
+    let recorder = node.subscribe::<RecorderStatus>(
+        "run_logger/status",
+        &Qos::default_topic().keep_last(100),
+        move |message, info| {
+            if !one_recorder.takes(&info.writer, &listener) {
+                return;
+            }
+            bounds.recorded_tick.store(message.last_tick, Ordering::Release);
+            bounds.recording.store(message.recording && !message.paused, Ordering::Release);
+            bounds.recorder_messages.fetch_add(1, Ordering::AcqRel);
+            waker.wake();
+        },
+    )?;
+    Ok(vec![setpoints, commands, recorder])
+}
+
+/// Who sends: the participant of a writer, the same for its setpoints and its commands.
+fn participant(writer: camwright_ros::Guid) -> [u8; 16] {
+    let mut participant = writer;
+    participant[12..].fill(0);
+    participant
+}
+
+fn services(
+    node: &Node,
+    description: &MachineDescription,
+    inlet: &Inlet,
+    resets: &Waiting<Trigger>,
+    loads: &Loads,
+) -> Result<Vec<ServiceHandle>, NodeError> {
+    let (way, waiting) = (inlet.clone(), Arc::clone(resets));
+    let reset = node.service_deferred::<Trigger>("machine/reset", move |_, responder| {
+        push(&waiting, responder.or_fail(|message| TriggerResponse { success: false, message }));
+        way.send(Inbound::Reset);
+    })?;
+    let way = inlet.clone();
+    let estop = node.service::<SetBool>("machine/estop", move |request| {
+        let (fault, request_of_it) = (Fault::EStop(request.data), estop_request(request.data));
+        let asked = AskedFault { fault, job_tick: 0, request: request_of_it };
+        let success = way.send(Inbound::Fault(Box::new(asked)));
+        let state = if request.data { "pressed" } else { "released; a reset is needed" };
+        SetBoolResponse { success, message: format!("emergency stop {state} (a simulation, not a safety function)") }
+    })?;
+    let (way, machine) = (inlet.clone(), description.clone());
+    let inject = node.service::<InjectFault>("machine/inject_fault", move |request| {
+        if request.fault.is_empty() {
+            let list: Vec<String> =
+                FAULTS.iter().map(|f| format!("{} (target: {}; value: {})", f.name, f.target, f.value)).collect();
+            return InjectFaultResponse { success: false, message: list.join("; ") };
+        }
+        match asked_fault(request, &machine) {
+            Ok(asked) => {
+                InjectFaultResponse { success: way.send(Inbound::Fault(Box::new(asked))), message: String::new() }
+            }
+            Err(error) => InjectFaultResponse { success: false, message: error.to_string() },
+        }
+    })?;
+    let [lobe, bar] = loading::offer(node, inlet, loads)?;
+    Ok(vec![reset, estop, inject, lobe, bar])
+}
+
+/// What is told when the wheel or the parts have changed.
+struct Known {
+    file: machine_file::Machine,
+    state_file: Option<PathBuf>,
+    counters: CounterOutlet,
+    area: AreaRequests,
+    description: Publisher<DescriptionMessage>,
+    health: Health,
+}
+
+impl Known {
+    /// Publishes the machine again if its wheel can change.
+    fn tell(&self, state: &LastingState, node: &Node) {
+        let machine = &self.file.description;
+        if machine.dresser.is_none() && machine.wheel.grinding_ratio.is_none() {
+            return;
+        }
+        if let Err(error) = self.description.publish(&description_message(&self.file, state)) {
+            node.log(Level::Error, &format!("the wheel's radius cannot be published: {error}"));
+        }
+    }
+}
+
+/// What the pump does with answers of the cyclic thread.
+fn answers(
+    node: &Node,
+    inlet: &Inlet,
+    resets: &Waiting<Trigger>,
+    loads: &Loads,
+    mut known: Known,
+) -> impl FnMut(Outbound) + Send + 'static {
+    let (node, inlet, resets, loads) = (node.clone(), inlet.clone(), Arc::clone(resets), loads.clone());
+    move |message| match message {
+        Outbound::ResetDone(outcome) => {
+            let (success, message) = match outcome {
+                Ok(()) => (true, "alarms are cleared; nothing moves before a new goal".to_owned()),
+                Err(error) => (false, error.to_string()),
+            };
+            if let Some(responder) = pop(&resets) {
+                responder.send(&TriggerResponse { success, message });
+            }
+        }
+        message @ (Outbound::LobeDone(..) | Outbound::BarDone(..)) => loads.answer(message),
+        Outbound::Refused(error, writer, chunk) => {
+            drop(chunk);
+            node.log(Level::Warn, &format!("setpoints of {} refused: {error}", node.who(&writer)));
+        }
+        Outbound::SecondWriter { holder, refused, chunk } => {
+            drop(chunk);
+            let text = format!("setpoints of {} refused: {} has command", node.who(&refused), node.who(&holder));
+            node.log(Level::Warn, &text);
+        }
+        Outbound::JobEnded => {
+            inlet.send(Inbound::Snapshot(Box::new(Snapshot { finished: true, ..Snapshot::default() })));
+        }
+        Outbound::Lasting(state) => {
+            if let Some(Err(error)) = known.state_file.as_ref().map(|path| machine_state_file::store(path, &state)) {
+                node.log(Level::Error, &error.to_string());
+            }
+            known.counters.tell(&state);
+            known.health.keep(&state);
+            known.tell(&state, &node);
+        }
+        Outbound::AreaDone(order, outcome) => known.area.answer(order, outcome),
+        Outbound::Used(_, chunk) => drop(chunk),
+        Outbound::Taken(taken) => drop(taken),
+        Outbound::Keyframe(room) => {
+            inlet.send(Inbound::Room(room.again()));
+        }
+        Outbound::Slip(_) | Outbound::Tick(..) | Outbound::Snapshot(_) | Outbound::Outline(_) => {}
+    }
+}

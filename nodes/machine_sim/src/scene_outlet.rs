@@ -1,0 +1,246 @@
+//! The machine as others see it: description, transforms, markers, and the outline of the part while it is cut.
+
+use super::Inlet;
+use camwright::machine::description::{Axis, MachineDescription};
+use camwright::simulation::tick_report::TickReport;
+use camwright_files::convert::time::TickClock;
+use camwright_files::convert::{m_from_mm, si_from_core, si_from_counts};
+use camwright_machine_cycle::messages::Inbound;
+use camwright_machine_cycle::outline::Outline;
+use camwright_msgs::builtin_interfaces::msg::Time;
+use camwright_msgs::camwright_msgs::msg::PartLobe;
+use camwright_msgs::control_msgs::msg::{DynamicJointState, InterfaceValue};
+use camwright_msgs::std_msgs::msg::{Header, String as Text};
+use camwright_msgs::tf2_msgs::msg::TFMessage;
+use camwright_msgs::visualization_msgs::msg::{Marker, MarkerArray};
+use camwright_ros::running::NodeError;
+use camwright_ros::{Node, Parameter, Publisher, Qos, RosError, Telemetry};
+use camwright_scene::{self as scene, Colour, Place, Tree};
+use camwright_threads::drops::Drops;
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+/// Machine time between two sets of transforms (ns): 50 in a second, as a screen shows them.
+const TRANSFORM_PERIOD_NS: u64 = 20_000_000;
+/// Real time between two outlines of a part that is cut: faster than that nobody looks, however fast the machine runs.
+const OUTLINE_PERIOD: Duration = Duration::from_millis(250);
+/// The same for a turned part, of which every slice is a marker.
+const SLICED_PERIOD: Duration = Duration::from_secs(1);
+/// Messages of markers that a late viewer still gets, one marker in each.
+const MARKER_DEPTH: u32 = 256;
+/// After so many of them all that is drawn is told again: what changes often would push out what does not.
+const TOLD_AGAIN: u32 = MARKER_DEPTH / 2;
+
+const PUBLISH_TF: &str = "publish_tf";
+const STOCK: Colour = [0.72, 0.74, 0.78, 1.0];
+const GRIT: Colour = [0.62, 0.45, 0.30, 0.45];
+const LETTERS: f64 = 0.012;
+
+/// What is published for viewers.
+#[derive(Debug)]
+pub(super) struct SceneOutlet {
+    node: Node,
+    inlet: Inlet,
+    machine: MachineDescription,
+    tree: Tree,
+    period_ticks: u64,
+    description: Publisher<Text>,
+    told: String,
+    transforms: Option<Telemetry<TFMessage>>,
+    states: Telemetry<DynamicJointState>,
+    _fixed: Option<Publisher<TFMessage>>,
+    markers: Telemetry<MarkerArray>,
+    outline: Telemetry<PartLobe>,
+    /// What is drawn, by namespace and number, and messages since all of it was told.
+    drawn: BTreeMap<(String, i32), Marker>,
+    since: u32,
+    /// When an outline was asked for last, and whether it is still under way.
+    asked: Instant,
+    is_asked: bool,
+}
+
+/// The parameters that it goes by.
+pub(super) fn parameters() -> [Parameter; 2] {
+    let publish_tf = Parameter::bool(PUBLISH_TF, true)
+        .describe(
+            "publish /tf and /tf_static; false: robot_state_publisher does, from robot_description and joint_states",
+        )
+        .read_only();
+    [scene::parameter(), publish_tf]
+}
+
+impl SceneOutlet {
+    pub(super) fn new(
+        node: &Node,
+        machine: &MachineDescription,
+        wheel_radius_mm: f64,
+        inlet: Inlet,
+        drops: &Drops,
+    ) -> Result<Self, NodeError> {
+        let tree = Tree::new(machine, wheel_radius_mm, scene::frames_of(node, machine)?);
+        let publishes_tf = node.parameters().bool(PUBLISH_TF);
+        let transforms = || node.telemetry("/tf", &Qos::default_topic().keep_last(100), drops);
+        let fixed = || node.publisher("/tf_static", &Qos::latched(1));
+        let (transforms, fixed) = (publishes_tf.then(transforms).transpose()?, publishes_tf.then(fixed).transpose()?);
+        if let Some(fixed) = &fixed {
+            fixed.publish(&TFMessage { transforms: tree.fixed(&node.now()) })?;
+        }
+        let mut outlet = Self {
+            node: node.clone(),
+            inlet,
+            period_ticks: (TRANSFORM_PERIOD_NS / u64::from(machine.cycle_time_ns).max(1)).max(1),
+            description: node.publisher("robot_description", &Qos::latched(1))?,
+            told: String::new(),
+            transforms,
+            states: node.telemetry("dynamic_joint_states", &Qos::default_topic().keep_last(100), drops)?,
+            _fixed: fixed,
+            markers: node.telemetry("machine/markers", &Qos::latched(MARKER_DEPTH), drops)?,
+            outline: node.telemetry("machine/outline", &Qos::latched(1), drops)?,
+            drawn: BTreeMap::new(),
+            since: 0,
+            asked: Instant::now(),
+            is_asked: false,
+            machine: machine.clone(),
+            tree,
+        };
+        outlet.mount(wheel_radius_mm)?;
+        Ok(outlet)
+    }
+
+    /// Frame that positions of axes are told in.
+    pub(super) fn base_frame(&self) -> &str {
+        &self.tree.frames.base
+    }
+
+    /// A wheel of this radius is mounted, as far as is known (mm).
+    pub(super) fn mount(&mut self, wheel_radius_mm: f64) -> Result<(), RosError> {
+        let tree = Tree::new(&self.machine, wheel_radius_mm, self.tree.frames.clone());
+        let urdf = tree.urdf();
+        if urdf == self.told {
+            return Ok(());
+        }
+        (self.tree, self.told) = (tree, urdf);
+        self.description.publish(&Text { data: self.told.clone() })?;
+        if self.machine.is_lathe() {
+            return Ok(());
+        }
+        let place = Place { frame: &self.tree.frames.wheel, ns: "wheel", id: 0 };
+        let (radius, width) = (m_from_mm(wheel_radius_mm), m_from_mm(self.machine.wheel.width_mm));
+        let wheel = scene::wheel(place, radius, width, GRIT);
+        self.draw(wheel)
+    }
+
+    /// Publishes the transforms and states of a tick, and now and then the part. `rest_ticks` is the period of a machine at rest.
+    pub(super) fn tick(&mut self, report: &TickReport, stamp: &Time, rest_ticks: Option<u64>) -> Result<(), RosError> {
+        let cuts = report.removal.area_mm2 > 0.0 || report.turned.volume_mm3 > 0.0;
+        let period = if self.machine.is_lathe() { SLICED_PERIOD } else { OUTLINE_PERIOD };
+        if cuts && !self.is_asked && self.asked.elapsed() >= period {
+            self.ask(report.lobe.unwrap_or(0));
+        }
+        let period_ticks = rest_ticks.map_or(self.period_ticks, |rest_ticks| rest_ticks.max(self.period_ticks));
+        if !report.tick.is_multiple_of(period_ticks) {
+            return Ok(());
+        }
+        let position = |joint: &str| match Axis::from_joint(joint) {
+            Some(axis) => si_from_counts(self.machine.axis(axis).scale, report.axes[axis.index()].counts),
+            // The wheel's angle means nothing.
+            None => 0.0,
+        };
+        if let Some(transforms) = &self.transforms {
+            transforms.publish(&TFMessage { transforms: self.tree.moved(stamp, position) })?;
+        }
+        self.states.publish(&self.state(report, stamp, position))
+    }
+
+    /// What joint states have no room for: how far each axis is behind its setpoint.
+    fn state(&self, report: &TickReport, stamp: &Time, position: impl Fn(&str) -> f64) -> DynamicJointState {
+        let of_axis = |axis: Axis| {
+            let own = &report.axes[axis.index()];
+            let si = |value: f64| si_from_core(axis, value);
+            let values = vec![position(axis.joint()), si(own.velocity), own.effort, si(own.following_error)];
+            let names = ["position", "velocity", "effort", "following_error"];
+            InterfaceValue { interface_names: names.map(str::to_owned).into(), values }
+        };
+        DynamicJointState {
+            header: Header { stamp: stamp.clone(), frame_id: self.base_frame().to_owned() },
+            joint_names: Axis::ALL.map(|axis| axis.joint().to_owned()).into(),
+            interface_values: Axis::ALL.map(of_axis).into(),
+        }
+    }
+
+    /// Asks the cyclic thread what a lobe, or the part of a lathe, looks like.
+    pub(super) fn ask(&mut self, lobe: usize) {
+        self.asked = Instant::now();
+        self.is_asked = self.inlet.send(Inbound::Outline(Outline::of(lobe, self.machine.is_lathe())));
+    }
+
+    /// The part was taken out.
+    pub(super) fn clear(&mut self) -> Result<(), RosError> {
+        let is_part = |ns: &str| matches!(ns, "stock" | "lobe");
+        let part: Vec<(String, i32)> = self.drawn.keys().filter(|(ns, _)| is_part(ns)).cloned().collect();
+        let frame = self.tree.frames.part.clone();
+        part.iter().try_for_each(|(ns, id)| self.draw(scene::gone(Place { frame: &frame, ns, id: *id })))
+    }
+
+    /// The part as the cyclic thread saw it; `name` is that of the lobe.
+    pub(super) fn show(&mut self, outline: &Outline, name: Option<&String>, clock: TickClock) -> Result<(), RosError> {
+        self.is_asked = false;
+        let sections = outline.sections();
+        // A part that was taken out meanwhile.
+        let Some((middle, radii)) = sections.get(sections.len() / 2) else { return Ok(()) };
+        let station = self.machine.stations.get(outline.station).filter(|_| !self.machine.is_lathe());
+        self.outline.publish(&PartLobe {
+            stamp: clock.stamp(outline.tick),
+            tick: outline.tick,
+            name: name.cloned().unwrap_or_default(),
+            station: station.map_or_else(String::new, |station| station.switch.clone()),
+            width: m_from_mm(outline.width_mm),
+            key_way: outline.key_way_rad,
+            radius: radii.clone(),
+            ..PartLobe::default()
+        })?;
+        let half = 0.5 * m_from_mm(outline.width_mm);
+        let slices: Vec<(f64, &[f64])> = match sections.len() {
+            1 => vec![(middle - half, radii), (middle + half, radii)],
+            _ => sections.iter().map(|(z, radii)| (*z, radii.as_slice())).collect(),
+        };
+        let [part, table] = [&self.tree.frames.part, &self.tree.frames.table].map(Clone::clone);
+        let id = |index: usize| i32::try_from(index).unwrap_or(i32::MAX);
+        // Slice by slice: a part of one piece would be larger than a message should be.
+        for (slice, sides) in slices.windows(2).enumerate() {
+            let place = Place { frame: &part, ns: "stock", id: id(outline.lobe + slice) };
+            self.draw(scene::solid(place, sides, STOCK))?;
+        }
+        let place = Place { frame: &table, ns: "lobe", id: id(outline.lobe) };
+        match name.filter(|_| !self.drawn.contains_key(&(place.ns.to_owned(), place.id))) {
+            Some(name) => {
+                let above = radii.iter().copied().fold(0.0, f64::max) + 2.0 * LETTERS;
+                self.draw(scene::text(place, [0.0, above, *middle], LETTERS, name.clone()))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn draw(&mut self, marker: Marker) -> Result<(), RosError> {
+        let key = (marker.ns.clone(), marker.id);
+        match marker.action {
+            Marker::DELETE => drop(self.drawn.remove(&key)),
+            _ => drop(self.drawn.insert(key, marker.clone())),
+        }
+        self.markers.publish(&MarkerArray { markers: vec![marker] })?;
+        self.since += 1;
+        if self.since >= TOLD_AGAIN {
+            self.since = 0;
+            let mut drawn = self.drawn.values();
+            drawn.try_for_each(|marker| self.markers.publish(&MarkerArray { markers: vec![marker.clone()] }))?;
+        }
+        Ok(())
+    }
+
+    /// Says what could not be published.
+    pub(super) fn told(&self, outcome: Result<(), RosError>) {
+        if let Err(error) = outcome {
+            self.node.logger().warn(&format!("what viewers see cannot be published: {error}"));
+        }
+    }
+}

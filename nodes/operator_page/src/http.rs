@@ -1,0 +1,326 @@
+//! The page's server: GET of three addresses, one thread for each connection, everything bounded.
+//!
+//! Nothing is looked up in a file system, so no path leads anywhere. A connection that does not say what it wants within its time or its
+//! bytes is closed; a viewer that does not read is left behind, and gives its seat to the next one.
+
+use super::feed::Feed;
+use super::seats::{Seat, Seats};
+use camwright_threads::supervised::{Supervisor, injected};
+use std::io::{self, ErrorKind, Read};
+use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Largest head of a request (bytes).
+const MOST_HEAD: usize = 8192;
+/// Most header lines of it.
+const MOST_HEADERS: usize = 64;
+/// How long a request may take to arrive, and an answer to be taken.
+const PATIENCE: Duration = Duration::from_secs(3);
+/// Time between two events at least: faster nobody reads.
+const EVENT_PERIOD: Duration = Duration::from_millis(250);
+/// Time between two events at most, so that a viewer knows that the page lives.
+const HEARTBEAT: Duration = Duration::from_secs(1);
+
+const PAGE: &str = include_str!("page.html");
+
+/// Nothing comes from elsewhere, and nobody puts the page into theirs.
+const COMMON: &str = "Connection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n\
+     Referrer-Policy: no-referrer\r\nContent-Security-Policy: default-src 'none'; style-src 'unsafe-inline'; \
+     script-src 'unsafe-inline'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'\r\n";
+
+/// A running server.
+#[derive(Debug)]
+pub(super) struct Server {
+    address: SocketAddr,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<Option<()>>>,
+}
+
+impl Server {
+    /// Takes the address and serves until it is stopped.
+    pub(super) fn start(address: SocketAddr, feed: Arc<Feed>, supervisor: &Supervisor) -> io::Result<Self> {
+        let listener = TcpListener::bind(address)?;
+        let address = listener.local_addr()?;
+        let stop = Arc::new(AtomicBool::new(false));
+        let is_over = Arc::clone(&stop);
+        let of_viewers = supervisor.clone();
+        let thread = supervisor.spawn("operator page", move || {
+            accept(&listener, address, &feed, &is_over, &of_viewers);
+        })?;
+        Ok(Self { address, stop, thread: Some(thread) })
+    }
+
+    /// Where it listens.
+    pub(super) fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// Takes no more connections; those there are end with their next event.
+    pub(super) fn stop(&mut self) {
+        self.stop.store(true, Ordering::Release);
+        // The thread sits in `accept`; a connection wakes it.
+        let loopback = match self.address.ip() {
+            IpAddr::V4(ip) if ip.is_unspecified() => SocketAddr::from(([127, 0, 0, 1], self.address.port())),
+            IpAddr::V6(ip) if ip.is_unspecified() => SocketAddr::from(([0, 0, 0, 0, 0, 0, 0, 1], self.address.port())),
+            _ => self.address,
+        };
+        let _woken = TcpStream::connect_timeout(&loopback, PATIENCE);
+        if let Some(thread) = self.thread.take() {
+            // A panic was reported.
+            let _panicked = thread.join();
+        }
+    }
+}
+
+fn accept(
+    listener: &TcpListener,
+    address: SocketAddr,
+    feed: &Arc<Feed>,
+    stop: &Arc<AtomicBool>,
+    supervisor: &Supervisor,
+) {
+    let seats = Seats::default();
+    for stream in listener.incoming() {
+        if stop.load(Ordering::Acquire) {
+            return;
+        }
+        injected::point("operator page");
+        let Ok(stream) = stream else {
+            // Out of descriptors, most likely: they come back.
+            std::thread::sleep(EVENT_PERIOD);
+            continue;
+        };
+        // Without a seat the connection is closed at once: those that were shut down have not ended yet.
+        let Some(seat) = seats.take(&stream) else { continue };
+        let connection = Connection { stream, address, feed: Arc::clone(feed), stop: Arc::clone(stop), seat };
+        let started = supervisor.spawn("page viewer", move || connection.serve());
+        // Without a thread the connection is closed, and the viewer asks again.
+        drop(started);
+    }
+}
+
+struct Connection {
+    stream: TcpStream,
+    address: SocketAddr,
+    feed: Arc<Feed>,
+    stop: Arc<AtomicBool>,
+    seat: Seat,
+}
+
+/// What a request asks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Wanted {
+    Page,
+    Snapshot,
+    Events,
+}
+
+/// Why it gets nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Refused(&'static str, &'static str);
+
+impl Connection {
+    fn serve(mut self) {
+        // A viewer that went away is no failure of ours.
+        let _gone = self.answer();
+    }
+
+    fn answer(&mut self) -> io::Result<()> {
+        self.stream.set_nodelay(true)?;
+        let head = match read_head(&mut self.stream) {
+            Ok(head) => head,
+            Err(Refused(status, reason)) => return self.refuse(status, reason),
+        };
+        self.seat.asks();
+        match wanted(&head, self.address.ip().is_loopback()) {
+            Ok(Wanted::Page) => self.reply("200 OK", "text/html; charset=utf-8", "", PAGE),
+            Ok(Wanted::Snapshot) => {
+                let body = self.feed.snapshot();
+                self.reply("200 OK", "application/json", "", &body)
+            }
+            Ok(Wanted::Events) => self.events(),
+            Err(Refused(status, reason)) => self.refuse(status, reason),
+        }
+    }
+
+    /// Server-sent events: `status` whenever something has changed and as a sign of life, `shape` when an outline has.
+    fn events(&mut self) -> io::Result<()> {
+        let head = format!("HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\n{COMMON}\r\nretry: 1000\n\n");
+        self.seat.write(&self.stream, head.as_bytes(), PATIENCE)?;
+        let (mut seen, mut shape_seen) = (0, None);
+        let mut told = Instant::now() - HEARTBEAT;
+        while !self.stop.load(Ordering::Acquire) {
+            let left = HEARTBEAT.saturating_sub(told.elapsed());
+            seen = self.feed.wait_news(seen, left);
+            let (status, shape) = self.feed.events(&mut shape_seen);
+            let mut text = format!("event: status\ndata: {status}\n\n");
+            if let Some(shape) = shape {
+                text.push_str(&format!("event: shape\ndata: {shape}\n\n"));
+            }
+            self.seat.write(&self.stream, text.as_bytes(), PATIENCE)?;
+            told = Instant::now();
+            self.feed.pause(EVENT_PERIOD);
+        }
+        Ok(())
+    }
+
+    fn refuse(&self, status: &str, reason: &str) -> io::Result<()> {
+        let allow = if status.starts_with("405") { "Allow: GET\r\n" } else { "" };
+        self.reply(status, "text/plain; charset=utf-8", allow, &format!("{reason}\n"))
+    }
+
+    fn reply(&self, status: &str, kind: &str, more: &str, body: &str) -> io::Result<()> {
+        let length = body.len();
+        let head =
+            format!("HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\n{more}{COMMON}\r\n");
+        self.seat.write(&self.stream, [head.as_bytes(), body.as_bytes()].concat().as_slice(), PATIENCE)
+    }
+}
+
+/// Everything up to the empty line.
+fn read_head(stream: &mut TcpStream) -> Result<Vec<u8>, Refused> {
+    let too_late = Refused("408 Request Timeout", "the request did not come in time");
+    let deadline = Instant::now() + PATIENCE;
+    let mut head = Vec::with_capacity(1024);
+    let mut chunk = [0; 1024];
+    loop {
+        let left = deadline.saturating_duration_since(Instant::now());
+        if left.is_zero() || stream.set_read_timeout(Some(left)).is_err() {
+            return Err(too_late);
+        }
+        match stream.read(&mut chunk) {
+            Ok(0) => return Err(Refused("400 Bad Request", "the request has no end")),
+            Ok(count) => head.extend_from_slice(&chunk[..count]),
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(_) => return Err(too_late),
+        }
+        if head.windows(4).any(|end| end == b"\r\n\r\n") {
+            return Ok(head);
+        }
+        if head.len() > MOST_HEAD {
+            return Err(Refused("431 Request Header Fields Too Large", "the request is too long"));
+        }
+    }
+}
+
+fn wanted(head: &[u8], on_loopback: bool) -> Result<Wanted, Refused> {
+    let mut headers = [httparse::EMPTY_HEADER; MOST_HEADERS];
+    let mut request = httparse::Request::new(&mut headers);
+    match request.parse(head) {
+        Ok(httparse::Status::Complete(_)) => {}
+        Err(httparse::Error::TooManyHeaders) => {
+            return Err(Refused("431 Request Header Fields Too Large", "the request has too many headers"));
+        }
+        _ => return Err(Refused("400 Bad Request", "this is no request")),
+    }
+    if request.method != Some("GET") {
+        return Err(Refused("405 Method Not Allowed", "the page is to be looked at: GET only"));
+    }
+    // A page of another site whose name leads here shall not read the cell.
+    let host = request.headers.iter().find(|header| header.name.eq_ignore_ascii_case("host"));
+    let is_here = |host: &[u8]| {
+        let host = std::str::from_utf8(host).unwrap_or_default();
+        let name = host.rsplit_once(':').filter(|(_, port)| port.parse::<u16>().is_ok()).map_or(host, |(name, _)| name);
+        ["localhost", "127.0.0.1", "[::1]"].contains(&name)
+    };
+    if on_loopback && !host.is_some_and(|host| is_here(host.value)) {
+        return Err(Refused("403 Forbidden", "the page is served to this computer only"));
+    }
+    match request.path.unwrap_or_default() {
+        "/" => Ok(Wanted::Page),
+        "/snapshot.json" => Ok(Wanted::Snapshot),
+        "/events" => Ok(Wanted::Events),
+        _ => Err(Refused("404 Not Found", "there are /, /snapshot.json and /events")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::seats::MAX_SEATS;
+    use super::*;
+    use std::io::Write;
+    use std::net::Ipv4Addr;
+
+    fn ask(address: SocketAddr, path: &str) -> TcpStream {
+        let mut stream = TcpStream::connect(address).expect("the server listens");
+        let request = format!("GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n");
+        stream.write_all(request.as_bytes()).expect("a request");
+        stream
+    }
+
+    /// The first bytes of an answer.
+    fn begins(mut stream: &TcpStream) -> String {
+        stream.set_read_timeout(Some(Duration::from_secs(60))).expect("a limit");
+        let mut bytes = [0; 15];
+        match stream.read_exact(&mut bytes) {
+            Ok(()) => String::from_utf8_lossy(&bytes).into_owned(),
+            Err(error) => error.to_string(),
+        }
+    }
+
+    #[test]
+    fn viewers_that_do_not_read_or_ask_hold_no_seat_against_a_new_one() {
+        let server = Server::start(SocketAddr::from((Ipv4Addr::LOCALHOST, 0)), Arc::default(), &Supervisor::default());
+        let mut server = server.expect("a server");
+        // Half of them do not even ask; none reads.
+        let silent: Vec<TcpStream> = (0..MAX_SEATS + 8)
+            .map(|viewer| match viewer % 2 {
+                0 => ask(server.address(), "/events"),
+                _ => TcpStream::connect(server.address()).expect("the server listens"),
+            })
+            .collect();
+        for path in ["/", "/snapshot.json", "/events"] {
+            assert_eq!(begins(&ask(server.address(), path)), "HTTP/1.1 200 OK", "{path}");
+        }
+        // A viewer that reads stays while others come and go.
+        let viewer = ask(server.address(), "/events");
+        assert_eq!(begins(&viewer), "HTTP/1.1 200 OK");
+        for _ in 0..MAX_SEATS / 2 {
+            assert_eq!(begins(&ask(server.address(), "/")), "HTTP/1.1 200 OK");
+        }
+        let mut lines = String::new();
+        while !lines.contains("event: status") {
+            let mut bytes = [0; 64];
+            let count = (&viewer).read(&mut bytes).expect("it is still served");
+            assert!(count > 0, "it was shut down");
+            lines.push_str(&String::from_utf8_lossy(&bytes[..count]));
+        }
+        server.stop();
+        drop(silent);
+    }
+
+    fn asked(head: &str) -> Result<Wanted, &'static str> {
+        wanted(head.as_bytes(), true).map_err(|refused| &refused.0[..3])
+    }
+
+    #[test]
+    fn three_addresses_are_served_and_nothing_else() {
+        let get = |path: &str| asked(&format!("GET {path} HTTP/1.1\r\nHost: localhost:8080\r\n\r\n"));
+        assert_eq!(get("/"), Ok(Wanted::Page));
+        assert_eq!(get("/snapshot.json"), Ok(Wanted::Snapshot));
+        assert_eq!(get("/events"), Ok(Wanted::Events));
+        for path in ["/../../etc/passwd", "/%2e%2e/etc/passwd", "/page.html", "//", "/?x", "/events/"] {
+            assert_eq!(get(path), Err("404"), "{path}");
+        }
+        assert_eq!(asked("POST / HTTP/1.1\r\nHost: localhost\r\n\r\n"), Err("405"));
+        assert_eq!(asked("\u{1}\u{2}\r\n\r\n"), Err("400"));
+        let many: String = (0..100).map(|i| format!("h{i}: x\r\n")).collect();
+        assert_eq!(asked(&format!("GET / HTTP/1.1\r\nHost: localhost\r\n{many}\r\n")), Err("431"));
+    }
+
+    #[test]
+    fn a_page_of_another_site_cannot_read_it_over_a_name_that_leads_here() {
+        let host = |host: &str| asked(&format!("GET / HTTP/1.1\r\nHost: {host}\r\n\r\n"));
+        for here in ["localhost", "localhost:80", "127.0.0.1:8080", "[::1]:8080", "[::1]"] {
+            assert_eq!(host(here), Ok(Wanted::Page), "{here}");
+        }
+        for elsewhere in ["evil.example", "evil.example:8080", "localhost.evil.example", "127.0.0.1.nip.io:80"] {
+            assert_eq!(host(elsewhere), Err("403"), "{elsewhere}");
+        }
+        assert_eq!(asked("GET / HTTP/1.1\r\n\r\n"), Err("403"), "no host at all");
+        assert!(wanted(b"GET / HTTP/1.1\r\nHost: cell.shop\r\n\r\n", false).is_ok(), "where it is served to others");
+    }
+}

@@ -1,0 +1,354 @@
+//! What the page and `camwright status` show, as JSON: units of the shop, each in its key.
+
+use super::feed::Known;
+use super::words::{self, SILENCE, Tone, Word};
+use camwright::math::units::{deg_from_rad, rpm_from_rad_s};
+use camwright_files::convert::plan::{phase_from, phase_name};
+use camwright_files::convert::{mm_from_m, um_from_m as um};
+use camwright_msgs::camwright_msgs::msg::{Alarm, LobeForm, MachineDescription, PartLobe};
+use camwright_msgs::control_msgs::msg::InterfaceValue;
+use serde::Serialize;
+use std::time::Instant;
+
+/// The cell in a moment.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Status {
+    pub(super) cell: String,
+    pub(super) machine: String,
+    pub(super) state: Word,
+    pub(super) verdict: Word,
+    pub(super) alarms: Vec<AlarmLine>,
+    pub(super) job: Option<JobLine>,
+    pub(super) lobe: Option<LobeLine>,
+    pub(super) results: Vec<ResultLine>,
+    pub(super) axes: Vec<AxisLine>,
+    pub(super) wheel: Option<WheelLine>,
+    /// Percent of the programmed speed; none where nobody says.
+    pub(super) override_percent: Option<f64>,
+    pub(super) is_held: bool,
+    pub(super) is_homed: bool,
+    /// Who has command of the axes.
+    pub(super) holder: String,
+    /// Holder of the lease of command over the cell; empty: none.
+    pub(super) lease: String,
+    pub(super) recorder: Option<RecorderLine>,
+    /// Time since the machine's first tick.
+    pub(super) machine_time_s: f64,
+}
+
+/// An alarm and what to do about it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct AlarmLine {
+    pub(super) number: u16,
+    pub(super) severity: &'static str,
+    pub(super) source: String,
+    pub(super) text: String,
+    pub(super) remedy: String,
+}
+
+/// The job.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct JobLine {
+    pub(super) name: String,
+    pub(super) message: String,
+    pub(super) percent: f64,
+    pub(super) time_left_s: f64,
+}
+
+/// What is worked on.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct LobeLine {
+    pub(super) name: String,
+    pub(super) number: usize,
+    /// Lobes of the job; none before its plan was heard.
+    pub(super) count: Option<usize>,
+    pub(super) phase: &'static str,
+    pub(super) turn: f64,
+    pub(super) turns: f64,
+    pub(super) stock_um: f64,
+}
+
+/// What came out.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct ResultLine {
+    pub(super) name: String,
+    pub(super) error_um: f64,
+    pub(super) rms_um: f64,
+    pub(super) allowed_um: f64,
+    pub(super) is_good: bool,
+    pub(super) duration_s: f64,
+}
+
+/// An axis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct AxisLine {
+    pub(super) name: String,
+    pub(super) position: f64,
+    pub(super) velocity: f64,
+    pub(super) behind: f64,
+    pub(super) position_unit: &'static str,
+    pub(super) velocity_unit: &'static str,
+    pub(super) behind_unit: &'static str,
+}
+
+/// The wheel.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct WheelLine {
+    pub(super) radius_mm: f64,
+    pub(super) wear_um: f64,
+    /// None before the machine has reported it.
+    pub(super) is_running: Option<bool>,
+    /// Where its cutting point is: distance from the axis, and azimuth on the part; of a lathe's insert nobody is told.
+    pub(super) at_mm: f64,
+    pub(super) line_deg: Option<f64>,
+}
+
+/// The recorder.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct RecorderLine {
+    pub(super) tone: Tone,
+    pub(super) says: String,
+    pub(super) bag: String,
+    pub(super) megabytes: f64,
+    pub(super) written: u64,
+    pub(super) dropped: u64,
+}
+
+impl Status {
+    pub(super) fn of(known: &Known, now: Instant) -> Self {
+        let interpolator = known.interpolator.as_ref().map(|heard| &heard.said);
+        Self {
+            cell: known.cell.clone(),
+            machine: known.machine.as_ref().map_or_else(String::new, |machine| machine.name.clone()),
+            state: words::state(known, now),
+            verdict: verdict(known),
+            alarms: words::alarms(known).map(alarm).collect(),
+            job: job(known),
+            lobe: lobe(known),
+            results: results(known),
+            axes: axes(known),
+            wheel: known.machine.as_ref().map(|machine| wheel(machine, known)),
+            override_percent: interpolator.map(|state| 100.0 * state.feed_override),
+            is_held: interpolator.is_some_and(|state| (2..=4).contains(&state.state)),
+            is_homed: interpolator.is_some_and(|state| state.is_homed),
+            holder: interpolator.map_or_else(String::new, |state| state.holder.clone()),
+            lease: lease(known),
+            recorder: recorder(known, now),
+            machine_time_s: machine_time_s(known),
+        }
+    }
+}
+
+/// Name of the holder of the lease, and whether others may command too.
+fn lease(known: &Known) -> String {
+    match &known.lease {
+        Some(lease) if lease.shared => format!("{} (shared with everybody)", lease.holder),
+        Some(lease) => lease.holder.clone(),
+        None => String::new(),
+    }
+}
+
+#[allow(clippy::cast_precision_loss, reason = "ticks are far below 2^53")]
+fn machine_time_s(known: &Known) -> f64 {
+    let cycle_s = known.machine.as_ref().map_or(0.0, |machine| f64::from(machine.cycle_time_ns) * 1e-9);
+    known.stream.as_ref().map_or(0.0, |stream| stream.said.tick as f64 * cycle_s)
+}
+
+fn alarm(alarm: &Alarm) -> AlarmLine {
+    let severity = match alarm.severity {
+        Alarm::WARNING => "warning",
+        Alarm::STOP => "stop",
+        _ => "power off",
+    };
+    AlarmLine {
+        number: alarm.number,
+        severity,
+        source: alarm.source.clone(),
+        text: alarm.text.clone(),
+        remedy: alarm.remedy.clone(),
+    }
+}
+
+fn job(known: &Known) -> Option<JobLine> {
+    let status = known.job.as_ref().filter(|status| !status.job.is_empty())?;
+    let (percent, time_left_s) =
+        known.interpolator.as_ref().map_or((0.0, 0.0), |heard| (heard.said.percent, heard.said.time_left));
+    // What was read of the interpolator before and after is not this job's.
+    let (percent, time_left_s) = match status.state {
+        2 | 3 => (percent, time_left_s),
+        4 => (100.0, 0.0),
+        _ => (0.0, 0.0),
+    };
+    Some(JobLine { name: status.job.clone(), message: status.message.clone(), percent, time_left_s })
+}
+
+fn lobe(known: &Known) -> Option<LobeLine> {
+    let state = &known.interpolator.as_ref()?.said;
+    let index = usize::try_from(state.lobe).ok()?;
+    let name = known.lobe_in_work().map_or_else(|| format!("number {}", index + 1), str::to_owned);
+    Some(LobeLine {
+        name,
+        number: index + 1,
+        count: known.plan_in_work().map(|plan| plan.lobes.len()),
+        phase: phase_from(state.phase).map_or("", phase_name),
+        turn: state.turn,
+        turns: state.turns,
+        stock_um: um(state.stock),
+    })
+}
+
+fn results(known: &Known) -> Vec<ResultLine> {
+    let Some(status) = &known.job else { return Vec::new() };
+    let allowed =
+        |name: &str| known.forms.iter().find(|form| form.name == name).map_or(f64::INFINITY, |form| form.tolerance);
+    let line = |name: &str, error: f64, rms: f64, allowed: f64, duration_s: f64| ResultLine {
+        name: name.to_owned(),
+        error_um: um(error),
+        rms_um: um(rms),
+        allowed_um: um(allowed),
+        is_good: error.abs() <= allowed,
+        duration_s,
+    };
+    let lobes = status.lobes.iter().filter(|lobe| allowed(&lobe.name).is_finite());
+    let lobes = lobes.map(|l| line(&l.name, l.form_error_max, l.form_error_rms, allowed(&l.name), l.duration));
+    let turned = status.turned.iter();
+    let turned = turned.map(|t| line(&t.name, t.form_error_max, t.form_error_rms, t.form_error_allowed, t.duration));
+    lobes.chain(turned).collect()
+}
+
+/// Whether the part is good: once all of it has been judged, and as long as nothing else is ground.
+fn verdict(known: &Known) -> Word {
+    let results = results(known);
+    let worst =
+        results.iter().max_by(|a, b| (a.error_um.abs() / a.allowed_um).total_cmp(&(b.error_um.abs() / b.allowed_um)));
+    let Some(worst) = worst else { return Word::new(Tone::Quiet, "", "no part has been judged yet") };
+    let told = format!("{} {:+.2} µm, allowed ±{:.1} µm", worst.name, worst.error_um, worst.allowed_um);
+    let bad = results.iter().filter(|result| !result.is_good).count();
+    match bad {
+        0 => Word::new(Tone::Good, "good", format!("worst: {told}")),
+        bad => {
+            Word::new(Tone::Wrong, "not good", format!("{bad} of {} out of tolerance, worst: {told}", results.len()))
+        }
+    }
+}
+
+fn axes(known: &Known) -> Vec<AxisLine> {
+    let Some(axes) = &known.axes else { return Vec::new() };
+    let linear = |joint: &str| {
+        let machine = known.machine.as_ref();
+        machine.is_some_and(|machine| machine.axes.iter().any(|axis| axis.joint == joint && axis.linear))
+    };
+    axes.joint_names
+        .iter()
+        .zip(&axes.interface_values)
+        .map(|(joint, values)| axis(joint, values, linear(joint)))
+        .collect()
+}
+
+fn axis(joint: &str, values: &InterfaceValue, is_linear: bool) -> AxisLine {
+    let value = |name: &str| {
+        let at = values.interface_names.iter().position(|known| known == name);
+        at.and_then(|at| values.values.get(at)).copied().unwrap_or_default()
+    };
+    let [position, velocity, behind] = ["position", "velocity", "following_error"].map(value);
+    let name = joint.to_owned();
+    if is_linear {
+        let units = ["mm", "mm/s", "µm"];
+        return line(name, [mm_from_m(position), mm_from_m(velocity), um(behind)], units);
+    }
+    // One turn is like the other.
+    line(
+        name,
+        [deg_from_rad(position).rem_euclid(360.0), rpm_from_rad_s(velocity), deg_from_rad(behind)],
+        ["°", "1/min", "°"],
+    )
+}
+
+fn line(name: String, [position, velocity, behind]: [f64; 3], units: [&'static str; 3]) -> AxisLine {
+    let [position_unit, velocity_unit, behind_unit] = units;
+    AxisLine { name, position, velocity, behind, position_unit, velocity_unit, behind_unit }
+}
+
+fn wheel(machine: &MachineDescription, known: &Known) -> WheelLine {
+    WheelLine {
+        radius_mm: mm_from_m(machine.wheel_radius),
+        wear_um: um(machine.wheel_wear),
+        is_running: known.io.as_ref().map(|io| io.wheel_running),
+        at_mm: mm_from_m(position(known, "x_axis").unwrap_or_default()),
+        line_deg: position(known, "c_axis")
+            .filter(|_| !machine.stations.is_empty())
+            .map(|c| (f64::from(machine.rotation_sense) * deg_from_rad(c)).rem_euclid(360.0)),
+    }
+}
+
+/// Position of an axis (m or rad).
+fn position(known: &Known, joint: &str) -> Option<f64> {
+    let axes = known.axes.as_ref()?;
+    let at = axes.joint_names.iter().position(|known| known == joint)?;
+    axes.interface_values.get(at)?.values.first().copied()
+}
+
+#[allow(clippy::cast_precision_loss, reason = "a bag is far below 2^53 bytes")]
+fn recorder(known: &Known, now: Instant) -> Option<RecorderLine> {
+    let heard = known.recorder.as_ref()?;
+    let said = &heard.said;
+    let (tone, says) = if now.saturating_duration_since(heard.at) > SILENCE {
+        (Tone::Wrong, "silent".to_owned())
+    } else if said.dropped > 0 {
+        (Tone::Wrong, format!("{} messages lost", said.dropped))
+    } else if said.paused {
+        (Tone::Waits, "paused".to_owned())
+    } else if said.recording {
+        (Tone::Good, "recording".to_owned())
+    } else {
+        (Tone::Waits, "not recording".to_owned())
+    };
+    let megabytes = said.bytes as f64 / 1e6;
+    Some(RecorderLine { tone, says, bag: said.bag.clone(), megabytes, written: said.written, dropped: said.dropped })
+}
+
+/// What is drawn: over the azimuth of the part, in equal steps from where the wheel's line is at C 0.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Shape {
+    designs: Vec<DesignLine>,
+    part: Option<PartLine>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct DesignLine {
+    name: String,
+    tolerance_um: f64,
+    contour_mm: Vec<f64>,
+    /// Empty until it was ground.
+    error_um: Vec<f64>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct PartLine {
+    name: String,
+    radius_mm: Vec<f64>,
+}
+
+impl Shape {
+    pub(super) fn of(known: &Known) -> Self {
+        Self { designs: known.forms.iter().map(design).collect(), part: known.outline().map(part) }
+    }
+}
+
+fn design(form: &LobeForm) -> DesignLine {
+    DesignLine {
+        name: form.name.clone(),
+        tolerance_um: um(form.tolerance),
+        contour_mm: form.contour.iter().map(|r| rounded(mm_from_m(*r))).collect(),
+        error_um: form.form_error.iter().map(|e| rounded(um(*e))).collect(),
+    }
+}
+
+fn part(lobe: &PartLobe) -> PartLine {
+    PartLine { name: lobe.name.clone(), radius_mm: lobe.radius.iter().map(|r| rounded(mm_from_m(*r))).collect() }
+}
+
+/// To five digits behind the point: hundredths of a micrometre of a radius.
+fn rounded(value: f64) -> f64 {
+    (value * 1e5).round() / 1e5
+}

@@ -1,0 +1,72 @@
+//! What the page shows, in lines for a terminal.
+
+use super::status::{AxisLine, Status};
+use std::fmt;
+
+impl Status {
+    /// A machine was heard.
+    pub fn is_there(&self) -> bool {
+        !self.axes.is_empty() || !self.machine.is_empty()
+    }
+
+    /// Something needs a reset.
+    pub fn has_alarms(&self) -> bool {
+        self.alarms.iter().any(|alarm| alarm.severity != "warning")
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut line = |name: &str, text: String| writeln!(f, "{name:<9} {}", text.trim_end());
+        let place = if self.cell.is_empty() { "/" } else { &self.cell };
+        line(
+            "cell",
+            format!("{place}  {}  {:.3} s since the machine's first tick", self.machine, self.machine_time_s),
+        )?;
+        line("state", format!("{}  {}", self.state.word, self.state.detail))?;
+        if let Some(job) = &self.job {
+            line("job", format!("{}  {:.1} %, {:.1} s left  {}", job.name, job.percent, job.time_left_s, job.message))?;
+        }
+        if let Some(lobe) = &self.lobe {
+            let (number, turn, turns) = (lobe.number, lobe.turn, lobe.turns);
+            let count = lobe.count.map_or_else(String::new, |count| format!(" of {count}"));
+            let text = format!("{} ({number}{count})  {}, turn {turn:.2} of {turns:.2}", lobe.name, lobe.phase);
+            line("lobe", format!("{text}, {:.1} um above the contour", lobe.stock_um))?;
+        }
+        for result in &self.results {
+            let verdict = if result.is_good { "good" } else { "not good" };
+            let text = format!("{}  {verdict}  {:+.3} um at most", result.name, result.error_um);
+            line("result", format!("{text}, {:.3} um rms, +-{:.1} um allowed", result.rms_um, result.allowed_um))?;
+        }
+        for AxisLine { name, position, velocity, behind, position_unit, velocity_unit, behind_unit } in &self.axes {
+            let text = format!("{name:<13} {position:>10.4} {position_unit:<3} {velocity:>10.3} {velocity_unit:<6}");
+            line("axis", format!("{text} {behind:>+9.4} {behind_unit} behind its setpoint"))?;
+        }
+        let holder = if self.lease.is_empty() { "nobody" } else { &self.lease };
+        line("command", holder.to_owned())?;
+        let motion = if self.holder.is_empty() { "none" } else { &self.holder };
+        let held = if self.is_held { ", held" } else { "" };
+        let homed = if self.is_homed { "homed" } else { "not homed" };
+        let over = self.override_percent.map_or_else(String::new, |percent| format!(", override {percent:.0} %"));
+        line("motion", format!("{motion}{held}, {homed}{over}"))?;
+        if let Some(wheel) = &self.wheel {
+            let runs = match wheel.is_running {
+                Some(true) => "runs",
+                Some(false) => "stands",
+                None => "speed unknown",
+            };
+            line("wheel", format!("{:.4} mm in radius, worn by {:.2} um, {runs}", wheel.radius_mm, wheel.wear_um))?;
+        }
+        for alarm in &self.alarms {
+            let text = format!("{} ({}) of {}: {}", alarm.number, alarm.severity, alarm.source, alarm.text);
+            line("alarm", format!("{text}; {}", alarm.remedy))?;
+        }
+        match &self.recorder {
+            Some(bag) => {
+                let text = format!("{}  {:.1} MB, {} messages", bag.says, bag.megabytes, bag.written);
+                line("recorder", format!("{text}, {} dropped  {}", bag.dropped, bag.bag))
+            }
+            None => line("recorder", "not there".into()),
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! A planned job of any kind: what is to be known of it without knowing what it makes.
+
+use super::turning::{self, PreparedTurning};
+use super::{PreparedJob, plan};
+use camwright::machine::description::MachineDescription;
+use camwright_files::ConfigError;
+use camwright_files::any_job::{self, AnyJob};
+use camwright_files::convert::machine_now::MachineNow;
+use camwright_files::fault_file::JobFault;
+use camwright_files::job_files::NamedFile;
+use camwright_files::milling_file::MilledJob;
+use camwright_msgs::camwright_msgs::msg::PlanPage;
+
+/// A job, planned and ready to send.
+#[derive(Debug, Clone)]
+pub enum AnyPrepared {
+    /// Lobes that are ground.
+    Ground(Box<PreparedJob>),
+    /// A part that is turned.
+    Turned(Box<PreparedTurning>),
+}
+
+/// Finds, reads and plans a job of any kind; see [`super::prepare`].
+///
+/// # Errors
+/// Everything that cannot be made, one sentence with the file and the line that causes it.
+pub fn prepare_any(name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Result<AnyPrepared, ConfigError> {
+    plan_any(any_job::load(name, overrides)?, machine)
+}
+
+/// Plans a job of any kind that has been read.
+///
+/// # Errors
+/// Everything that cannot be made.
+pub fn plan_any(job: AnyJob, machine: Option<&MachineNow>) -> Result<AnyPrepared, ConfigError> {
+    Ok(match job {
+        AnyJob::Ground(job) => AnyPrepared::Ground(Box::new(plan(*job, machine)?)),
+        AnyJob::Turned(job) => AnyPrepared::Turned(Box::new(turning::plan_turned(*job, machine)?)),
+        AnyJob::Milled(job) => return Err(is_milled(&job)),
+    })
+}
+
+/// Why a milling job has no plan: its program is for another machine.
+#[must_use]
+pub fn is_milled(job: &MilledJob) -> ConfigError {
+    let name = &job.spec.name;
+    let message = format!("{name} is milled on a machine that is not ours: camwright post {name} makes its NC program");
+    job.document.error("schema", message)
+}
+
+impl AnyPrepared {
+    /// Name of the job.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Ground(prepared) => &prepared.job.spec.name,
+            Self::Turned(prepared) => &prepared.job.spec.name,
+        }
+    }
+
+    /// What its file says, with overrides written in.
+    #[must_use]
+    pub fn source(&self) -> &str {
+        match self {
+            Self::Ground(prepared) => &prepared.job.source,
+            Self::Turned(prepared) => &prepared.job.source,
+        }
+    }
+
+    /// SHA-256 of the job with everything it names, 64 hexadecimal digits.
+    #[must_use]
+    pub fn job_hash(&self) -> &str {
+        match self {
+            Self::Ground(prepared) => &prepared.job.hash,
+            Self::Turned(prepared) => &prepared.job.hash,
+        }
+    }
+
+    /// The files that it names.
+    #[must_use]
+    pub fn files(&self) -> &[NamedFile] {
+        match self {
+            Self::Ground(prepared) => &prepared.job.files,
+            Self::Turned(prepared) => &prepared.job.files,
+        }
+    }
+
+    /// Hash of its first plan, 64 hexadecimal digits.
+    #[must_use]
+    pub fn plan_hash(&self) -> &str {
+        match self {
+            Self::Ground(prepared) => prepared.plan_hash(),
+            Self::Turned(prepared) => prepared.plan_hash(),
+        }
+    }
+
+    /// Its first plan as messages, the header first.
+    #[must_use]
+    pub fn first_pages(&self) -> &[PlanPage] {
+        match self {
+            Self::Ground(prepared) => prepared.measuring.as_ref().map_or(&prepared.pages, |measuring| &measuring.pages),
+            Self::Turned(prepared) => &prepared.pages,
+        }
+    }
+
+    /// Predicted duration of all of it (s).
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        match self {
+            Self::Ground(prepared) => prepared.duration_s(),
+            Self::Turned(prepared) => prepared.duration_s(),
+        }
+    }
+
+    /// One sentence about it.
+    #[must_use]
+    pub fn summary(&self) -> String {
+        match self {
+            Self::Ground(prepared) => prepared.summary(),
+            Self::Turned(prepared) => prepared.summary(),
+        }
+    }
+
+    /// The machine it was planned for.
+    #[must_use]
+    pub fn machine(&self) -> &MachineDescription {
+        match self {
+            Self::Ground(prepared) => &prepared.machine,
+            Self::Turned(prepared) => &prepared.machine,
+        }
+    }
+
+    /// Names of what it makes one after the other: its lobes, or the part that it turns.
+    #[must_use]
+    pub fn lobes(&self) -> &[String] {
+        match self {
+            Self::Ground(prepared) => &prepared.planned.plan.lobes,
+            Self::Turned(prepared) => &prepared.planned.plan.lobes,
+        }
+    }
+
+    /// Faults that strike in it.
+    #[must_use]
+    pub fn faults(&self) -> &[JobFault] {
+        match self {
+            Self::Ground(prepared) => &prepared.job.faults,
+            Self::Turned(prepared) => &prepared.job.faults,
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! Size and form of the parts of a batch, and how capable they show machine and job to be.
+
+use super::FORM_TOLERANCE_MM;
+use camwright::cam::capability::{Capability, CapabilityError};
+use camwright::cam::form::{Form, FormError};
+use camwright::planner::LobeDesign;
+use camwright_files::convert::mm_from_m;
+use camwright_msgs::camwright_msgs::msg::PartLobe;
+
+/// A lobe of one part of a batch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasuredLobe {
+    /// Its name.
+    pub name: String,
+    /// Mean deviation of its base circle; of a journal, or where there is none, of all of it (mm).
+    pub size_mm: f64,
+    /// The deviation from its design that is largest in size, with its sign (mm).
+    pub form_mm: f64,
+}
+
+/// A lobe of a whole batch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LobeCapability {
+    /// Its name.
+    pub name: String,
+    /// Of its size, against ± the tolerance.
+    pub size: Capability,
+    /// Of the size of its largest deviation, against the tolerance.
+    pub form: Capability,
+}
+
+/// Measures a lobe of a part.
+///
+/// # Errors
+/// An outline that is none.
+pub fn measure_lobe(design: &LobeDesign, part: &PartLobe) -> Result<MeasuredLobe, FormError> {
+    let radii_mm: Vec<f64> = part.radius.iter().map(|radius| mm_from_m(*radius)).collect();
+    let phase_rad = design.phase_on_rad(part.key_way);
+    let form = Form::measure(&radii_mm, &design.contour, phase_rad)?;
+    let size_mm = form.size_mm(&design.contour, phase_rad);
+    Ok(MeasuredLobe { name: design.name.clone(), size_mm, form_mm: form.largest.deviation_mm })
+}
+
+/// What the parts of a batch say about each of their lobes, against [`FORM_TOLERANCE_MM`].
+///
+/// # Errors
+/// Fewer than two parts, or values that are no numbers.
+pub fn capability(parts: &[Vec<MeasuredLobe>]) -> Result<Vec<LobeCapability>, CapabilityError> {
+    let first = parts.first().map_or(&[][..], Vec::as_slice);
+    let lobe = |lobe: &MeasuredLobe| {
+        let of = |value: fn(&MeasuredLobe) -> f64| -> Vec<f64> {
+            let here = parts.iter().filter_map(|part| part.iter().find(|other| other.name == lobe.name));
+            here.map(value).collect()
+        };
+        Ok(LobeCapability {
+            name: lobe.name.clone(),
+            size: Capability::of(&of(|lobe| lobe.size_mm), Some(-FORM_TOLERANCE_MM), FORM_TOLERANCE_MM)?,
+            form: Capability::of(&of(|lobe| lobe.form_mm.abs()), None, FORM_TOLERANCE_MM)?,
+        })
+    };
+    if parts.len() < 2 {
+        return Err(CapabilityError::TooFew { count: parts.len() });
+    }
+    first.iter().map(lobe).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use camwright::cam::contour::Contour;
+    use camwright_files::convert::m_from_mm;
+
+    /// Discs larger by 1, 2 and 3 µm: mean 2, s = 1, Cp = 10/6, Cpk = (5 − 2)/3 for size and form.
+    #[test]
+    fn discs_of_known_size_have_the_capability_of_the_closed_form() {
+        let design = LobeDesign {
+            name: "A".into(),
+            station: "LS1".into(),
+            contour: Contour::eccentric(0.0, 20.0).unwrap(),
+            phase_rad: 0.4,
+            part_phase_rad: 0.0,
+            width_mm: 14.0,
+        };
+        let part = |um: f64| {
+            let radius = vec![m_from_mm(20.0 + 1e-3 * um); 360];
+            vec![measure_lobe(&design, &PartLobe { radius, ..PartLobe::default() }).unwrap()]
+        };
+        let found = capability(&[part(1.0), part(2.0), part(3.0)]).unwrap();
+        let near = |found: Option<f64>, wanted: f64| found.is_some_and(|found| (found - wanted).abs() < 1e-6);
+        let (size, form) = (&found[0].size, &found[0].form);
+        assert!((size.mean - 0.002).abs() < 1e-12 && (size.deviation - 0.001).abs() < 1e-12, "{size:?}");
+        assert!(near(size.cp, 10.0 / 6.0) && near(size.cpk, 1.0), "{size:?}");
+        assert!(form.cp.is_none() && near(form.cpk, 1.0), "{form:?}");
+        assert_eq!(capability(&[part(1.0)]), Err(CapabilityError::TooFew { count: 1 }));
+    }
+}

@@ -1,0 +1,371 @@
+//! Form compensation of a job from part to part: what was learned, kept as text between parts, and laid over the job that is planned next.
+
+use super::{PreparedJob, rehearse_outlines_on};
+use crate::{self as planning, RehearsalFailed};
+use camwright::cam::compensation::{CompensationSpec, FormCurve, Learned, LearnedError, LobeLearning};
+use camwright::machine::description::MachineDescription;
+use camwright::math::units::um_from_mm;
+use camwright::planner::{LobeDesign, designs};
+use camwright_files::compensation_file::CurveFile;
+use camwright_files::convert::machine_now::MachineNow;
+use camwright_files::job_file::{self, Job};
+use camwright_msgs::camwright_msgs::msg::LobeResult;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+/// Newest version of the schema of what was learned that this program reads.
+const SCHEMA: &str = "camwright/learned/1";
+
+/// Azimuths at which a design is looked at to tell it from another.
+const LOOKS: u32 = 720;
+
+/// A correction this near to what was kept is the same (mm): what a file rounds to, and ten times that.
+const SAME_MM: f64 = 1e-8;
+
+/// What was learned of the lobes of a job on a machine, and of how many parts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LearnedJob {
+    schema: String,
+    machine: String,
+    job: String,
+    /// Finished parts of the job on the machine since it learns.
+    pub parts: u64,
+    lobes: Vec<LearnedLobe>,
+}
+
+/// What was learned of a lobe.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LearnedLobe {
+    lobe: String,
+    /// Tells its design from another.
+    design: String,
+    gain: f64,
+    parts: u64,
+    taken_back: bool,
+    correction: CurveFile,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    least: Option<LeastFile>,
+}
+
+/// With which correction the error was least.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LeastFile {
+    correction: CurveFile,
+    error: CurveFile,
+}
+
+impl LearnedLobe {
+    fn of(design: &LobeDesign, learning: &LobeLearning) -> Self {
+        let least = learning.least.as_ref();
+        Self {
+            lobe: design.name.clone(),
+            design: fingerprint(design),
+            gain: learning.gain,
+            parts: learning.parts,
+            taken_back: learning.taken_back,
+            correction: CurveFile::of(&learning.correction),
+            least: least.map(|(correction, error)| LeastFile {
+                correction: CurveFile::of(correction),
+                error: CurveFile::of(error),
+            }),
+        }
+    }
+
+    /// `None` for what no learning leaves.
+    fn learning(&self) -> Option<LobeLearning> {
+        let least = match &self.least {
+            Some(least) => Some((least.correction.curve()?, least.error.curve()?)),
+            None => None,
+        };
+        (0.0..=1.0).contains(&self.gain).then_some(())?;
+        let (gain, parts, taken_back) = (self.gain, self.parts, self.taken_back);
+        Some(LobeLearning { correction: self.correction.curve()?, gain, parts, least, taken_back })
+    }
+}
+
+impl LearnedJob {
+    /// Nothing is known.
+    #[must_use]
+    pub fn new(machine: &str, job: &str) -> Self {
+        Self { schema: SCHEMA.into(), machine: machine.into(), job: job.into(), parts: 0, lobes: Vec::new() }
+    }
+
+    /// What [`Self::text`] wrote.
+    ///
+    /// # Errors
+    /// One sentence for what is not that.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let read: Self = serde_saphyr::from_str(text).map_err(|error| error.without_snippet().to_string())?;
+        if read.schema != SCHEMA {
+            return Err(format!("schema is {:?}, this program reads {SCHEMA:?}", read.schema));
+        }
+        match read.lobes.iter().find(|lobe| lobe.learning().is_none()) {
+            Some(lobe) => Err(format!("what it says of lobe {} was not learned", lobe.lobe)),
+            None => Ok(read),
+        }
+    }
+
+    /// As a file keeps it.
+    ///
+    /// # Errors
+    /// What YAML says.
+    pub fn text(&self) -> Result<String, String> {
+        serde_saphyr::to_string(self).map_err(|error| error.to_string())
+    }
+
+    /// It was learned of this job on this machine.
+    #[must_use]
+    pub fn is_of(&self, machine: &str, job: &str) -> bool {
+        self.machine == machine && self.job == job
+    }
+
+    /// What was learned of a lobe as it is designed now, as its file says it.
+    fn of(&self, design: &LobeDesign) -> Option<LobeLearning> {
+        let lobe = self.lobes.iter().find(|lobe| lobe.lobe == design.name)?;
+        (lobe.design == fingerprint(design)).then(|| lobe.learning())?
+    }
+
+    /// The override that lays what was learned over a job; `None` for a job that does not learn, begins afresh, says itself what was
+    /// learned, or of which nothing is known.
+    #[must_use]
+    pub fn override_for(&self, job: &Job) -> Option<String> {
+        let compensation = job.spec.compensation.as_ref()?;
+        if compensation.afresh || !compensation.learned.is_empty() {
+            return None;
+        }
+        let lobes: Vec<String> = designs(&job.spec)
+            .ok()?
+            .iter()
+            .filter_map(|design| {
+                let (correction, _) = self.of(design)?.correction.bounded(&compensation.spec);
+                (!correction.is_zero())
+                    .then(|| format!("{{lobe: {}, {}}}", design.name, CurveFile::of(&correction).flow()))
+            })
+            .collect();
+        (!lobes.is_empty()).then(|| format!("form_compensation.learned=[{}]", lobes.join(", ")))
+    }
+
+    /// Learns from the outlines of a part (mm, at equal azimuths; in the order of its lobes) that was ground with the corrections of its
+    /// job, and tells what it did with each lobe. A correction that is not the one kept (another was written into the job, or none,
+    /// afresh) begins anew with the part.
+    ///
+    /// # Errors
+    /// An outline that cannot be measured.
+    pub fn learn(&mut self, prepared: &PreparedJob, outlines_mm: &[Vec<f64>]) -> Result<Vec<String>, String> {
+        let Some(compensation) = &prepared.job.spec.compensation else { return Ok(Vec::new()) };
+        let spec = &compensation.spec;
+        let mut told = Vec::new();
+        let mut lobes = Vec::new();
+        for (lobe, radii_mm) in prepared.planned.lobes.iter().zip(outlines_mm) {
+            let design = &lobe.design;
+            let measured = FormCurve::measure(radii_mm, &design.contour, design.phase_rad, spec.harmonics)
+                .map_err(|error| format!("the form of lobe {} cannot be learned: {error}", design.name))?;
+            let used = of_lobe(&compensation.learned, &design.name);
+            let kept = self.of(design).filter(|kept| same(&kept.correction, &used) && !compensation.afresh);
+            let mut learning = kept.unwrap_or_else(|| LobeLearning { correction: used, ..LobeLearning::new(spec) });
+            learning.gain = learning.gain.min(spec.gain);
+            let learned = learning.learn(spec, &measured);
+            told.push(sentence(&design.name, learned, &measured, &learning, spec));
+            lobes.push(LearnedLobe::of(design, &learning));
+        }
+        if compensation.afresh {
+            self.parts = 0;
+        }
+        self.parts += 1;
+        // Lobes that this job has not are those of an earlier version of it.
+        self.lobes = lobes;
+        Ok(told)
+    }
+}
+
+fn of_lobe(learned: &[LearnedError], name: &str) -> FormCurve {
+    learned.iter().find(|learned| learned.lobe == name).map(|learned| learned.correction.clone()).unwrap_or_default()
+}
+
+fn same(one: &FormCurve, other: &FormCurve) -> bool {
+    one.plus(-1.0, other).largest().0 < SAME_MM
+}
+
+/// SHA-256 over the radii of a design, to the nanometre.
+fn fingerprint(design: &LobeDesign) -> String {
+    let mut hasher = Sha256::new();
+    for i in 0..LOOKS {
+        let radius_mm = design.contour.radius_at(f64::from(i) * std::f64::consts::TAU / f64::from(LOOKS));
+        hasher.update(format!("{radius_mm:.6};").as_bytes());
+    }
+    hasher.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn sentence(
+    lobe: &str,
+    learned: Learned,
+    measured: &FormCurve,
+    learning: &LobeLearning,
+    spec: &CompensationSpec,
+) -> String {
+    let (error_um, most_um) = (um_from_mm(measured.rms_mm()), um_from_mm(learning.correction.largest().0));
+    let next = match learned {
+        Learned::Step => format!("the next part is corrected by up to {most_um:.3} um"),
+        Learned::Bounded => format!(
+            "the next part is corrected by up to {most_um:.3} um, which is bounded by {:.3} um and its slope",
+            um_from_mm(spec.most_mm)
+        ),
+        Learned::TakenBack => {
+            format!("that is more than before: taken back to up to {most_um:.3} um, gain {:.3}", learning.gain)
+        }
+        Learned::Stopped => format!("no more is learned: every gain made it worse; up to {most_um:.3} um stay"),
+    };
+    format!(
+        "lobe {lobe}: form error {error_um:.3} um rms over {} harmonics after {} parts; {next}",
+        spec.harmonics, learning.parts
+    )
+}
+
+/// The overrides of a job with what was learned for it after them.
+#[must_use]
+pub fn with_learned(name: &str, overrides: &[String], learned: &LearnedJob) -> Vec<String> {
+    let more = job_file::load(name, overrides).ok().and_then(|job| learned.override_for(&job));
+    overrides.iter().cloned().chain(more).collect()
+}
+
+/// What a job leaves on a machine after it has learned from so many parts there, with the usual settings where it does not learn itself:
+/// the part after them.
+///
+/// # Errors
+/// A part that cannot be planned or rehearsed.
+pub fn rehearse_learned(
+    prepared: &PreparedJob,
+    description: &MachineDescription,
+    parts: u32,
+    mut each: impl FnMut(u32, &[LobeResult]),
+) -> Result<Vec<LobeResult>, RehearsalFailed> {
+    let failed = |reason: String| RehearsalFailed { job: prepared.job.spec.name.clone(), reason };
+    let mut kept = LearnedJob::new(&description.name, &prepared.job.spec.name);
+    let mut job = prepared.job.clone();
+    let compensation = job.spec.compensation.get_or_insert_with(|| camwright::cam::compensation::Compensation {
+        spec: CompensationSpec::default(),
+        learned: Vec::new(),
+        afresh: false,
+    });
+    (compensation.learned, compensation.afresh) = (Vec::new(), false);
+    let now = MachineNow { description: prepared.machine.clone(), wheel: prepared.wheel };
+    for part in 0..=parts {
+        let planned = planning::plan(job.clone(), Some(&now)).map_err(|error| failed(error.to_string()))?;
+        let (_, results, outlines_mm) = rehearse_outlines_on(&planned, description, |_, _| {})?;
+        each(part, &results);
+        if part == parts {
+            return Ok(results);
+        }
+        kept.learn(&planned, &outlines_mm).map_err(&failed)?;
+        let lobes: Vec<LearnedError> = planned
+            .planned
+            .lobes
+            .iter()
+            .filter_map(|lobe| {
+                let correction = kept.of(&lobe.design)?.correction;
+                Some(LearnedError { lobe: lobe.design.name.clone(), correction })
+            })
+            .collect();
+        if let Some(compensation) = &mut job.spec.compensation {
+            compensation.learned = lobes;
+        }
+    }
+    Err(failed("no part was ground".into()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prepare;
+    use camwright_files::convert::mm_from_m;
+
+    fn short(more: &[&str]) -> Vec<String> {
+        ["infeed.total_mm=0.072", "stock_mm=0.06"].iter().chain(more).map(ToString::to_string).collect()
+    }
+
+    /// The default job on good drives: after three parts every lobe is within 2 µm from its highest to its lowest place.
+    #[test]
+    fn three_parts_on_good_drives_teach_the_default_job() {
+        let prepared = prepare("four_lobe_camshaft", &short(&[]), None).unwrap();
+        let good = prepared.machine.clone().with_good_drives().unwrap();
+        let mut worst_um = Vec::new();
+        rehearse_learned(&prepared, &good, 3, |_, lobes| {
+            let um = lobes.iter().map(|lobe| um_from_mm(mm_from_m(lobe.form_error_max.abs())));
+            worst_um.push(um.fold(0.0, f64::max));
+        })
+        .unwrap();
+        eprintln!("largest form error of each part: {worst_um:?} um");
+        // Twice the largest deviation bounds peak to valley.
+        assert!(worst_um.len() == 4 && 2.0 * worst_um[3] <= 2.0 && worst_um[3] < worst_um[0], "{worst_um:?}");
+    }
+
+    /// What was learned goes through its file, over the job and back: the same corrections, the same plan, wherever it is planned.
+    #[test]
+    fn a_learned_job_plans_to_the_same_hash_from_its_own_recorded_text() {
+        let set = short(&["form_compensation={}"]);
+        let prepared = prepare("four_lobe_camshaft", &set, None).unwrap();
+        let raised = |um: f64| -> Vec<Vec<f64>> {
+            let lobes = prepared.planned.lobes.iter();
+            let radius = |design: &LobeDesign, i: u32| design.radius_at(f64::from(i) * std::f64::consts::TAU / 3600.0);
+            lobes.map(|lobe| (0..3600).map(|i| radius(&lobe.design, i) + 1e-3 * um).collect()).collect()
+        };
+        let mut kept = LearnedJob::new("cam_grinder", "four_lobe_camshaft");
+        assert_eq!(with_learned("four_lobe_camshaft", &set, &kept), set);
+        let told = kept.learn(&prepared, &raised(1.0)).unwrap();
+        assert!(told.len() == 4 && told[0].starts_with("lobe I1: form error"), "{told:?}");
+        let kept = LearnedJob::parse(&kept.text().unwrap()).unwrap();
+        assert_eq!(kept.parts, 1);
+        let overrides = with_learned("four_lobe_camshaft", &set, &kept);
+        assert_eq!(overrides.len(), set.len() + 1);
+        let corrected = prepare("four_lobe_camshaft", &overrides, None).unwrap();
+        assert_ne!(corrected.plan_hash(), prepared.plan_hash());
+        let located = camwright_files::locate::locate("jobs", "four_lobe_camshaft", "yaml", None).unwrap();
+        let recorded = camwright_files::locate::Located { text: corrected.job.source.clone(), ..located };
+        let again = planning::plan(job_file::parse(&recorded, &[]).unwrap(), None).unwrap();
+        assert_eq!((again.plan_hash(), &again.job.hash), (corrected.plan_hash(), &corrected.job.hash));
+        // The same correction is recognised, another begins anew, afresh forgets.
+        let mut twice = kept.clone();
+        twice.learn(&corrected, &raised(0.3)).unwrap();
+        assert_eq!((twice.parts, twice.lobes[0].parts), (2, 2));
+        let mut other = kept.clone();
+        other.learn(&prepared, &raised(1.0)).unwrap();
+        assert_eq!((other.parts, other.lobes[0].parts), (2, 1));
+        let afresh = prepare("four_lobe_camshaft", &short(&["form_compensation.afresh=true"]), None).unwrap();
+        assert!(kept.override_for(&afresh.job).is_none());
+        let mut forgotten = twice.clone();
+        forgotten.learn(&afresh, &raised(1.0)).unwrap();
+        assert_eq!((forgotten.parts, forgotten.lobes[0].parts), (1, 1));
+    }
+
+    #[test]
+    fn a_lobe_of_another_design_is_not_corrected_by_what_was_learned() {
+        let set = short(&["form_compensation={}"]);
+        let prepared = prepare("four_lobe_camshaft", &set, None).unwrap();
+        let radii = |lobe: &camwright::planner::PlannedLobe| {
+            (0..720).map(|i| lobe.design.radius_at(f64::from(i) * std::f64::consts::TAU / 720.0) + 0.001).collect()
+        };
+        let outlines: Vec<Vec<f64>> = prepared.planned.lobes.iter().map(radii).collect();
+        let mut kept = LearnedJob::new("cam_grinder", "four_lobe_camshaft");
+        kept.learn(&prepared, &outlines).unwrap();
+        let all = kept.override_for(&prepared.job).unwrap();
+        assert!(all.contains("lobe: I1") && all.contains("lobe: E2"));
+        let larger = job_file::load(
+            "four_lobe_camshaft",
+            &short(&["form_compensation={}", "profiles.intake.base_radius_mm=16.1"]),
+        );
+        let some = kept.override_for(&larger.unwrap()).unwrap();
+        assert!(!some.contains("lobe: I1") && some.contains("lobe: E1"), "{some}");
+    }
+
+    #[test]
+    fn a_file_that_nobody_learned_is_refused() {
+        let text = LearnedJob::new("m", "j").text().unwrap();
+        assert_eq!(LearnedJob::parse(&text).unwrap(), LearnedJob::new("m", "j"));
+        let newer = text.replace("learned/1", "learned/9");
+        assert!(LearnedJob::parse(&newer).unwrap_err().contains("this program reads"));
+        assert!(LearnedJob::parse("schema: camwright/learned/1\n").is_err());
+    }
+}

@@ -1,0 +1,135 @@
+//! What wheel and part giving way leaves of every lobe, and how many turns of spark-out it would take.
+
+use super::PreparedJob;
+use camwright::machine::contact_law::ContactLaw;
+use camwright::math::units::um_from_mm;
+use camwright::planner::deflection::Deflections;
+use serde::Serialize;
+
+/// Largest form error with which a part is good (mm).
+pub const FORM_TOLERANCE_MM: f64 = 0.005;
+
+/// Most spark-out turns that are proposed: a job that needs more needs another infeed.
+const MOST_TURNS: u32 = 30;
+
+/// What `summary.json` says about a lobe on a machine that gives way.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct GivingWay {
+    /// Share of a deviation that a turn without infeed leaves, kg/(kg + km).
+    pub left_by_a_turn: f64,
+    /// Largest deflection.
+    pub largest_um: f64,
+    /// Normal force there.
+    pub largest_n: f64,
+    /// Largest material above the contour at the end.
+    pub left_um: f64,
+    /// Turns of all passes until then: fewer than planned where spark-out ends when the force is steady.
+    pub turns: u32,
+    /// Turns of all passes, as planned.
+    pub most_turns: u32,
+}
+
+impl std::fmt::Display for GivingWay {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let percent = 100.0 * self.left_by_a_turn;
+        write!(
+            f,
+            "by {:.1} um at {:.0} N; a turn without infeed leaves {percent:.0} % of it, the last {:.2} um",
+            self.largest_um, self.largest_n, self.left_um
+        )?;
+        if self.turns < self.most_turns {
+            write!(f, "; the force is steady after {} of {} turns", self.turns, self.most_turns)?;
+        }
+        Ok(())
+    }
+}
+
+fn law_of(prepared: &PreparedJob, lobe: usize) -> Option<ContactLaw> {
+    let (machine, design) = (&prepared.machine, &prepared.planned.lobes.get(lobe)?.design);
+    machine.contact_law(&design.station, design.width_mm)
+}
+
+/// Of one lobe; none on a machine that does not give way.
+pub(super) fn of_lobe(prepared: &PreparedJob, lobe: usize) -> Option<GivingWay> {
+    let law = law_of(prepared, lobe)?;
+    let found = Deflections::of_lobe(&prepared.planned.plan, lobe, prepared.job.spec.stock_mm, &law)?;
+    Some(GivingWay {
+        left_by_a_turn: law.decay(),
+        largest_um: um_from_mm(found.largest_mm),
+        largest_n: found.largest_n,
+        left_um: um_from_mm(found.left_mm),
+        turns: found.turns,
+        most_turns: prepared.planned.plan.cuts_of(lobe).map(|cut| cut.turns).sum(),
+    })
+}
+
+/// What is wrong with the spark-out of the lobe that keeps most, if more than the tolerance.
+pub(super) fn too_little_spark_out(prepared: &PreparedJob) -> Option<String> {
+    let lobes = (0..prepared.planned.lobes.len()).filter_map(|lobe| Some((lobe, of_lobe(prepared, lobe)?)));
+    // What is left before the turn that corrects is not what is left of the job.
+    if prepared.job.spec.correction.is_some() {
+        return None;
+    }
+    let (lobe, way) = lobes.max_by(|a, b| a.1.left_um.total_cmp(&b.1.left_um))?;
+    let tolerance_um = um_from_mm(FORM_TOLERANCE_MM);
+    if way.left_um <= tolerance_um {
+        return None;
+    }
+    let law = law_of(prepared, lobe)?;
+    let rests_um = um_from_mm(law.threshold_n() / law.machine_n_mm());
+    let after = |more: u32| rests_um + (way.left_um - rests_um) * way.left_by_a_turn.powf(f64::from(more));
+    let name = &prepared.planned.lobes[lobe].design.name;
+    let (turns, until_n) =
+        prepared.job.spec.passes.last().map(|pass| (pass.spark_out_turns, pass.spark_out_until_n))?;
+    if let Some(until_n) = until_n.filter(|_| way.turns < way.most_turns) {
+        // What is left above what the threshold keeps goes with the force.
+        let enough_n = f64::from(until_n) * (tolerance_um - rests_um) / (way.left_um - rests_um);
+        return Some(format!(
+            "lobe {name}: spark-out that ends when the force is steady within {until_n} N leaves {:.2} um on it, above the tolerance of \
+             {tolerance_um} um; {} N are enough",
+            way.left_um,
+            enough_n.floor().max(1.0)
+        ));
+    }
+    let remedy = match (1..=MOST_TURNS).find(|more| after(*more) <= tolerance_um) {
+        Some(more) => format!("{} leave {:.2} um", turns + more, after(more)),
+        None => String::from("no number of them leaves less: the machine gives way too much"),
+    };
+    Some(format!(
+        "lobe {name}: wheel and part give way to each other, and {turns} spark-out turns leave {:.2} um on it, above the tolerance \
+         of {tolerance_um} um; {remedy}",
+        way.left_um
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prepare;
+
+    /// After two turns the default job would be off by 6.6 µm; the number that is proposed is enough, and one less is not.
+    #[test]
+    fn a_job_that_sparks_out_too_briefly_is_told_how_many_turns_it_takes() {
+        let told = |turns: u32| {
+            let prepared = prepare("four_lobe_camshaft", &[format!("infeed.spark_out_turns={turns}")], None).unwrap();
+            let worst = (0..4).filter_map(|lobe| of_lobe(&prepared, lobe)).map(|way| way.left_um).fold(0.0, f64::max);
+            (too_little_spark_out(&prepared), worst)
+        };
+        let (message, left_um) = told(2);
+        let message = message.expect("it is above the tolerance");
+        assert!((left_um - 6.64).abs() < 0.05, "{left_um}");
+        let (enough, less_um) = told(3);
+        assert_eq!(enough, None);
+        assert!(message.ends_with(&format!("3 leave {less_um:.2} um")), "{message}, {less_um}");
+    }
+
+    #[test]
+    fn a_machine_that_cannot_reach_the_tolerance_is_told_so() {
+        let set = ["infeed.spark_out_turns=5".to_owned()];
+        let mut prepared = prepare("four_lobe_camshaft", &set, None).unwrap();
+        prepared.machine.contact.as_mut().unwrap().threshold_n_mm = 50.0;
+        assert!(too_little_spark_out(&prepared).unwrap().contains("no number of them"));
+        prepared.machine.contact = None;
+        assert_eq!((too_little_spark_out(&prepared), of_lobe(&prepared, 0)), (None, None));
+    }
+}

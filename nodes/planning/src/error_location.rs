@@ -1,0 +1,178 @@
+//! Which key of the job file is behind a refusal of the core.
+
+use camwright::job::dressing::DressError;
+use camwright::job::grinding::JobError;
+use camwright::machine::WHEEL_TOLERANCE_MM;
+use camwright::machine::description::Axis;
+use camwright::motion::speed_plan::SpeedPlanError;
+use camwright::planner::PlanError;
+use camwright::toolpath::wheel_path::ToolPathError;
+use camwright_files::ConfigError;
+use camwright_files::job_file::Job;
+use camwright_files::profile_file::contour_key;
+
+/// A refusal of the core as one sentence with the file and the line of the key that causes it.
+#[must_use]
+pub fn blame(job: &Job, error: &PlanError) -> ConfigError {
+    job.document.error(&key(job, error), error.to_string())
+}
+
+fn key(job: &Job, error: &PlanError) -> String {
+    match error {
+        PlanError::Job(error) => job_key(job, error),
+        PlanError::Compensated { .. } => "form_compensation".into(),
+        PlanError::NoNormal { .. } => "infeed.along".into(),
+        PlanError::Contour { profile, source } => format!("{}.{}", profile_key(job, profile), contour_key(source)),
+        PlanError::Path { profile, source, .. } => match source {
+            ToolPathError::BadWheelRadius { .. } | ToolPathError::WheelTooLarge { .. }
+                if job.wheel_radius_mm.is_some() =>
+            {
+                "wheel_radius_mm".into()
+            }
+            _ => profile_key(job, profile),
+        },
+        PlanError::Dress(error) => match error {
+            DressError::NoReason | DressError::NoDresser { .. } | DressError::WornOut { .. } => "dressing".into(),
+            DressError::OutOfRange { key, .. } => format!("dressing.{key}"),
+            DressError::NoWear { .. } | DressError::WearsTooMuch { .. } => "dressing.predicted_error_um".into(),
+            DressError::TooDeep { .. } => "dressing.depth_um".into(),
+        },
+        PlanError::TwoWheels { mounted_mm, .. } => wish_key(job, *mounted_mm),
+        PlanError::Collision { obstacle: Some(obstacle), .. } => format!("obstacles.{obstacle}"),
+        PlanError::Collision { lobe: Some(lobe), .. } => {
+            // Lobes may stand in another order than in the file.
+            job.spec.lobes.get(*lobe).map_or_else(String::new, |lobe| format!("{}.station", lobe_key(&lobe.name)))
+        }
+        // On its way to the home position the wheel is nearest where the last retract left it.
+        PlanError::Collision { x_mm, .. } if *x_mm < job.spec.home.x_mm => "rapid_advance_mm".into(),
+        PlanError::Collision { .. } => "home.x_mm".into(),
+        PlanError::WheelTooFast { lobe, .. } => lobe_key(lobe),
+        PlanError::Infeed { pass, .. } => pass_key(job, pass, "infeed.total_mm"),
+        PlanError::TooMuchStock { .. } | PlanError::NoStock { .. } => "measure_stock".into(),
+        PlanError::TouchesBlank { .. } => "infeed.total_mm".into(),
+        PlanError::NoArrival { .. } | PlanError::Speed { source: SpeedPlanError::NoLead { .. }, .. } => {
+            "c_between_lobes".into()
+        }
+        PlanError::Speed { pass, source: SpeedPlanError::Turn(_) | SpeedPlanError::NoRunUp { .. }, .. } => {
+            pass_key(job, pass, "speed")
+        }
+        PlanError::Speed { pass, .. } => pass_key(job, pass, "work_speed_rpm"),
+        PlanError::SoftLimit { place, what, axis, .. } => match (*what, axis) {
+            ("the home position of the dry run" | "a hold of the dry run on the highest point of the path", _) => {
+                "dry_run.stand_off_mm".into()
+            }
+            ("the home position", Axis::X) => "home.x_mm".into(),
+            ("the home position", _) => "home.z_mm".into(),
+            ("the start of the rapid advance", _) => "rapid_advance_mm".into(),
+            ("a hold on the highest point of the path", _) => "retract_clearance_mm".into(),
+            _ => named_lobe(place).map_or_else(String::new, |lobe| format!("{}.station", lobe_key(lobe))),
+        },
+        PlanError::NotClear { what, .. } if *what == "home.x_mm" => "home.x_mm".into(),
+        PlanError::NotClear { .. } => "rapid_advance_mm".into(),
+        PlanError::Move { .. } => "rapid_speed_mm_s".into(),
+        PlanError::DryRun { .. } => "dry_run.stand_off_mm".into(),
+        PlanError::Gouges { lobe, .. } => lobe_key(lobe),
+        PlanError::Check(_) => String::new(),
+    }
+}
+
+fn job_key(job: &Job, error: &JobError) -> String {
+    match error {
+        JobError::NoLobes => "lobes".into(),
+        JobError::SameName { second, .. } => format!("lobes.{}.name", second.saturating_sub(1)),
+        JobError::SameStation { second, .. } => format!("{}.station", lobe_key(second)),
+        JobError::NeighbourInReach { lobe, .. } | JobError::UnknownStation { lobe, .. } => {
+            format!("{}.station", lobe_key(lobe))
+        }
+        JobError::LearnsAndCorrects | JobError::LearnedElsewhere { .. } | JobError::LearnedTooMuch { .. } => {
+            "form_compensation".into()
+        }
+        JobError::SparkOutByForce { pass, .. } => pass_key(job, pass, "infeed.spark_out_until_n"),
+        JobError::TurnsAndIndexes => "c_between_lobes".into(),
+        JobError::BentNowhere { .. } => "raw_part.bent_between_mm".into(),
+        JobError::CannotCorrect { .. } | JobError::GaugeSeesNoCut { .. } => "runout_correction".into(),
+        JobError::PublishedGauge { .. } => "runout_correction.mode".into(),
+        JobError::KeptElsewhere { .. } => "runout_correction.contacts".into(),
+        JobError::NothingKept { .. } => "runout_correction.stiffness".into(),
+        JobError::MeasuresNoStock { .. } => "measure_stock".into(),
+        JobError::MarginTooSmall { .. } => "measure_stock.margin_um".into(),
+        JobError::OneFeed { .. } | JobError::IdentifiesForNothing => "identification".into(),
+        JobError::NoAir { .. } => "infeed.total_mm".into(),
+        JobError::NotRound { lobe } | JobError::StockNotRound { lobe } => format!("{}.profile", lobe_key(lobe)),
+        JobError::CorrectsAndTurnsOn => "c_between_lobes".into(),
+        JobError::UnknownProfile { lobe, .. } => format!("{}.profile", lobe_key(lobe)),
+        JobError::WiderThanWheel { lobe, .. } => format!("{}.width_mm", lobe_key(lobe)),
+        JobError::NoSparkOut { .. } => "infeed.spark_out_turns".into(),
+        JobError::NoBody { name, .. } => {
+            index_key("obstacles", job.spec.obstacles.iter().position(|obstacle| obstacle.name == *name))
+        }
+        JobError::PassCount { .. } => "infeed".into(),
+        JobError::MixedDirections { pass, .. } => pass_key(job, pass, "infeed.along"),
+        JobError::TooFewBlocks { .. } => "profiles.0.lift".into(),
+        JobError::OutOfRange { place, key, .. } => {
+            let key = match *key {
+                "total_infeed_mm" => "infeed.total_mm",
+                "infeed_per_block_mm" => "infeed.per_block_um",
+                "work_speed_rad_s" => "work_speed_rpm",
+                "footprint_speed_mm_s" => "speed.footprint_speed_mm_s",
+                "removal_rate_mm2_s" => "speed.removal_rate_mm2_s",
+                "phase_rad" => "phase_deg",
+                "spark_out_until_n" => "infeed.spark_out_until_n",
+                "spark_out_turns" => "infeed.spark_out_turns",
+                "part_phase_rad" => "part_phase_deg",
+                "form_compensation.most_mm" => "form_compensation.most_um",
+                "form_compensation.most_slope_mm_rad" => "form_compensation.most_um_per_deg",
+                "c_between_lobes.margin_s" => "arrival_margin_ms",
+                "measure_stock.margin_mm" => "measure_stock.margin_um",
+                "measure_stock.speed_rad_s" => "measure_stock.work_speed_rpm",
+                other => other,
+            };
+            match (named_lobe(place), named_pass(place)) {
+                (Some(lobe), _) => format!("{}.{key}", lobe_key(lobe)),
+                (None, Some(pass)) => pass_key(job, pass, key),
+                (None, None) => key.into(),
+            }
+        }
+    }
+}
+
+/// A key of a pass: the last one's stand in the job itself, those before it in `roughing`.
+fn pass_key(job: &Job, pass: &str, key: &str) -> String {
+    let passes = &job.spec.passes;
+    match passes.iter().position(|other| other.name == pass) {
+        Some(index) if index + 1 < passes.len() => format!("roughing.{index}.{key}"),
+        _ => key.into(),
+    }
+}
+
+/// The first key that asks for another wheel than the one that is mounted.
+fn wish_key(job: &Job, mounted_mm: f64) -> String {
+    let other = job.spec.wheels.iter().find(|wish| (wish.radius_mm - mounted_mm).abs() > WHEEL_TOLERANCE_MM);
+    match other.and_then(|wish| wish.of.split_once(' ')) {
+        Some(("lobe", name)) => format!("{}.wheel_radius_mm", lobe_key(name)),
+        Some((_, name)) => pass_key(job, name, "wheel_radius_mm"),
+        None => "wheel_radius_mm".into(),
+    }
+}
+
+/// `I1` of `lobe I1: `.
+fn named_lobe(place: &str) -> Option<&str> {
+    place.strip_prefix("lobe ")?.strip_suffix(": ")
+}
+
+/// `rough` of `pass rough: `.
+fn named_pass(place: &str) -> Option<&str> {
+    place.strip_prefix("pass ")?.strip_suffix(": ")
+}
+
+fn lobe_key(name: &str) -> String {
+    format!("lobes.{name}")
+}
+
+fn profile_key(job: &Job, name: &str) -> String {
+    index_key("profiles", job.spec.profiles.iter().position(|profile| profile.name == name))
+}
+
+fn index_key(list: &str, index: Option<usize>) -> String {
+    index.map_or_else(|| list.to_owned(), |index| format!("{list}.{index}"))
+}

@@ -1,0 +1,53 @@
+//! The files that `camwright plan` writes, each told before it is written.
+
+use super::plots::Plot;
+use crate::drawing::{png, svg};
+use camwright_files::{ConfigError, Place};
+use serde::Serialize;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+/// Writes files and tells of every one.
+pub(super) struct Files<F> {
+    progress: F,
+}
+
+impl<F: FnMut(&Path)> Files<F> {
+    pub(super) fn new(progress: F) -> Self {
+        Self { progress }
+    }
+
+    /// Writes one, with the folders above it.
+    pub(super) fn write(
+        &mut self,
+        path: &Path,
+        write: &dyn Fn(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), ConfigError> {
+        (self.progress)(path);
+        let attempt = || -> io::Result<()> {
+            if let Some(folder) = path.parent() {
+                fs::create_dir_all(folder)?;
+            }
+            let mut to = BufWriter::new(File::create(path)?);
+            write(&mut to)?;
+            to.flush()
+        };
+        attempt().map_err(|error| ConfigError::at(Place::file(path), format!("cannot be written: {error}")))
+    }
+
+    /// A drawing, as SVG and as PNG.
+    pub(super) fn plot(&mut self, folder: &Path, plot: &Plot) -> Result<(), ConfigError> {
+        let path = |extension: &str| folder.join(format!("{}.{extension}", plot.name));
+        self.write(&path("svg"), &|to| to.write_all(svg(&plot.drawing).as_bytes()))?;
+        self.write(&path("png"), &|to| to.write_all(&png(&plot.drawing)?))
+    }
+
+    /// Something as JSON for people.
+    pub(super) fn json(&mut self, path: &Path, what: &impl Serialize) -> Result<(), ConfigError> {
+        self.write(path, &|to| {
+            serde_json::to_writer_pretty(&mut *to, what)?;
+            writeln!(to)
+        })
+    }
+}

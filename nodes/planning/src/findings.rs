@@ -1,0 +1,263 @@
+//! Everything that can be said about a job or a lift table before anything moves.
+
+use super::program::check_milled;
+use super::turning::check_turned;
+use super::{PreparedJob, deflection, error_location::blame, plan};
+use camwright::job::grinding::{JobError, LobeSpec};
+use camwright::machine::wheel_state::WheelNow;
+use camwright::math::units::{deg_from_rad, um_from_mm};
+use camwright::planner::PlannedLobe;
+use camwright::planner::{PlanError, plan_job};
+use camwright_files::ConfigError;
+use camwright_files::any_job::{self, AnyJob};
+use camwright_files::convert::machine_now::MachineNow;
+use camwright_files::job_file::Job;
+use camwright_files::lift_file;
+use camwright_files::locate::{Located, locate};
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// How bad a finding is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// It can be made, but somebody should look.
+    Warning,
+    /// It cannot be made.
+    Error,
+}
+
+impl fmt::Display for Severity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Severity::Warning => "warning",
+            Severity::Error => "error",
+        })
+    }
+}
+
+/// One thing that was found: what, how much, how much is allowed, and where.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Finding {
+    /// How bad it is.
+    pub severity: Severity,
+    /// The sentence, with file and line.
+    pub error: ConfigError,
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.severity, self.error)
+    }
+}
+
+/// What a check found.
+#[derive(Debug, Clone)]
+pub struct Report {
+    /// The file that was checked.
+    pub file: PathBuf,
+    /// Errors and warnings, errors first.
+    pub findings: Vec<Finding>,
+    /// One sentence about what it is, if it can be made.
+    pub summary: Option<String>,
+    /// How its lift tables were read, with what each way to read them costs.
+    pub notes: Vec<String>,
+}
+
+impl Report {
+    /// The worst finding.
+    #[must_use]
+    pub fn worst(&self) -> Option<Severity> {
+        self.findings.iter().map(|finding| finding.severity).max()
+    }
+
+    /// The first error.
+    #[must_use]
+    pub fn first_error(&self) -> Option<&ConfigError> {
+        self.findings.iter().find(|finding| finding.severity == Severity::Error).map(|finding| &finding.error)
+    }
+
+    pub(super) fn refused(file: &Path, errors: Vec<ConfigError>) -> Self {
+        let findings = errors.into_iter().map(|error| Finding { severity: Severity::Error, error }).collect();
+        Self { file: file.to_path_buf(), findings, summary: None, notes: Vec::new() }
+    }
+}
+
+/// Checks a job, planning it to the end for the machine as it is now (see [`super::prepare`]), or a lift table. `name` is a
+/// path or the name of a job or of a table.
+///
+/// # Errors
+/// There is no such file.
+pub fn check(name: &str, overrides: &[String], machine: Option<&MachineNow>) -> Result<Report, ConfigError> {
+    let extension = Path::new(name).extension().map(|extension| extension.to_string_lossy().to_lowercase());
+    let is_table = extension.is_some_and(|extension| ["csv", "txt", "tab", "tsv", "dat"].contains(&extension.as_str()));
+    let table = || locate("lifts", name, "csv", None).map(|located| check_lift(&located, overrides));
+    match if is_table { None } else { Some(locate("jobs", name, "yaml", None)) } {
+        Some(Ok(located)) => Ok(check_job(&located, overrides, machine)),
+        Some(Err(error)) => table().map_err(|_| error),
+        None => table(),
+    }
+}
+
+fn check_job(located: &Located, overrides: &[String], machine: Option<&MachineNow>) -> Report {
+    let job = match any_job::read(located, overrides) {
+        Ok(AnyJob::Ground(job)) => *job,
+        Ok(AnyJob::Turned(job)) => return check_turned(&located.path, *job, machine),
+        Ok(AnyJob::Milled(job)) => return check_milled(&located.path, &job),
+        Err(errors) => return Report::refused(&located.path, errors),
+    };
+    let warnings = warnings(&job);
+    match plan(job.clone(), machine) {
+        Ok(prepared) => {
+            let mut findings = warnings;
+            findings.extend(planned_warnings(&prepared));
+            let notes = super::lifts::notes(&prepared.job, Some(&prepared));
+            Report { file: located.path.clone(), findings, summary: Some(prepared.summary()), notes }
+        }
+        Err(first) => {
+            let mut report = Report::refused(&located.path, all_errors(&job, machine, first));
+            // Why a table makes no contour often shows in the jerk of its reading.
+            report.notes = super::lifts::notes(&job, None);
+            report.findings.extend(warnings);
+            report
+        }
+    }
+}
+
+/// The core stops at its first refusal. Asking it about every lobe, alone and together with those before it that have no
+/// fault, finds the others.
+fn all_errors(job: &Job, machine: Option<&MachineNow>, first: ConfigError) -> Vec<ConfigError> {
+    let mut errors = vec![first];
+    let mut add = |error: ConfigError| {
+        // What one lobe alone says may stand in what all of them said before.
+        let said = |known: &ConfigError| known.place == error.place && known.message.contains(&error.message);
+        if !errors.iter().any(said) {
+            errors.push(error);
+        }
+    };
+    let description = machine.map_or(&job.machine.description, |now| &now.description);
+    let wheel = match machine {
+        Some(now) => now.wheel,
+        None => WheelNow::dressed(job.wheel_radius_mm.unwrap_or(description.wheel.new_radius_mm)),
+    };
+    let mut accepted = Vec::new();
+    for lobe in &job.spec.lobes {
+        let mut tried = job.spec.clone();
+        tried.lobes = accepted.clone();
+        tried.lobes.push(lobe.clone());
+        match tried.check(description) {
+            // The number of a lobe in this shorter job is not its number in the file.
+            Err(JobError::SameName { .. }) => {}
+            Err(error) => add(blame(job, &error.into())),
+            Ok(()) => accepted = tried.lobes,
+        }
+    }
+    for lobe in accepted {
+        let mut alone = job.spec.clone();
+        alone.profiles = job.spec.profiles.get(lobe.profile).cloned().into_iter().collect();
+        alone.lobes = vec![LobeSpec { profile: 0, ..lobe }];
+        alone.wheels = Vec::new();
+        match plan_job(&alone, description, wheel, None) {
+            Err(PlanError::Path { profile, source, .. }) => {
+                add(blame(job, &PlanError::Path { lobes: String::new(), advice: String::new(), profile, source }));
+            }
+            Err(error) => add(blame(job, &error)),
+            Ok(_) => {}
+        }
+    }
+    errors
+}
+
+pub(super) fn warning(error: ConfigError) -> Finding {
+    Finding { severity: Severity::Warning, error }
+}
+
+fn warnings(job: &Job) -> Vec<Finding> {
+    let mut findings: Vec<Finding> =
+        job.lifts.iter().flat_map(|lift| lift.warnings.iter().cloned().map(warning)).collect();
+    for (index, profile) in job.spec.profiles.iter().enumerate() {
+        if job.spec.lobes.iter().all(|lobe| lobe.profile != index) {
+            let message = format!("profile {} is used by no lobe", profile.name);
+            findings.push(warning(job.document.error(&format!("profiles.{index}.name"), message)));
+        }
+    }
+    let wheel = &job.machine.description.wheel;
+    if let Some(radius) = job.wheel_radius_mm.filter(|r| !(wheel.min_radius_mm..=wheel.new_radius_mm).contains(r)) {
+        let message = format!(
+            "wheel_radius_mm is {radius}; the wheel of machine {} has {} to {}: the job can be planned, not run",
+            job.machine.description.name, wheel.min_radius_mm, wheel.new_radius_mm
+        );
+        findings.push(warning(job.document.error("wheel_radius_mm", message)));
+    }
+    findings
+}
+
+/// What a single spark-out turn may leave on the part without a word (mm).
+const LEFT_ON_PART_MM: f64 = 1e-4;
+
+fn planned_warnings(prepared: &PreparedJob) -> Vec<Finding> {
+    let mut findings = overlooked(prepared);
+    // What a pass leaves, the next one takes; the last one's stays.
+    let spark_out = prepared.job.spec.passes.last().map_or(0, |pass| pass.spark_out_turns);
+    let left = |lobe: &PlannedLobe| lobe.passes.last().map_or(0.0, |pass| pass.infeed().left_on_part_mm(spark_out));
+    let worst =
+        prepared.planned.lobes.iter().map(|lobe| (left(lobe), &lobe.design.name)).max_by(|a, b| a.0.total_cmp(&b.0));
+    match worst {
+        Some((left_mm, lobe)) if left_mm > LEFT_ON_PART_MM => {
+            let message = format!(
+                "lobe {lobe}: {spark_out} spark-out turn leaves up to {:.2} um of the infeed's end on the part, above {} um; \
+                 2 leave nothing",
+                um_from_mm(left_mm),
+                um_from_mm(LEFT_ON_PART_MM)
+            );
+            findings.push(warning(prepared.job.document.error("infeed.spark_out_turns", message)));
+        }
+        _ => {}
+    }
+    if let Some(message) = deflection::too_little_spark_out(prepared) {
+        findings.push(warning(prepared.job.document.error("infeed.spark_out_turns", message)));
+    }
+    findings
+}
+
+/// Hollows that a gauge lies across.
+fn overlooked(prepared: &PreparedJob) -> Vec<Finding> {
+    let Job { spec, gauges, document, .. } = &prepared.job;
+    let of_profile = |profile: usize| {
+        let lobe = spec.lobes.iter().position(|lobe| lobe.profile == profile)?;
+        let hollow = prepared.inspections[lobe].as_ref()?.overlooked()?;
+        let message = format!(
+            "profile {}: the gauge lies across the hollow at cam angle {:.2} deg, whose radius of {:.3} mm it does not fit: \
+             what lies between is not inspected",
+            spec.profiles[profile].name,
+            deg_from_rad(hollow.angle_rad),
+            -1.0 / hollow.value
+        );
+        Some(warning(document.error(&format!("profiles.{profile}.gauge"), message)))
+    };
+    (0..gauges.len()).filter_map(of_profile).collect()
+}
+
+fn check_lift(located: &Located, overrides: &[String]) -> Report {
+    let lift = match lift_file::read_alone(located, overrides) {
+        Ok(lift) => lift,
+        Err(errors) => return Report::refused(&located.path, errors),
+    };
+    let summary = lift.table.as_ref().map(|table| {
+        format!(
+            "{}: {} blocks over one turn, largest lift {} mm, last digit {} mm",
+            located.path.display(),
+            table.blocks(),
+            written(table.max_lift_mm()),
+            written(table.digit_mm())
+        )
+    });
+    let notes = super::lifts::readings(&lift).iter().map(ToString::to_string).collect();
+    let findings = lift.warnings.into_iter().map(warning).collect();
+    Report { file: located.path.clone(), findings, summary, notes }
+}
+
+/// A length as people write it: to a picometre, below which an inch is no decimal part of a millimetre.
+fn written(mm: f64) -> f64 {
+    const PER_MM: f64 = 1e9;
+    (mm * PER_MM).round() / PER_MM
+}

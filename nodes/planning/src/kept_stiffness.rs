@@ -1,0 +1,150 @@
+//! What is kept of a machine's stiffness, laid over the job that is planned next, and what the journals of a part add to it.
+
+use super::{MeasuredContacts, PreparedJob};
+use camwright::gauging::stiffness::Measured;
+use camwright::gauging::stiffness_map::StiffnessPlace;
+use camwright::job::grinding::{KnownContact, StiffnessSource};
+use camwright::machine::description::MachineDescription;
+use camwright_files::job_file::Job;
+use camwright_files::journal_file::contact_flow;
+use camwright_files::stiffness_file::{KeptPlace, KeptStiffness};
+
+/// What a job takes of what is kept.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct KeptContacts {
+    /// The override that writes it into the job; nothing for a job that takes nothing.
+    pub over: Option<String>,
+    /// Why it takes none for a journal that it would take it for.
+    pub told: Vec<String>,
+}
+
+/// What a job takes of what is kept for its machine: of a job whose runout is corrected and whose stiffness is not measured, unless it
+/// takes the description's, or says itself what was kept.
+#[must_use]
+pub fn kept_contacts(kept: &KeptStiffness, job: &Job, machine: &MachineDescription) -> KeptContacts {
+    let takes =
+        job.spec.correction.as_ref().is_some_and(|correction| {
+            correction.stiffness != StiffnessSource::Nominal && correction.contacts.is_empty()
+        });
+    // Of a machine that was never measured there is nothing to tell.
+    if !takes || job.spec.identification.is_some() || kept.places().is_empty() {
+        return KeptContacts::default();
+    }
+    let (mut flows, mut told) = (Vec::new(), Vec::new());
+    for lobe in &job.spec.lobes {
+        let Some(station) = machine.station(&lobe.station) else { continue };
+        match kept.map().law(station.position_mm, lobe.width_mm) {
+            Ok(law) => flows.push(contact_flow(&KnownContact { lobe: lobe.name.clone(), law })),
+            Err(error) => {
+                told.push(format!("lobe {}: no stiffness is kept for it on {}: {error}", lobe.name, kept.machine));
+            }
+        }
+    }
+    let over = (!flows.is_empty()).then(|| format!("runout_correction.contacts=[{}]", flows.join(", ")));
+    KeptContacts { over, told }
+}
+
+/// Keeps what was measured on the journals of a part, each in the stead of what was kept for its place; what it keeps of them, in their
+/// order.
+///
+/// # Errors
+/// Numbers that no measurement gives.
+pub fn learn_stiffness(
+    stiffness: &mut KeptStiffness,
+    prepared: &PreparedJob,
+    measured: &MeasuredContacts,
+) -> Result<Vec<KeptPlace>, String> {
+    if prepared.job.spec.identification.is_some_and(|identification| identification.afresh) {
+        *stiffness = KeptStiffness::new(&stiffness.machine);
+    }
+    stiffness.parts += 1;
+    let mut kept = Vec::new();
+    for (lobe, contact) in prepared.planned.lobes.iter().zip(&measured.contacts) {
+        let (Some(contact), Some(station)) = (contact, prepared.machine.station(&lobe.design.station)) else {
+            continue;
+        };
+        let (law, known_to, width_mm) = (contact.law, contact.known_to, lobe.design.width_mm);
+        let per_width =
+            |value: f64, uncertainty: f64| Measured { value: value / width_mm, uncertainty: uncertainty / width_mm };
+        let place = KeptPlace {
+            place: StiffnessPlace {
+                z_mm: station.position_mm,
+                machine_n_mm: Measured { value: law.machine_n_mm(), uncertainty: known_to.machine_n_mm },
+                grinding_n_mm2: per_width(law.grinding_n_mm(), known_to.grinding_n_mm),
+                threshold_n_mm: per_width(law.threshold_n(), known_to.threshold_n),
+            },
+            lobe: lobe.design.name.clone(),
+            job: prepared.job.spec.name.clone(),
+            part: stiffness.parts,
+            width_mm,
+        };
+        stiffness.put(place.clone()).map_err(|error| format!("lobe {}: {error}", lobe.design.name))?;
+        kept.push(place);
+    }
+    Ok(kept)
+}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{plan, prepare};
+    use camwright_files::job_file;
+    use camwright_files::locate::{Located, locate};
+
+    fn kept(of: &[(f64, f64)]) -> KeptStiffness {
+        let mut kept = KeptStiffness::new("journal_grinder");
+        for (z_mm, n_mm) in of {
+            let place = StiffnessPlace {
+                z_mm: *z_mm,
+                machine_n_mm: Measured { value: *n_mm, uncertainty: 50.0 },
+                grinding_n_mm2: Measured { value: 1400.0, uncertainty: 50.0 },
+                threshold_n_mm: Measured { value: 0.7, uncertainty: 0.2 },
+            };
+            kept.put(KeptPlace { place, lobe: "J".into(), job: "j".into(), part: 1, width_mm: 20.0 }).unwrap();
+        }
+        kept
+    }
+
+    const UNMEASURED: [&str; 1] = ["identification=null"];
+
+    /// What is kept is written into the job, between the places as well, and the job plans to the same hash from its own text anywhere.
+    #[test]
+    fn what_is_kept_is_an_input_of_the_plan() {
+        let set: Vec<String> = UNMEASURED.map(String::from).into();
+        let prepared = prepare("journal_runout", &set, None).unwrap();
+        let taken = kept_contacts(&kept(&[(80.0, 5000.0), (220.0, 6000.0)]), &prepared.job, &prepared.machine);
+        let over = taken.over.unwrap();
+        // Half way: 2/(1/5 + 1/6) N/µm.
+        assert!(
+            over.contains("{lobe: J2, machine_n_um: 5.454545, grinding_n_um: 28.000000, threshold_n: 14.000000}"),
+            "{over}"
+        );
+        let with: Vec<String> = set.iter().cloned().chain([over]).collect();
+        let used = prepare("journal_runout", &with, None).unwrap();
+        assert_ne!(used.plan_hash(), prepared.plan_hash());
+        let (law, from) = used.planned.lobes[1].contact(&used.job.spec, &used.machine, None).unwrap();
+        assert!((law.machine_n_mm() - 5454.545).abs() < 1e-6 && from.to_string() == "kept for the machine");
+        let located = locate("jobs", "journal_runout", "yaml", None).unwrap();
+        let recorded = Located { text: used.job.source.clone(), ..located };
+        let again = plan(job_file::parse(&recorded, &[]).unwrap(), None).unwrap();
+        assert_eq!(again.plan_hash(), used.plan_hash());
+    }
+
+    #[test]
+    fn a_journal_outside_what_was_measured_is_told_and_takes_the_description() {
+        let set: Vec<String> = UNMEASURED.map(String::from).into();
+        let prepared = prepare("journal_runout", &set, None).unwrap();
+        let take = |kept: &KeptStiffness, job: &Job| kept_contacts(kept, job, &prepared.machine);
+        let some = take(&kept(&[(80.0, 5000.0), (150.0, 4000.0)]), &prepared.job);
+        assert!(some.over.is_some_and(|over| !over.contains("J3")));
+        assert!(some.told.len() == 1 && some.told[0].contains("lobe J3") && some.told[0].contains("80 to 150 mm"));
+        assert_eq!(take(&KeptStiffness::new("journal_grinder"), &prepared.job), KeptContacts::default());
+        let load = |more: &str| job_file::load("journal_runout", &[set[0].clone(), more.to_owned()]).unwrap();
+        let all = kept(&[(80.0, 5000.0), (220.0, 6000.0)]);
+        assert_eq!(take(&all, &load("runout_correction.stiffness=nominal")), KeptContacts::default());
+        let measures = job_file::load("journal_runout", &[]).unwrap();
+        assert_eq!(take(&all, &measures), KeptContacts::default(), "it measures itself");
+        let insists = ["identification=null".to_owned(), "runout_correction.stiffness=kept".to_owned()];
+        let error = prepare("journal_runout", &insists, None).unwrap_err().to_string();
+        assert!(error.contains("lobe J1") && error.contains("nothing is kept"), "{error}");
+    }
+}

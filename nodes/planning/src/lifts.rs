@@ -1,0 +1,241 @@
+//! How the lift tables of a job were read, and the jerk that each way to read them costs.
+
+use super::PreparedJob;
+use super::turn::Turn;
+use camwright::cam::contour::Contour;
+use camwright::cam::lift::{LiftLaw, TableReading};
+use camwright::job::grinding::{ProfileSpec, SpeedLaw};
+use camwright::machine::description::Axis;
+use camwright::math::hermite::Sample;
+use camwright::math::units::{TURN_RAD, deg_from_rad, um_from_mm};
+use camwright::motion::cut_motion::chain;
+use camwright::toolpath::wheel_path::ToolPath;
+use camwright_files::job_file::Job;
+use camwright_files::lift_file::ProfileLift;
+use serde::Serialize;
+use std::fmt;
+
+/// What `summary.json` says about a lift table.
+#[derive(Debug, Clone, Serialize)]
+pub struct LiftSummary {
+    /// The profile.
+    pub profile: String,
+    /// Files of the table.
+    pub files: Vec<String>,
+    /// Rows over one turn, mirrored and filled-in ones included.
+    pub blocks: usize,
+    /// The reading that is used first, then what the others would have been.
+    pub readings: Vec<ReadingSummary>,
+}
+
+/// One way to read a table.
+#[derive(Debug, Clone, Serialize)]
+pub struct ReadingSummary {
+    /// `smoothest`, `cubic_spline` or `smooth_within`.
+    pub reading: &'static str,
+    /// Whether the job is made with it.
+    pub is_used: bool,
+    /// Largest third derivative of the lift over the cam angle.
+    pub peak_jerk_mm_rad3: f64,
+    /// How far the curve may lie from a point.
+    pub allowed_mm: f64,
+    /// How far it lies from a point at most.
+    pub max_deviation_mm: f64,
+    /// Cam angle of that point.
+    pub max_deviation_deg: f64,
+    /// Root of the mean square over all points.
+    pub rms_deviation_mm: f64,
+    /// What it costs the X axis; only within a job, which has a wheel and a speed.
+    pub x_axis: Option<AxisJerk>,
+}
+
+/// What a reading asks of `x_axis` on the path of the wheel, at one speed of C.
+#[derive(Debug, Clone, Serialize)]
+pub struct AxisJerk {
+    /// The work speed of the last pass; where its speed varies the mean of its turn.
+    pub work_speed_rpm: f64,
+    /// Whether the speed varies.
+    pub varies: bool,
+    /// Largest jerk at the speeds of the turn; where there is no path that of the lift alone at the work speed above.
+    pub jerk_mm_s3: f64,
+    /// Limit of the axis.
+    pub limit_mm_s3: f64,
+    /// Why this reading gives the wheel no path, if it does not.
+    pub no_path: Option<String>,
+}
+
+impl ReadingSummary {
+    fn new(reading: &TableReading, is_used: bool) -> Self {
+        Self {
+            x_axis: None,
+            reading: reading.reading.name(),
+            is_used,
+            peak_jerk_mm_rad3: reading.peak_jerk_mm_rad3,
+            allowed_mm: reading.allowed_mm,
+            max_deviation_mm: reading.max_deviation_mm,
+            max_deviation_deg: deg_from_rad(reading.max_deviation_rad),
+            rms_deviation_mm: reading.rms_deviation_mm,
+        }
+    }
+}
+
+impl fmt::Display for ReadingSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let verb = if self.is_used { "used" } else { "not used" };
+        write!(f, "{verb:<8} {:<13} peak jerk {:>11.1} mm/rad3", self.reading, self.peak_jerk_mm_rad3)?;
+        if let Some(x) = &self.x_axis {
+            let (jerk, percent) = (x.jerk_mm_s3, 100.0 * x.jerk_mm_s3 / x.limit_mm_s3);
+            let speed = format!("{:.1} rpm{}", x.work_speed_rpm, if x.varies { " in the mean" } else { "" });
+            match x.no_path {
+                None => write!(f, ", X axis {jerk:.0} mm/s3 at {speed} ({percent:.1} % of its limit)")?,
+                Some(_) => {
+                    write!(f, ", no path for the wheel, the lift alone asks for {jerk:.3e} mm/s3 at {speed}")?;
+                }
+            }
+        }
+        if self.allowed_mm > 0.0 {
+            write!(
+                f,
+                ", off the points by {:.3} um at most (at {:.2} deg, {:.3} um allowed), {:.3} um rms",
+                um_from_mm(self.max_deviation_mm),
+                self.max_deviation_deg,
+                um_from_mm(self.allowed_mm),
+                um_from_mm(self.rms_deviation_mm)
+            )
+        } else {
+            f.write_str(", through every point")
+        }
+    }
+}
+
+/// How a table was read, then the ways it was not; empty for a formula.
+pub(super) fn readings(lift: &ProfileLift) -> Vec<ReadingSummary> {
+    let used = lift.law.reading().map(|reading| ReadingSummary::new(&reading, true));
+    let others = lift.others.iter().map(|reading| ReadingSummary::new(reading, false));
+    used.into_iter().chain(others).collect()
+}
+
+/// Points on which a path is looked at in each of its intervals, where its third derivative is a parabola.
+const PER_INTERVAL: u32 = 4;
+
+/// How C turns in the last pass over a profile.
+enum Turning<'a> {
+    /// At one speed (rad/s).
+    Evenly(f64),
+    /// As in this turn.
+    Planned(Turn<'a>),
+}
+
+impl<'a> Turning<'a> {
+    fn of(job: &Job, prepared: Option<&'a PreparedJob>, profile: usize) -> Option<Self> {
+        match job.spec.passes.last()?.speed {
+            SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => Some(Self::Evenly(work_speed_rad_s)),
+            _ => {
+                let lobe = job.spec.lobes.iter().position(|lobe| lobe.profile == profile)?;
+                Turn::new(prepared?, lobe, job.spec.passes.len() - 1).map(Self::Planned)
+            }
+        }
+    }
+
+    /// In the mean of a turn (rad/s).
+    fn mean_rad_s(&self) -> f64 {
+        match self {
+            Self::Evenly(speed) => *speed,
+            Self::Planned(turn) => TURN_RAD / turn.turn_s,
+        }
+    }
+
+    /// Largest jerk of X on a path (mm/s³); the angle of the path is `sense` times that of the plan.
+    fn peak_jerk_mm_s3(&self, path: &ToolPath, sense: f64) -> f64 {
+        match self {
+            Self::Evenly(speed) => {
+                let count = PER_INTERVAL * u32::try_from(path.accuracy().knots).unwrap_or(u32::MAX / PER_INTERVAL);
+                let jerk = |i: u32| path.sample(f64::from(i) * TURN_RAD / f64::from(count)).third.abs();
+                (0..count).map(jerk).fold(0.0, f64::max) * speed * speed * speed
+            }
+            Self::Planned(turn) => {
+                let jerk = |c: Sample| {
+                    let c = Sample {
+                        value: sense * c.value,
+                        first: sense * c.first,
+                        second: sense * c.second,
+                        third: sense * c.third,
+                    };
+                    chain(path.sample(c.value), c).third.abs()
+                };
+                turn.points.iter().map(|point| jerk(point.c)).fold(0.0, f64::max)
+            }
+        }
+    }
+}
+
+/// Adds to the readings of a profile what each costs the X axis: on the path that is planned, and on the one that would be.
+fn add_axis_jerk(readings: &mut [ReadingSummary], job: &Job, prepared: Option<&PreparedJob>, profile: usize) {
+    let Some(turning) = Turning::of(job, prepared, profile) else { return };
+    let lift = &job.lifts[profile];
+    let machine = prepared.map_or(&job.machine.description, |prepared| &prepared.machine);
+    let wheel_radius_mm = prepared.map_or_else(
+        || job.wheel_radius_mm.unwrap_or(machine.wheel.new_radius_mm),
+        |prepared| prepared.wheel_radius_mm,
+    );
+    let planned = prepared.and_then(|prepared| {
+        let lobe = job.spec.lobes.iter().position(|lobe| lobe.profile == profile)?;
+        Some(&prepared.planned.lobes.get(lobe)?.tool_path)
+    });
+    let spec = &job.spec.profiles[profile];
+    let sense = f64::from(machine.rotation_sense);
+    let peak = |path: &ToolPath| turning.peak_jerk_mm_s3(path, sense);
+    let mean = turning.mean_rad_s();
+    let used = lift.law.reading().map(|reading| reading.reading);
+    let kinds = used.into_iter().chain(lift.others.iter().map(|reading| reading.reading));
+    for (summary, reading) in readings.iter_mut().zip(kinds) {
+        let jerk = match (summary.is_used, planned) {
+            (true, Some(path)) => Ok(peak(path)),
+            (true, None) => path_of(&lift.law, spec, wheel_radius_mm).map(|path| peak(&path)),
+            (false, _) => {
+                let Some(table) = &lift.table else { continue };
+                (LiftLaw::read_table(table, reading).map_err(|error| error.to_string()))
+                    .and_then(|law| path_of(&law, spec, wheel_radius_mm))
+                    .map(|path| peak(&path))
+            }
+        };
+        summary.x_axis = Some(AxisJerk {
+            work_speed_rpm: mean * 60.0 / TURN_RAD,
+            varies: matches!(turning, Turning::Planned(_)),
+            jerk_mm_s3: *jerk.as_ref().unwrap_or(&(summary.peak_jerk_mm_rad3 * mean * mean * mean)),
+            limit_mm_s3: machine.axis(Axis::X).limits.jerk,
+            no_path: jerk.err(),
+        });
+    }
+}
+
+/// The path of the wheel for a profile with this lift.
+fn path_of(lift: &LiftLaw, profile: &ProfileSpec, wheel_radius_mm: f64) -> Result<ToolPath, String> {
+    let contour =
+        Contour::from_lift(lift, &profile.follower, profile.base_radius_mm).map_err(|error| error.to_string())?;
+    ToolPath::for_wheel(&contour, wheel_radius_mm).map_err(|error| error.to_string())
+}
+
+/// How every table of a job was read; `prepared` if it could be planned.
+pub(super) fn summaries(job: &Job, prepared: Option<&PreparedJob>) -> Vec<LiftSummary> {
+    let summary = |(index, (profile, lift)): (usize, (&ProfileSpec, &ProfileLift))| {
+        let blocks = lift.table.as_ref()?.blocks();
+        let mut readings = readings(lift);
+        add_axis_jerk(&mut readings, job, prepared, index);
+        Some(LiftSummary {
+            profile: profile.name.clone(),
+            files: lift.files.iter().map(|file| file.display().to_string()).collect(),
+            blocks,
+            readings,
+        })
+    };
+    job.spec.profiles.iter().zip(&job.lifts).enumerate().filter_map(summary).collect()
+}
+
+/// One line for each reading of each table.
+pub(super) fn notes(job: &Job, prepared: Option<&PreparedJob>) -> Vec<String> {
+    summaries(job, prepared)
+        .iter()
+        .flat_map(|lift| lift.readings.iter().map(move |reading| format!("lift {:<8} {reading}", lift.profile)))
+        .collect()
+}

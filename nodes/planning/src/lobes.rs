@@ -1,0 +1,204 @@
+//! Lobes as messages: the blank that is put between the centres, and the form of what was ground.
+
+use camwright::cam::contour::Contour;
+use camwright::cam::form::{Form, FormError};
+use camwright::math::range::least_and_most;
+use camwright::math::units::{TURN_RAD, wrap_turn};
+use camwright::planner::LobeDesign;
+use camwright_files::convert::{m_from_mm, mm_from_m};
+use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe};
+use thiserror::Error;
+
+/// Points of a blank's outline over one turn: 0.1°, as the blocks of the tables in use.
+pub const BLANK_POINTS: usize = 3600;
+
+/// Why the form of a lobe cannot be told.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("the form of lobe {lobe} cannot be judged: {source}")]
+pub struct LobeFormError {
+    /// Name of the lobe.
+    pub lobe: String,
+    /// Why.
+    pub source: FormError,
+}
+
+/// The raw outline of a lobe: its contour with the stock along the normal and what the part has above that (mm, over the azimuth from its
+/// key-way), on equal azimuths, with its key-way at one of them (rad).
+#[must_use]
+pub(super) fn blank(design: &LobeDesign, stock_mm: f64, key_way_rad: f64, above_mm: impl Fn(f64) -> f64) -> PartLobe {
+    let phase_rad = design.phase_on_rad(key_way_rad);
+    let even_mm = |azimuth_rad: f64| blank_radius_mm(&design.contour, azimuth_rad - phase_rad, stock_mm);
+    let above_mm = |azimuth_rad: f64| above_mm(azimuth_rad - key_way_rad);
+    let radius = (0..BLANK_POINTS).map(azimuth).map(|at| m_from_mm(even_mm(at) + above_mm(at))).collect();
+    PartLobe {
+        name: design.name.clone(),
+        station: design.station.clone(),
+        width: m_from_mm(design.width_mm),
+        finished: false,
+        key_way: key_way_rad,
+        radius,
+        ..PartLobe::default()
+    }
+}
+
+#[allow(clippy::cast_precision_loss, reason = "a few thousand points")]
+fn azimuth(index: usize) -> f64 {
+    index as f64 * TURN_RAD / BLANK_POINTS as f64
+}
+
+/// The closed outline of a blank in the frame of its lobe (mm), for drawings.
+pub(super) fn blank_outline_mm(design: &LobeDesign, stock_mm: f64) -> Vec<[f64; 2]> {
+    (0..=BLANK_POINTS)
+        .step_by(4)
+        .map(|index| {
+            let angle = azimuth(index);
+            let (sin, cos) = angle.sin_cos();
+            let radius = blank_radius_mm(&design.contour, angle, stock_mm);
+            [radius * cos, radius * sin]
+        })
+        .collect()
+}
+
+/// Radius of the curve `stock_mm` outside the contour at an azimuth of the cam's frame.
+///
+/// The distance of a point from the contour grows along its ray (the contour passes the axis on the right side), so the
+/// radius at which it is the stock is found by bisection between the contour and the contour plus what even a normal 80°
+/// off the ray would need.
+fn blank_radius_mm(contour: &Contour, azimuth_rad: f64, stock_mm: f64) -> f64 {
+    let mut low = contour.radius_at(azimuth_rad);
+    let mut high = low + 6.0 * stock_mm;
+    // Newton's slope is the cosine between ray and normal: a few secant steps within the bracket are enough.
+    let mut radius = low + stock_mm;
+    for _ in 0..60 {
+        let (distance, cam_angle) = contour.distance(radius, azimuth_rad);
+        let miss = distance - stock_mm;
+        if miss > 0.0 {
+            high = radius;
+        } else {
+            low = radius;
+        }
+        if miss.abs() < 1e-10 || high - low < 1e-12 {
+            break;
+        }
+        let slope = (contour.normal_angle(cam_angle) - azimuth_rad).cos();
+        let next = radius - miss / slope;
+        radius = if next > low && next < high { next } else { 0.5 * (low + high) };
+    }
+    radius
+}
+
+/// How a ground lobe came out, against its design.
+///
+/// # Errors
+/// An outline without radii, or with one that is none.
+pub fn lobe_result(design: &LobeDesign, measured: &PartLobe) -> Result<LobeResult, LobeFormError> {
+    let radii_mm: Vec<f64> = measured.radius.iter().map(|radius| mm_from_m(*radius)).collect();
+    let form = Form::measure(&radii_mm, &design.contour, design.phase_on_rad(measured.key_way))
+        .map_err(|source| LobeFormError { lobe: design.name.clone(), source })?;
+    let span = least_and_most(measured.radius.iter().copied());
+    let highest = |of: &[f64]| {
+        let degrees = of.iter().enumerate().filter(|(_, value)| **value > 0.0);
+        let (degree, value) = degrees.max_by(|a, b| a.1.total_cmp(b.1))?;
+        let azimuth_rad = (degree as f64 + 0.5) / of.len() as f64 * TURN_RAD;
+        Some((*value, wrap_turn(azimuth_rad - design.phase_rad), degree))
+    };
+    let power = highest(&measured.power).unwrap_or_default();
+    let burn = highest(&measured.burn_index).unwrap_or_default();
+    Ok(LobeResult {
+        power_max: power.0,
+        power_max_angle: power.1,
+        specific_energy: measured.specific_energy.get(power.2).copied().filter(|_| power.0 > 0.0).unwrap_or_default(),
+        burn_index_max: burn.0,
+        burn_index_max_angle: burn.1,
+        runout: if design.is_round() { span.1 - span.0 } else { 0.0 },
+        name: design.name.clone(),
+        station: design.station.clone(),
+        form_error_max: m_from_mm(form.largest.deviation_mm),
+        form_error_max_angle: wrap_turn(form.largest.cam_angle_rad),
+        form_error_rms: m_from_mm(form.rms_mm),
+        lift_error: match design.contour.follower().lift_is_length() {
+            true => m_from_mm(form.lift_error(&design.contour, design.phase_rad)),
+            false => 0.0,
+        },
+        ..LobeResult::default()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn disc(eccentricity_mm: f64, radius_mm: f64, phase_rad: f64) -> LobeDesign {
+        LobeDesign {
+            name: "A".into(),
+            station: "LS1".into(),
+            contour: Contour::eccentric(eccentricity_mm, radius_mm).unwrap(),
+            phase_rad,
+            part_phase_rad: 0.0,
+            width_mm: 14.0,
+        }
+    }
+
+    /// The degree that took most is told by its cam angle, the hottest one by its own.
+    #[test]
+    fn the_hardest_cut_is_told_where_it_was() {
+        let (e, r, phase) = (4.2, 19.0, 1.1);
+        let design = disc(e, r, phase);
+        let radius = (0..720).map(|i| m_from_mm(design.radius_at(f64::from(i) * TURN_RAD / 720.0))).collect();
+        let at = |degree: usize, high: f64, low: f64| -> Vec<f64> {
+            (0..360).map(|i| if i == degree { high } else { low }).collect()
+        };
+        let (power, specific_energy, burn_index) = (at(100, 2e3, 1e3), at(100, 5e10, 4e10), at(250, 0.7, 0.5));
+        let part = PartLobe { radius, power, specific_energy, burn_index, ..PartLobe::default() };
+        let result = lobe_result(&design, &part).unwrap();
+        assert_eq!((result.power_max, result.specific_energy, result.burn_index_max), (2e3, 5e10, 0.7));
+        let degree = |angle: f64| (angle + phase).to_degrees().rem_euclid(360.0);
+        assert!((degree(result.power_max_angle) - 100.5).abs() < 1e-9, "{}", result.power_max_angle);
+        assert!((degree(result.burn_index_max_angle) - 250.5).abs() < 1e-9, "{}", result.burn_index_max_angle);
+        let unknown = lobe_result(&design, &PartLobe { radius: part.radius, ..PartLobe::default() }).unwrap();
+        assert_eq!((unknown.power_max, unknown.burn_index_max), (0.0, 0.0));
+    }
+
+    /// The blank of an eccentric disc is the larger disc about the same centre:
+    /// r(a) = e cos(a − α) + √((r + stock)² − e² sin²(a − α)).
+    #[test]
+    fn the_blank_of_a_disc_is_a_larger_disc() {
+        let (e, r, stock, phase) = (4.2, 19.0, 0.3, 1.1);
+        let blank = blank(&disc(e, r, phase), stock, 0.0, |_| 0.0);
+        assert_eq!(blank.radius.len(), BLANK_POINTS);
+        for (i, radius) in blank.radius.iter().enumerate() {
+            let angle = azimuth(i) - phase;
+            let exact = e * angle.cos() + ((r + stock).powi(2) - (e * angle.sin()).powi(2)).sqrt();
+            assert!((mm_from_m(*radius) - exact).abs() < 1e-8, "{i}: {} {exact}", mm_from_m(*radius));
+        }
+    }
+
+    /// A blank lies its stock outside the design everywhere.
+    #[test]
+    fn the_form_error_of_a_blank_is_its_stock() {
+        let design = disc(4.2, 19.0, -0.7);
+        let result = lobe_result(&design, &blank(&design, 0.25, 0.0, |_| 0.0)).unwrap();
+        assert!((result.form_error_max - 0.25e-3).abs() < 1e-11);
+        assert!((result.form_error_rms - 0.25e-3).abs() < 1e-11);
+    }
+
+    /// A part that is clamped askew is measured from its key-way: its blank is as good as another, and the wrong phase shows.
+    #[test]
+    fn form_is_measured_from_the_key_way_wherever_the_part_is_clamped() {
+        let design = disc(4.2, 19.0, -0.7);
+        let askew = blank(&design, 0.25, 0.1, |_| 0.0);
+        assert!((lobe_result(&design, &askew).unwrap().form_error_max - 0.25e-3).abs() < 1e-11);
+        let found = LobeDesign { phase_rad: -0.6, part_phase_rad: 0.1, ..design.clone() };
+        assert!((lobe_result(&found, &askew).unwrap().form_error_max - 0.25e-3).abs() < 1e-11);
+        // Ground where the key-way should be: the disc is turned by 0.1 rad, up to e sin 0.1 off besides its stock.
+        let ground = PartLobe { key_way: 0.1, ..blank(&design, 0.25, 0.0, |_| 0.0) };
+        let off = lobe_result(&design, &ground).unwrap().form_error_max.abs();
+        assert!((off - (0.25e-3 + 4.2e-3 * (2.0 * 0.05_f64.sin()))).abs() < 2e-5, "{off}");
+    }
+
+    #[test]
+    fn an_outline_without_radii_has_no_form() {
+        let error = lobe_result(&disc(4.2, 19.0, 0.0), &PartLobe::default()).unwrap_err();
+        assert!(error.to_string().starts_with("the form of lobe A cannot be judged"), "{error}");
+    }
+}

@@ -1,0 +1,230 @@
+//! A program on the disk, and read back from there.
+//!
+//! | file | holds |
+//! |---|---|
+//! | the control's own | main program and subprograms |
+//! | `summary.json` | what is known of it |
+//! | `<feature>/<pass>_segments.csv` | every knot: angle of C in the part's frame, the axes that move, the slope to the next one |
+//! | `<feature>/tool_path.svg`, `.png` | the shape, the cutter along its path, the segments in turn in two colours |
+//! | `<feature>/<pass>_segments.svg`, `.png` | travels over the angle with their knots, slopes, errors with the tolerance |
+
+use super::super::files::Files;
+use super::super::findings::{Finding, Report, Severity};
+use super::super::plan;
+use super::super::plots::nc::program_plots;
+use super::summary::{self, ProgramSummary};
+use super::{ToPost, ground, milled};
+use camwright::gcode::post::{Compared, PostError, PostedTurn, Ran, compare, post};
+use camwright::gcode::{Action, NcAxis, Pose, ProgramFile, read};
+use camwright::math::units::{deg_from_rad, um_from_mm};
+use camwright_files::any_job::{self, AnyJob};
+use camwright_files::milling_file::MilledJob;
+use camwright_files::{ConfigError, Place};
+use std::fs;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Digits of a hash that people are told.
+const HASH_DIGITS: usize = 16;
+
+/// Makes the program of a job, writes it into a folder with what is known of it, reads it back and compares; `progress` is told of every
+/// file.
+///
+/// # Errors
+/// Everything that cannot be made, one sentence with the file and the line that causes it.
+pub fn write_program(
+    job: &str,
+    overrides: &[String],
+    out: &Path,
+    progress: impl FnMut(&Path),
+) -> Result<ProgramSummary, ConfigError> {
+    with_request(job, overrides, |to_post| write(to_post, out, progress))
+}
+
+/// Compares what a control drives of the program of a job with the paths that it was made for.
+///
+/// # Errors
+/// What [`write_program`] says; another number of calls; a rapid that is not clear of the part.
+pub fn compare_program(job: &str, overrides: &[String], driven: &[Ran]) -> Result<Compared, ConfigError> {
+    with_request(job, overrides, |to_post| {
+        let blamed = |error: PostError| to_post.document.error(key(&error), error.to_string());
+        let posted = post(&to_post.request).map_err(blamed)?;
+        compare(&to_post.request, &posted, driven).map_err(blamed)
+    })
+}
+
+/// What there is to be said of a milling job before anything is written.
+pub(crate) fn check_milled(path: &Path, job: &MilledJob) -> Report {
+    let posted = milled::with_request(job, |to_post| {
+        let posted = post(&to_post.request).map_err(|error| to_post.document.error(key(&error), error.to_string()))?;
+        let blocks: usize = posted.calls.iter().map(|call| posted.turns[call.0].blocks).sum();
+        let name = to_post.job;
+        let (calls, feeds_s) = (posted.calls.len(), posted.feed_time_s);
+        Ok((format!("{name}: {calls} calls, {blocks} blocks, {feeds_s:.2} s of feeds"), to_post.notes))
+    });
+    let warnings = job.lifts.iter().flat_map(|(_, lift)| &lift.warnings);
+    let warnings = warnings.map(|warning| Finding { severity: Severity::Warning, error: warning.clone() }).collect();
+    match posted {
+        Ok((summary, notes)) => Report { file: path.to_path_buf(), findings: warnings, summary: Some(summary), notes },
+        Err(error) => {
+            let mut report = Report::refused(path, vec![error]);
+            report.findings.extend(warnings);
+            report
+        }
+    }
+}
+
+/// Makes the request of a job of any kind and hands it on.
+fn with_request<R>(
+    job: &str,
+    overrides: &[String],
+    done: impl FnOnce(ToPost<'_>) -> Result<R, ConfigError>,
+) -> Result<R, ConfigError> {
+    match any_job::load(job, overrides)? {
+        AnyJob::Ground(job) => {
+            let settings = job.nc;
+            ground::with_request(&plan(*job, None)?, &settings, done)
+        }
+        AnyJob::Milled(job) => milled::with_request(&job, done),
+        AnyJob::Turned(job) => Err(job.document.error(
+            "schema",
+            "the insert's path of a turning job differs in every turn; there is no NC program of it, only its plan (camwright run)",
+        )),
+    }
+}
+
+fn write(mut to_post: ToPost<'_>, out: &Path, progress: impl FnMut(&Path)) -> Result<ProgramSummary, ConfigError> {
+    to_post.request.header = header(&to_post);
+    let blamed = |error: &PostError| to_post.document.error(key(error), error.to_string());
+    let posted = post(&to_post.request).map_err(|error| blamed(&error))?;
+    let dialect = to_post.request.control.dialect;
+    let files = dialect.write(&posted.program);
+    let files = files.map_err(|error| to_post.document.error("nc", error.to_string()))?;
+    let mut to = Files::new(progress);
+    for file in &files {
+        to.write(&out.join(&file.name), &|to| to.write_all(file.text.as_bytes()))?;
+    }
+    let found = read_back(&to_post, out, &files)?;
+    let compared = compare(&to_post.request, &posted, &found).map_err(|error| blamed(&error))?;
+    for turn in &posted.turns {
+        let of = &to_post.request.features[turn.feature];
+        let path =
+            out.join(file_name(&of.name)).join(format!("{}_segments.csv", file_name(&of.passes[turn.pass].name)));
+        to.write(&path, &|to| write_segments(turn, to))?;
+    }
+    for (folder, plot) in program_plots(&to_post, &posted) {
+        to.plot(&out.join(file_name(folder)), &plot)?;
+    }
+    let summary = summary::summary(&to_post, &posted, &compared, &files);
+    to.json(&out.join("summary.json"), &summary)?;
+    Ok(summary)
+}
+
+/// A name as part of a path: letters, digits, `-` and `_`.
+fn file_name(name: &str) -> String {
+    let fit = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
+    name.chars().map(fit).collect()
+}
+
+/// What people read first: what it is and what it was made of. Nothing that differs from one day to another.
+fn header(to_post: &ToPost<'_>) -> Vec<String> {
+    let (request, settings) = (&to_post.request, &to_post.settings);
+    let x = match (settings.x_of_edge, settings.control.format.x_values()) {
+        (false, camwright::gcode::XValues::Radius) => {
+            "X is the distance of the centre of the cutter from the axis of C"
+        }
+        (false, camwright::gcode::XValues::Diameter) => {
+            "X is twice the distance of the centre of the cutter from the axis of C"
+        }
+        (true, camwright::gcode::XValues::Radius) => "X is the distance of the cutting edge from the axis of C",
+        (true, camwright::gcode::XValues::Diameter) => "X is twice the distance of the cutting edge from the axis of C",
+    };
+    let mut tolerances: Vec<String> = Vec::new();
+    for pass in request.features.iter().flat_map(|of| &of.passes) {
+        let tolerance = format!("{} {} um", pass.name, rounded_um(pass.tolerance_mm));
+        if !tolerances.contains(&tolerance) {
+            tolerances.push(tolerance);
+        }
+    }
+    vec![
+        format!("{} - {}", to_post.job, request.tool.text),
+        format!("camwright {}, job {:.HASH_DIGITS$}", env!("CARGO_PKG_VERSION"), to_post.job_hash),
+        format!("tolerances: {}", tolerances.join(", ")),
+        x.to_owned(),
+        format!(
+            "positive C turns the part {} seen from +Z",
+            if settings.control.rotation_sense > 0 { "clockwise" } else { "counterclockwise" }
+        ),
+    ]
+}
+
+/// A tolerance for people, without the digits of its conversion.
+fn rounded_um(mm: f64) -> f64 {
+    (um_from_mm(mm) * 1e6).round() / 1e6
+}
+
+/// The key of the job that is behind a refusal.
+fn key(error: &PostError) -> &'static str {
+    match error {
+        PostError::Of { source, .. } => key(source),
+        PostError::TooManyBlocks { .. } => "nc.most_blocks_s",
+        PostError::Chain(_) | PostError::OffThePath { .. } => "nc.finish_tolerance_um",
+        PostError::Format(_) => "nc.linear_decimals",
+        _ => "nc",
+    }
+}
+
+/// The files as they are on the disk, as a control would drive them.
+fn read_back(to_post: &ToPost<'_>, out: &Path, written: &[ProgramFile]) -> Result<Vec<Ran>, ConfigError> {
+    let mut files = Vec::with_capacity(written.len());
+    for file in written {
+        let path = out.join(&file.name);
+        let text = fs::read_to_string(&path)
+            .map_err(|error| ConfigError::at(Place::file(&path), format!("cannot be read back: {error}")))?;
+        files.push(ProgramFile { name: file.name.clone(), text });
+    }
+    let control = &to_post.request.control;
+    let motion = read(control.dialect, control.format.x_values(), &files)
+        .map_err(|error| to_post.document.error("nc", format!("what was written cannot be read back: {error}")))?;
+    let place = |pose: Pose| NcAxis::ALL.map(|axis| pose.of(axis).unwrap_or(f64::NAN));
+    let ran = motion.done.iter().filter_map(|done| match done.action {
+        Action::Rapid(pose) => Some(Ran { pose: place(pose), time_s: None }),
+        Action::Feed { pose, time_s } => Some(Ran { pose: place(pose), time_s: Some(time_s) }),
+        _ => None,
+    });
+    Ok(ran.collect())
+}
+
+fn write_segments(turn: &PostedTurn, to: &mut dyn Write) -> io::Result<()> {
+    let letters = || turn.axes.iter().map(|axis| axis.letter().to_ascii_lowercase());
+    write!(to, "c_deg")?;
+    for letter in letters() {
+        write!(to, ",{letter}_mm")?;
+    }
+    for letter in letters() {
+        write!(to, ",{letter}_slope_mm_deg")?;
+    }
+    writeln!(to)?;
+    for (index, (u_rad, positions)) in turn.knots.iter().enumerate() {
+        write!(to, "{}", deg_from_rad(*u_rad))?;
+        for position in positions {
+            write!(to, ",{position}")?;
+        }
+        for (axis, position) in positions.iter().enumerate() {
+            match turn.knots.get(index + 1) {
+                Some((next_rad, next)) => write!(to, ",{}", (next[axis] - position) / deg_from_rad(next_rad - u_rad))?,
+                None => write!(to, ",")?,
+            }
+        }
+        writeln!(to)?;
+    }
+    Ok(())
+}
+
+/// What was posted of a turn, at an angle: the error of an axis along itself (mm).
+pub(crate) fn error_mm(turn: &PostedTurn, axis: usize, u_rad: f64, wanted_mm: f64) -> f64 {
+    let right = turn.knots.partition_point(|knot| knot.0 < u_rad).clamp(1, turn.knots.len().saturating_sub(1).max(1));
+    let (Some(from), Some(to)) = (turn.knots.get(right - 1), turn.knots.get(right)) else { return 0.0 };
+    let share = (u_rad - from.0) / (to.0 - from.0);
+    from.1[axis] + share * (to.1[axis] - from.1[axis]) - wanted_mm
+}

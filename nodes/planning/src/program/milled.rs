@@ -1,0 +1,258 @@
+//! The program of a milling job: pass by pass, every cam with a turn of its own, every wall of a groove step by step down.
+
+use super::super::plots::nc::{Outline, Sheet};
+use super::ToPost;
+use camwright::cam::contour::Contour;
+use camwright::gcode::post::{FeatureRequest, Lead, PassRequest, ProgramRequest, TurnSpeed};
+use camwright::gcode::{Direction, Tool};
+use camwright::job::milling::{CutsWith, GrooveKind, MilledCam, MilledGroove, MillingJob, MillingPass};
+use camwright::math::units::{TURN_RAD, deg_from_rad, rpm_from_rad_s, um_from_mm};
+use camwright::toolpath::cutter_path::{CarriageAxis, CutterPath};
+use camwright::toolpath::groove::barrel::BarrelGroove;
+use camwright::toolpath::groove::wall_error::WallError;
+use camwright::toolpath::groove::{Coverage, Wall};
+use camwright_files::ConfigError;
+use camwright_files::milling_file::MilledJob;
+use camwright_files::nc_file::NcSettings;
+
+/// Points of a drawn contour.
+const OUTLINE_POINTS: u32 = 720;
+
+/// A path with all that its feature needs.
+struct Made {
+    name: String,
+    phase_rad: f64,
+    path: CutterPath,
+    stands_mm: Vec<(CarriageAxis, f64)>,
+    clear_mm: f64,
+    lead: Lead,
+    leaves_mm: Vec<f64>,
+    pass: usize,
+    outline: Outline,
+}
+
+/// Makes the request of a milling job and hands it on.
+///
+/// # Errors
+/// A cam or a groove that the mill cannot make.
+pub(super) fn with_request<R>(
+    job: &MilledJob,
+    done: impl FnOnce(ToPost<'_>) -> Result<R, ConfigError>,
+) -> Result<R, ConfigError> {
+    let (spec, settings) = (&job.spec, &job.nc);
+    let (mut made, mut notes) = (Vec::new(), Vec::new());
+    for (index, pass) in spec.passes.iter().enumerate() {
+        for cam in &spec.cams {
+            made.push(of_cam(job, cam, (index, pass))?);
+        }
+        for groove in &spec.grooves {
+            made.extend(of_groove(job, groove, (index, pass), &mut notes)?);
+        }
+    }
+    let features = made.iter().map(|made| feature(made, spec, settings)).collect();
+    let tool = &spec.tool;
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a spindle's speed")]
+    let rpm = rpm_from_rad_s(tool.spindle_speed_rad_s).clamp(1.0, 99_999.0).round() as u32;
+    let text = if tool.text.is_empty() { format!("mill radius {:.3} mm", tool.radius_mm) } else { tool.text.clone() };
+    let request = ProgramRequest {
+        name: spec.name.clone(),
+        number: settings.program_number,
+        header: Vec::new(),
+        tool: Tool { number: tool.number, radius_mm: tool.radius_mm, text },
+        spindle: Some((Direction::Clockwise, settings.spindle_rpm.unwrap_or(rpm))),
+        coolant: settings.coolant,
+        control: settings.control,
+        features,
+    };
+    done(ToPost {
+        request,
+        settings: *settings,
+        document: &job.document,
+        job: &spec.name,
+        job_hash: &job.hash,
+        outlines: made.iter().map(|made| made.outline.clone()).collect(),
+        notes,
+    })
+}
+
+fn feature<'a>(made: &'a Made, spec: &MillingJob, settings: &NcSettings) -> FeatureRequest<'a> {
+    let pass = &spec.passes[made.pass];
+    FeatureRequest {
+        name: made.name.clone(),
+        phase_rad: made.phase_rad,
+        path: &made.path,
+        stands_mm: made.stands_mm.clone(),
+        clear_mm: made.clear_mm,
+        lead: made.lead,
+        passes: vec![PassRequest {
+            name: pass.name.clone(),
+            leaves_mm: made.leaves_mm.clone(),
+            tolerance_mm: pass.tolerance_mm,
+            widest_tolerance_mm: settings.widest_tolerance_mm.max(pass.tolerance_mm),
+            knots: settings.knots,
+            speed: TurnSpeed::WorkSpeed(pass.work_speed_rad_s),
+            turns: pass.turns,
+        }],
+    }
+}
+
+/// Highest and lowest place of an axis that travels (mm).
+fn range_mm(path: &CutterPath, axis: CarriageAxis) -> (f64, f64) {
+    let positions =
+        path.travels.iter().filter(|travel| travel.axis == axis).flat_map(|travel| travel.position.coefficients());
+    // A spline lies within the hull of its coefficients.
+    positions.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), mm| (low.min(*mm), high.max(*mm)))
+}
+
+/// The largest radius of a contour (mm).
+fn largest_radius_mm(contour: &Contour) -> f64 {
+    outline(|angle| contour.point(angle).into()).iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max)
+}
+
+fn outline(at: impl Fn(f64) -> [f64; 2]) -> Vec<[f64; 2]> {
+    (0..=OUTLINE_POINTS).map(|point| at(f64::from(point) * TURN_RAD / f64::from(OUTLINE_POINTS))).collect()
+}
+
+/// A cam: the mill comes onto the blank from outside over an angle, turns, and leaves as it came.
+fn of_cam(job: &MilledJob, cam: &MilledCam, (index, pass): (usize, &MillingPass)) -> Result<Made, ConfigError> {
+    let (spec, settings) = (&job.spec, &job.nc);
+    let refuse = |error: &dyn std::fmt::Display| {
+        job.document.error("tool.radius_mm", format!("cam {}, pass {}: {error}", cam.name, pass.name))
+    };
+    let mut path = spec.tool.cam_path(cam, pass.leaves_mm).map_err(|error| refuse(&error))?;
+    let blank_mm = spec.blank_radius_mm.unwrap_or_else(|| largest_radius_mm(&cam.contour));
+    // Where X is with the mill beside the blank.
+    let periphery = spec.tool.cuts_with == CutsWith::Periphery;
+    let (reach_mm, edge_mm) = match (periphery, settings.x_of_edge) {
+        (true, false) => (spec.tool.radius_mm, 0.0),
+        (true, true) => (0.0, spec.tool.radius_mm),
+        (false, _) => (0.0, 0.0),
+    };
+    if edge_mm > 0.0 {
+        for travel in &mut path.travels {
+            travel.position = travel.position.raised(-edge_mm);
+        }
+    }
+    let (low_mm, high_mm) = range_mm(&path, CarriageAxis::X);
+    let clear_mm = high_mm.max(blank_mm + reach_mm) + spec.clearance_mm;
+    Ok(Made {
+        name: cam.name.clone(),
+        phase_rad: cam.phase_rad,
+        stands_mm: vec![(CarriageAxis::Z, cam.z_mm)],
+        clear_mm,
+        lead: Lead { height_mm: clear_mm - low_mm, angle_rad: settings.lead_rad, leaves_turning: true },
+        leaves_mm: vec![0.0],
+        pass: index,
+        outline: Outline {
+            closed: vec![outline(|angle| cam.contour.point(angle).into())],
+            cutter_mm: if periphery { spec.tool.radius_mm } else { 0.0 },
+            edge_mm,
+            sheet: Sheet::Across,
+        },
+        path,
+    })
+}
+
+/// A groove: every path of it, step by step down, the mill coming down over the turn before.
+fn of_groove(
+    job: &MilledJob,
+    groove: &MilledGroove,
+    (index, pass): (usize, &MillingPass),
+    notes: &mut Vec<String>,
+) -> Result<Vec<Made>, ConfigError> {
+    let spec = &job.spec;
+    let coverage = if index == 0 { Coverage::Slot } else { Coverage::Walls };
+    let paths = spec.tool.groove_paths(groove, pass.leaves_mm, coverage).map_err(|error| {
+        job.document.error("tool.radius_mm", format!("groove {}, pass {}: {error}", groove.name, pass.name))
+    })?;
+    let steps_mm = groove.steps_mm();
+    let step_mm = groove.depth_mm() / f64::from(u32::try_from(steps_mm.len()).unwrap_or(u32::MAX)).max(1.0);
+    let lead = Lead { height_mm: step_mm + spec.clearance_mm, angle_rad: TURN_RAD, leaves_turning: false };
+    let alone = paths.len() == 1;
+    let mut made = Vec::new();
+    for mut path in paths {
+        let (stands_mm, clear_mm, outline) = match &groove.kind {
+            GrooveKind::Plate { groove: walls, top_mm, depth_mm } => {
+                let wall = |out_mm: f64| {
+                    outline(|angle| {
+                        (walls.inner_wall().point(angle) + walls.inner_wall().normal(angle) * out_mm).into()
+                    })
+                };
+                let closed = vec![wall(2.0 * walls.roller_radius_mm()), wall(0.0)];
+                let outline = Outline { closed, cutter_mm: spec.tool.radius_mm, edge_mm: 0.0, sheet: Sheet::Across };
+                (vec![(CarriageAxis::Z, top_mm - depth_mm)], top_mm + spec.clearance_mm, outline)
+            }
+            GrooveKind::Barrel { groove: walls, z_mm, y_axis } => {
+                if pass.leaves_mm.abs() < f64::EPSILON {
+                    notes.extend(wall_note(groove, walls, &path, spec, *y_axis));
+                }
+                for travel in path.travels.iter_mut().filter(|travel| travel.axis == CarriageAxis::Z) {
+                    travel.position = travel.position.raised(*z_mm);
+                }
+                let outline = developed(walls, *z_mm, spec.tool.radius_mm);
+                (vec![(CarriageAxis::X, walls.floor_radius_mm())], walls.outer_radius_mm() + spec.clearance_mm, outline)
+            }
+        };
+        made.push(Made {
+            name: if alone { groove.name.clone() } else { format!("{} {}", groove.name, in_letters(&path.name)) },
+            phase_rad: groove.phase_rad,
+            path,
+            stands_mm,
+            clear_mm,
+            lead,
+            leaves_mm: steps_mm.clone(),
+            pass: index,
+            outline,
+        });
+    }
+    Ok(made)
+}
+
+/// A path's name in letters: subprograms and folders are named by it, which have no signs.
+fn in_letters(name: &str) -> String {
+    name.replace("wall towards +Z", "plus Z").replace("wall towards -Z", "minus Z")
+}
+
+/// The walls of a groove round a cylinder, rolled off at its mean radius.
+fn developed(walls: &BarrelGroove, z_mm: f64, cutter_mm: f64) -> Outline {
+    let (mean_mm, roller_mm) = (walls.mean_radius_mm(), walls.roller_radius_mm());
+    let wall = |side: f64| {
+        outline(|angle| {
+            let lift = walls.lift().sample(angle);
+            let slope = (lift.first / mean_mm).atan();
+            [mean_mm * angle - side * roller_mm * slope.sin(), z_mm + lift.value + side * roller_mm * slope.cos()]
+        })
+    };
+    let closed = Wall::BOTH.iter().map(|side| wall(side.side())).collect();
+    Outline { closed, cutter_mm, edge_mm: 0.0, sheet: Sheet::Developed { radius_mm: mean_mm } }
+}
+
+/// What a mill smaller than the roller leaves on a wall of a groove round a cylinder.
+fn wall_note(
+    groove: &MilledGroove,
+    walls: &BarrelGroove,
+    path: &CutterPath,
+    spec: &MillingJob,
+    y_axis: bool,
+) -> Option<String> {
+    let wall = Wall::BOTH.into_iter().find(|wall| wall.name_on_cylinder() == path.name)?;
+    let errors = walls.wall_errors(path, spec.tool.radius_mm, 0.0, wall);
+    let at = |error: &WallError| {
+        format!(
+            "{:+.2} um at radius {:.3} mm and {:.1} deg",
+            um_from_mm(error.error_mm),
+            error.radius_mm,
+            deg_from_rad(error.azimuth_rad).rem_euclid(360.0)
+        )
+    };
+    let how = if y_axis { "with a Y axis" } else { "without a Y axis, whose shift C has to make" };
+    Some(format!(
+        "{}, {}: a mill of {:.3} mm for a roller of {:.3} mm leaves {} and {} on it {how} (negative: cuts into it)",
+        groove.name,
+        path.name,
+        spec.tool.radius_mm,
+        walls.roller_radius_mm(),
+        at(&errors.most),
+        at(&errors.least)
+    ))
+}

@@ -1,0 +1,46 @@
+//! Where the form error of a turned part comes from: the same job rehearsed on machines that lack something, or have something better.
+
+use super::super::causes::{beside_each_other, left_out};
+use super::{PreparedTurning, rehearse_turned_on, turned_form};
+use crate::RehearsalFailed;
+use camwright::machine::description::MachineDescription;
+
+/// What a job leaves on a machine that is not its own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TurnedInstead {
+    /// How that differs: "without servo", "with good drives".
+    pub name: String,
+    /// Most material above the design, along its normal (mm).
+    pub highest_mm: f64,
+    /// Least of it (mm): below the design negative.
+    pub lowest_mm: f64,
+    /// Root mean square (mm).
+    pub rms_mm: f64,
+}
+
+/// What a job leaves without each effect that its machine has, without all of them, and with the good drives that its machine file
+/// describes. The rehearsals run beside each other, one thread a processor.
+///
+/// # Errors
+/// A motion that does not come to its end; what cannot be measured.
+pub fn turned_causes(prepared: &PreparedTurning) -> Result<Vec<TurnedInstead>, RehearsalFailed> {
+    let own = &prepared.machine;
+    let lacking = left_out(own).into_iter().map(|effects| {
+        let machine = effects.iter().fold(own.clone(), |machine, effect| machine.without(*effect));
+        let names: Vec<&str> = effects.iter().map(|effect| effect.name()).collect();
+        (format!("without {}", names.join(", ")), machine)
+    });
+    let good = own.clone().with_good_drives().map(|machine| ("with good drives".to_owned(), machine));
+    let machines: Vec<(String, MachineDescription)> = lacking.chain(good).collect();
+    beside_each_other(&machines, |(name, machine)| {
+        let (_, part) = rehearse_turned_on(prepared, machine)?;
+        let failed = |reason: String| RehearsalFailed { job: prepared.job.spec.name.clone(), reason };
+        let form = turned_form(prepared, &part).map_err(|error| failed(error.to_string()))?;
+        Ok(TurnedInstead {
+            name: name.clone(),
+            highest_mm: form.highest().deviation_mm,
+            lowest_mm: form.lowest().deviation_mm,
+            rms_mm: form.rms_mm(),
+        })
+    })
+}

@@ -1,0 +1,122 @@
+//! Everything that can be said about a turning job before anything moves.
+
+use super::summary::{MeshSummary, TurningSummary, mesh_summary, turning_summary};
+use super::{PreparedTurning, plan_turned};
+use crate::findings::{Finding, Report, warning};
+use crate::lifts;
+use camwright::toolpath::insert_clearance::{OFFSET_DEG, beside_centre};
+use camwright_files::ConfigError;
+use camwright_files::convert::machine_now::MachineNow;
+use camwright_files::turning_file::TurnedJob;
+use std::path::Path;
+
+/// Checks a turning job that has been read, planning it to the end.
+pub(crate) fn check_turned(file: &Path, job: TurnedJob, machine: Option<&MachineNow>) -> Report {
+    let mut findings: Vec<Finding> =
+        job.lifts.iter().flat_map(|(_, lift)| lift.warnings.iter().cloned().map(warning)).collect();
+    let mut notes = read_notes(&job);
+    let mesh = job.mesh.as_ref().map(|(file, reading)| mesh_note(&mesh_summary(file, reading)));
+    match plan_turned(job, machine) {
+        Ok(prepared) => {
+            if let Some(summary) = turning_summary(&prepared) {
+                findings.extend(warnings(&prepared, &summary));
+                notes.extend(turning_notes(&summary));
+            }
+            Report { file: file.to_path_buf(), findings, summary: Some(prepared.summary()), notes }
+        }
+        Err(error) => {
+            let mut report = Report::refused(file, vec![error]);
+            report.findings.extend(findings);
+            // What cannot be turned may be so for how its mesh was read.
+            notes.extend(mesh);
+            report.notes = notes;
+            report
+        }
+    }
+}
+
+/// How its files were read.
+fn read_notes(job: &TurnedJob) -> Vec<String> {
+    let mut notes: Vec<String> = Vec::new();
+    for (profile, lift) in &job.lifts {
+        notes.extend(lifts::readings(lift).iter().map(|reading| format!("lift {profile:<8} {reading}")));
+    }
+    notes
+}
+
+/// One line about a mesh.
+fn mesh_note(mesh: &MeshSummary) -> String {
+    format!(
+        "mesh      {}: {} triangles, {} of end faces left out, read as points of a smooth surface on {} azimuths and {} rows: corners \
+         within {:.4} um of it, flat faces up to {:.2} um off",
+        mesh.file, mesh.triangles, mesh.left_out, mesh.grid[0], mesh.grid[1], mesh.corners_off_um, mesh.faces_off_um
+    )
+}
+
+/// How a mesh was read, and how insert and surface stand to each other, in lines.
+#[must_use]
+pub fn turning_notes(summary: &TurningSummary) -> Vec<String> {
+    let clearance = &summary.clearance;
+    let [(low, high), (least, most)] = OFFSET_DEG;
+    let offset = match (clearance.is_offset_preferred, clearance.is_offset_allowed) {
+        (true, _) => format!("within the {low} to {high} deg that JP2012-71381A prefers"),
+        (_, true) => format!("within {least} to {most} deg, better {low} to {high}, after JP2012-71381A"),
+        _ => format!("outside of the {least} to {most} deg of JP2012-71381A"),
+    };
+    let mut notes: Vec<String> = summary.mesh.iter().map(mesh_note).collect();
+    notes.extend([
+        format!(
+            "clearance {:.2} deg at C {:.1} deg, z {:.3} mm, at least {} are asked for; {:.2} deg to the rake face at C {:.1} deg, z {:.3} \
+             mm, at least {}",
+            clearance.clearance.angle_deg,
+            clearance.clearance.c_deg,
+            clearance.clearance.z_mm,
+            clearance.clearance.least_deg.round(),
+            clearance.approach.angle_deg,
+            clearance.approach.c_deg,
+            clearance.approach.z_mm,
+            clearance.approach.least_deg.round()
+        ),
+        format!(
+            "insert    {}, offset angle {:.2} deg, {offset}",
+            beside_centre(clearance.below_centre_mm),
+            clearance.offset_angle_deg
+        ),
+    ]);
+    if let Some(heights) = &clearance.heights {
+        notes.push(format!(
+            "heights   from {} to {} work, best {}",
+            beside_centre(heights.from_mm),
+            beside_centre(heights.to_mm),
+            beside_centre(heights.best_mm)
+        ));
+    }
+    notes
+}
+
+/// What can be made, and somebody should look at.
+fn warnings(prepared: &PreparedTurning, summary: &TurningSummary) -> Vec<Finding> {
+    let document = &prepared.job.document;
+    let mut findings = Vec::new();
+    let last = summary.passes.last();
+    if let Some(hollow) = last.and_then(|pass| pass.hollow.as_ref()) {
+        findings.push(warning(document.error(
+            "surface",
+            format!(
+                "the insert bridges a hollow: at C {:.1} deg, z = {:.3} mm its radius is {:.3} mm, the insert has {:.3} mm, and {:.2} um \
+                 are left in it",
+                hollow.c_deg, hollow.z_mm, hollow.radius_mm, hollow.bound_mm, hollow.left_um
+            ),
+        )));
+    }
+    if !summary.clearance.is_offset_allowed {
+        let (least, most) = OFFSET_DEG[1];
+        let message = format!(
+            "the insert stands {}, an offset angle of {:.2} deg; JP2012-71381A asks for {least} to {most} deg",
+            beside_centre(summary.clearance.below_centre_mm),
+            summary.clearance.offset_angle_deg
+        );
+        findings.push(warning(ConfigError::at(prepared.job.machine.place("insert.height_mm"), message)));
+    }
+    findings
+}

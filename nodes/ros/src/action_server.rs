@@ -1,0 +1,491 @@
+//! Action servers: any number of goals at once, with a table of their states.
+//!
+//! The crate's own server loses cancel requests and results as soon as two goals run, publishes the end of a goal only when somebody
+//! asks for its result, and keeps no results. This one has one table behind one lock; requests are handled on the executor thread,
+//! goals are worked on wherever their handles go.
+
+use std::{
+    collections::BTreeMap,
+    fmt,
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError, Weak,
+        atomic::{AtomicBool, AtomicI8, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use camwright_msgs::{
+    Action, Service,
+    action_msgs::{
+        msg::{GoalInfo, GoalStatus as GoalStatusMsg, GoalStatusArray},
+        srv::{CancelGoal, CancelGoalRequest, CancelGoalResponse},
+    },
+    builtin_interfaces::msg::Time,
+};
+
+use super::action::{ActionNames, GoalId, GoalStatus, RESULT_TIMEOUT};
+use super::clock::from_time;
+use super::error::RosError;
+use super::executor::TimerHandle;
+use super::goal_handle::GoalHandle;
+use super::logging::Logger;
+use super::node::{Node, WeakNode};
+use super::qos::Qos;
+use super::services::{Responder, ServiceHandle};
+use super::telemetry::Telemetry;
+use super::topics::Publisher;
+use camwright_threads::drops::Drops;
+
+/// Goals with which every change of status is published at once.
+const PUBLISHED_AT_ONCE: usize = 16;
+
+/// Time from status to status with more goals.
+const STATUS_PERIOD: Duration = Duration::from_millis(20);
+
+/// Goals an action server keeps: those under way, and those that ended within the last seconds.
+const MAX_GOALS: usize = 1024;
+
+/// Clients that may wait for the result of one goal.
+const MAX_WAITING_FOR_RESULT: usize = 64;
+
+/// Whether a goal is taken on.
+#[derive(Debug)]
+pub enum GoalDecision {
+    /// It is, at once.
+    Accept,
+    /// It is not; the reason goes to the log, since the protocol has no place for it.
+    Reject(String),
+    /// Somebody else decides: see [`GoalDecision::later`].
+    Later(LaterDecision),
+}
+
+impl GoalDecision {
+    /// A decision that takes longer than a callback may: this goes to the server, the decider to whoever decides.
+    pub fn later() -> (GoalDecider, GoalDecision) {
+        let decision: Arc<Mutex<Undecided>> = Arc::default();
+        (GoalDecider(Arc::clone(&decision)), GoalDecision::Later(LaterDecision(decision)))
+    }
+}
+
+type Verdict = Result<(), String>;
+
+/// A verdict and what is to be done with it, whichever comes first.
+#[derive(Default)]
+struct Undecided {
+    verdict: Option<Verdict>,
+    then: Option<Box<dyn FnOnce(Verdict) + Send>>,
+}
+
+/// A decision that is still to come.
+pub struct LaterDecision(Arc<Mutex<Undecided>>);
+
+impl fmt::Debug for LaterDecision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("LaterDecision").finish_non_exhaustive()
+    }
+}
+
+impl LaterDecision {
+    fn then(self, then: impl FnOnce(Verdict) + Send + 'static) {
+        let mut undecided = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        match undecided.verdict.take() {
+            Some(verdict) => {
+                drop(undecided);
+                then(verdict);
+            }
+            None => undecided.then = Some(Box::new(then)),
+        }
+    }
+}
+
+/// The right to decide on one goal, once, from any thread. If it is dropped, the goal is rejected.
+#[must_use = "dropping it rejects the goal"]
+pub struct GoalDecider(Arc<Mutex<Undecided>>);
+
+impl fmt::Debug for GoalDecider {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("GoalDecider").finish_non_exhaustive()
+    }
+}
+
+impl GoalDecider {
+    /// The goal is taken on: [`ActionHandler::accepted`] comes on the executor thread.
+    pub fn accept(self) {
+        self.decide(Ok(()));
+    }
+
+    /// It is not; the reason goes to the log.
+    pub fn reject(self, reason: &str) {
+        self.decide(Err(reason.to_string()));
+    }
+
+    fn decide(&self, verdict: Verdict) {
+        let mut undecided = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        match undecided.then.take() {
+            Some(then) => {
+                drop(undecided);
+                then(verdict);
+            }
+            // The first verdict stands: a drop after it changes nothing.
+            None if undecided.verdict.is_none() => undecided.verdict = Some(verdict),
+            None => {}
+        }
+    }
+}
+
+impl Drop for GoalDecider {
+    fn drop(&mut self) {
+        self.decide(Err("nobody decided on it".into()));
+    }
+}
+
+/// What a server decides. All calls come on the executor thread and must not block.
+pub trait ActionHandler<A: Action>: Send + 'static {
+    /// Whether to take on a goal. Nothing has happened yet and nothing may happen here.
+    fn goal(&mut self, id: GoalId, goal: &A::Goal) -> GoalDecision;
+
+    /// Work may begin; the goal is executing. The handle goes to whoever does it.
+    fn accepted(&mut self, goal: GoalHandle<A>);
+
+    /// Whether a goal may be cancelled. If so its handle turns [`GoalHandle::is_canceling`] after this returns, and whoever works on
+    /// it ends it with [`GoalHandle::canceled`] (or otherwise, if the end was there already).
+    fn cancel(&mut self, id: GoalId) -> bool;
+}
+
+struct Entry<A: Action> {
+    stamp: Time,
+    status: Arc<AtomicI8>,
+    result: Option<A::Result>,
+    waiting: Vec<Responder<A::GetResult>>,
+    ended: Option<Instant>,
+}
+
+impl<A: Action> Entry<A> {
+    fn status(&self) -> GoalStatus {
+        GoalStatus::from_number(self.status.load(Ordering::Acquire))
+    }
+}
+
+pub(super) struct Core<A: Action> {
+    pub(super) name: String,
+    /// Guards the table and the order of what is published about it: the status is published with the lock held.
+    goals: Mutex<BTreeMap<GoalId, Entry<A>>>,
+    /// Dropped where a client leaves no room: an action goes on without it.
+    pub(super) feedback: Telemetry<A::FeedbackMessage>,
+    status: Publisher<GoalStatusArray>,
+    pub(super) logger: Logger,
+    node: WeakNode,
+    this: Weak<Core<A>>,
+    /// A status that stands for several changes is due.
+    is_status_due: AtomicBool,
+}
+
+impl<A: Action> Core<A> {
+    fn goals(&self) -> MutexGuard<'_, BTreeMap<GoalId, Entry<A>>> {
+        self.goals.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn now(&self) -> Time {
+        self.node.upgrade().map(|node| node.now()).unwrap_or_default()
+    }
+
+    /// Publishes the status, at once or, with many goals, soon: a message names them all, and each goal changes it three times.
+    fn publish_status(&self, goals: &BTreeMap<GoalId, Entry<A>>) {
+        if goals.len() <= PUBLISHED_AT_ONCE {
+            return self.publish_status_now(goals);
+        }
+        if self.is_status_due.swap(true, Ordering::AcqRel) {
+            return;
+        }
+        let Some(node) = self.node.upgrade() else { return };
+        let core = self.this.clone();
+        node.after(STATUS_PERIOD, move || {
+            let Some(core) = core.upgrade() else { return };
+            core.is_status_due.store(false, Ordering::Release);
+            core.publish_status_now(&core.goals());
+        });
+    }
+
+    fn publish_status_now(&self, goals: &BTreeMap<GoalId, Entry<A>>) {
+        let mut status_list: Vec<GoalStatusMsg> = goals
+            .iter()
+            .map(|(id, entry)| GoalStatusMsg {
+                goal_info: GoalInfo { goal_id: id.to_msg(), stamp: entry.stamp.clone() },
+                status: entry.status() as i8,
+            })
+            .collect();
+        status_list.sort_by_key(|status| from_time(&status.goal_info.stamp));
+        if let Err(error) = self.status.publish(&GoalStatusArray { status_list }) {
+            self.logger.warn(&error.to_string());
+        }
+    }
+
+    fn set(&self, goals: &BTreeMap<GoalId, Entry<A>>, id: GoalId, status: GoalStatus) {
+        if let Some(entry) = goals.get(&id) {
+            entry.status.store(status as i8, Ordering::Release);
+            self.publish_status(goals);
+        }
+    }
+
+    /// Takes a request for a goal.
+    fn send_goal<H: ActionHandler<A>>(
+        self: &Arc<Self>,
+        handler: &Arc<Mutex<H>>,
+        request: <A::SendGoal as Service>::Request,
+        responder: Responder<A::SendGoal>,
+    ) {
+        let (uuid, goal) = A::split_send_goal_request(request);
+        let id = GoalId::from_msg(&uuid);
+        let decision = if self.goals().contains_key(&id) {
+            GoalDecision::Reject("its id is in use".into())
+        } else {
+            handler.lock().unwrap_or_else(PoisonError::into_inner).goal(id, &goal)
+        };
+        match decision {
+            GoalDecision::Accept => self.decided(handler, id, goal, responder, Ok(())),
+            GoalDecision::Reject(reason) => self.decided(handler, id, goal, responder, Err(reason)),
+            GoalDecision::Later(decision) => {
+                let (core, handler) = (Arc::clone(self), Arc::clone(handler));
+                decision.then(move |verdict| {
+                    // On the executor thread, whoever decided: handlers are promised that.
+                    if let Some(node) = core.node.upgrade() {
+                        node.post(move || core.decided(&handler, id, goal, responder, verdict));
+                    }
+                });
+            }
+        }
+    }
+
+    /// Answers a request for a goal and, if it is taken on, lets the work begin.
+    fn decided<H: ActionHandler<A>>(
+        self: &Arc<Self>,
+        handler: &Mutex<H>,
+        id: GoalId,
+        goal: A::Goal,
+        responder: Responder<A::SendGoal>,
+        verdict: Verdict,
+    ) {
+        let stamp = self.now();
+        let verdict = verdict.and_then(|()| match self.make_room(id) {
+            None => Ok(()),
+            Some(reason) => Err(reason),
+        });
+        if let Err(reason) = verdict {
+            self.warn_of_rejection(id, &reason);
+            responder.send(&A::send_goal_response(false, stamp));
+            return;
+        }
+        let status = Arc::new(AtomicI8::new(GoalStatus::Accepted as i8));
+        let client = self.node.upgrade().map(|node| node.who(&responder.client())).unwrap_or_default();
+        let handle = GoalHandle::new(self, id, goal, client, Arc::clone(&status));
+        {
+            let mut goals = self.goals();
+            let entry = Entry { stamp: stamp.clone(), status, result: None, waiting: Vec::new(), ended: None };
+            goals.insert(id, entry);
+            responder.send(&A::send_goal_response(true, stamp));
+            self.publish_status(&goals);
+            self.set(&goals, id, GoalStatus::Executing);
+        }
+        handler.lock().unwrap_or_else(PoisonError::into_inner).accepted(handle);
+    }
+
+    fn warn_of_rejection(&self, id: GoalId, reason: &str) {
+        let Some(node) = self.node.upgrade() else { return };
+        node.load().goals_rejected.add_one();
+        let kind = format!("goals of {} rejected: {reason}", self.name);
+        node.warn_once(&kind, &format!("goal {id} of {} rejected: {reason}", self.name));
+    }
+
+    /// Takes a request to cancel, by the rules of `action_msgs/srv/CancelGoal`.
+    fn cancel_goal<H: ActionHandler<A>>(&self, handler: &Mutex<H>, request: &CancelGoalRequest) -> CancelGoalResponse {
+        let wanted = GoalId::from_msg(&request.goal_info.goal_id);
+        let until_ns = from_time(&request.goal_info.stamp);
+        let refuse = |return_code| CancelGoalResponse { return_code, goals_canceling: Vec::new() };
+        let candidates: Vec<(GoalId, Time)> = {
+            let goals = self.goals();
+            let one = wanted != GoalId::default();
+            if one && until_ns == 0 {
+                match goals.get(&wanted) {
+                    None => return refuse(CancelGoalResponse::ERROR_UNKNOWN_GOAL_ID),
+                    Some(entry) if !is_cancelable(entry.status()) => {
+                        return refuse(CancelGoalResponse::ERROR_GOAL_TERMINATED);
+                    }
+                    Some(_) => {}
+                }
+            }
+            goals
+                .iter()
+                .filter(|(id, entry)| {
+                    let by_time = if until_ns == 0 { !one } else { from_time(&entry.stamp) <= until_ns };
+                    is_cancelable(entry.status()) && ((one && **id == wanted) || by_time)
+                })
+                .map(|(id, entry)| (*id, entry.stamp.clone()))
+                .collect()
+        };
+        let asked = !candidates.is_empty();
+        let mut goals_canceling = Vec::new();
+        for (id, stamp) in candidates {
+            if !handler.lock().unwrap_or_else(PoisonError::into_inner).cancel(id) {
+                continue;
+            }
+            let goals = self.goals();
+            // It may have ended while the handler was asked.
+            if goals.get(&id).is_some_and(|entry| is_cancelable(entry.status())) {
+                self.set(&goals, id, GoalStatus::Canceling);
+            }
+            goals_canceling.push(GoalInfo { goal_id: id.to_msg(), stamp });
+        }
+        let rejected = asked && goals_canceling.is_empty();
+        let return_code = if rejected { CancelGoalResponse::ERROR_REJECTED } else { CancelGoalResponse::ERROR_NONE };
+        CancelGoalResponse { return_code, goals_canceling }
+    }
+
+    /// Takes a request for a result: answered now or at the end of the goal.
+    fn get_result(&self, request: <A::GetResult as Service>::Request, responder: Responder<A::GetResult>) {
+        let id = GoalId::from_msg(&A::split_get_result_request(request));
+        let mut goals = self.goals();
+        let response = match goals.get_mut(&id) {
+            None => A::get_result_response(GoalStatus::Unknown as i8, A::Result::default()),
+            Some(entry) => match &entry.result {
+                Some(result) => A::get_result_response(entry.status() as i8, result.clone()),
+                None if entry.waiting.len() < MAX_WAITING_FOR_RESULT => {
+                    entry.waiting.push(responder);
+                    return;
+                }
+                // Its status says that this is not the end.
+                None => A::get_result_response(entry.status() as i8, A::Result::default()),
+            },
+        };
+        drop(goals);
+        responder.send(&response);
+    }
+
+    /// Ends a goal; `false` if it has ended already.
+    pub(super) fn finish(&self, id: GoalId, status: GoalStatus, result: A::Result) -> bool {
+        let mut goals = self.goals();
+        let Some(entry) = goals.get(&id) else { return false };
+        if entry.status().is_terminal() {
+            return false;
+        }
+        if status == GoalStatus::Canceled && entry.status() != GoalStatus::Canceling {
+            // Whoever works on the goal was quicker than the answer to the cancel request.
+            self.set(&goals, id, GoalStatus::Canceling);
+        }
+        let Some(entry) = goals.get_mut(&id) else { return false };
+        let response = A::get_result_response(status as i8, result.clone());
+        entry.result = Some(result);
+        entry.ended = Some(Instant::now());
+        let waiting = std::mem::take(&mut entry.waiting);
+        self.set(&goals, id, status);
+        drop(goals);
+        for responder in waiting {
+            responder.send(&response);
+        }
+        true
+    }
+
+    /// Makes room for a goal; the reason if there is none. Results that nobody may ask for any more go first.
+    fn make_room(&self, id: GoalId) -> Option<String> {
+        let mut goals = self.goals();
+        if goals.contains_key(&id) {
+            return Some("its id is in use".into());
+        }
+        if goals.len() < MAX_GOALS {
+            return None;
+        }
+        let ended = goals.iter().filter_map(|(id, entry)| entry.ended.map(|ended| (ended, *id)));
+        match ended.min() {
+            Some((_, oldest)) => {
+                goals.remove(&oldest);
+                None
+            }
+            None => Some(format!("{MAX_GOALS} goals of this action have not ended; wait for one to end")),
+        }
+    }
+
+    fn expire(&self) {
+        let mut goals = self.goals();
+        let before = goals.len();
+        goals.retain(|_, entry| entry.ended.is_none_or(|ended| ended.elapsed() < RESULT_TIMEOUT));
+        if goals.len() != before {
+            self.publish_status(&goals);
+        }
+    }
+}
+
+fn is_cancelable(status: GoalStatus) -> bool {
+    matches!(status, GoalStatus::Accepted | GoalStatus::Executing)
+}
+
+/// An action that is offered; dropping it withdraws it.
+#[must_use = "dropping it withdraws the action"]
+pub struct ActionServer<A: Action> {
+    core: Arc<Core<A>>,
+    _services: [ServiceHandle; 3],
+    _expiry: TimerHandle,
+}
+
+impl<A: Action> fmt::Debug for ActionServer<A> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ActionServer").field("action", &self.core.name).finish_non_exhaustive()
+    }
+}
+
+impl<A: Action> ActionServer<A> {
+    /// Resolved name of the action.
+    pub fn action(&self) -> &str {
+        &self.core.name
+    }
+
+    /// Goals that have not ended.
+    pub fn active_goals(&self) -> Vec<GoalId> {
+        self.core.goals().iter().filter(|(_, entry)| !entry.status().is_terminal()).map(|(id, _)| *id).collect()
+    }
+}
+
+impl Node {
+    /// Offers an action.
+    ///
+    /// # Errors
+    /// When the name breaks the rules or the node is shut down.
+    pub fn action_server<A: Action>(
+        &self,
+        name: &str,
+        handler: impl ActionHandler<A>,
+    ) -> Result<ActionServer<A>, RosError> {
+        let names = ActionNames::resolve(self, name)?;
+        let feedback = self.telemetry(&names.feedback, &Qos::default_topic(), &Drops::default())?;
+        let status = self.publisher(&names.status, &Qos::action_status())?;
+        let core = Arc::new_cyclic(|this| Core::<A> {
+            name: names.action,
+            goals: Mutex::default(),
+            feedback,
+            status,
+            logger: self.logger().clone(),
+            node: self.downgrade(),
+            this: this.clone(),
+            is_status_due: AtomicBool::new(false),
+        });
+        let handler = Arc::new(Mutex::new(handler));
+        let (accepting, accepting_handler) = (Arc::clone(&core), Arc::clone(&handler));
+        let send_goal = self.service_deferred::<A::SendGoal>(&names.send_goal, move |request, responder| {
+            accepting.send_goal(&accepting_handler, request, responder);
+        })?;
+        let canceling = Arc::clone(&core);
+        let cancel_goal =
+            self.service::<CancelGoal>(&names.cancel_goal, move |request| canceling.cancel_goal(&handler, &request))?;
+        let answering = Arc::clone(&core);
+        let get_result = self.service_deferred::<A::GetResult>(&names.get_result, move |request, responder| {
+            answering.get_result(request, responder);
+        })?;
+        let expiring = Arc::downgrade(&core);
+        let expiry = self.timer(Duration::from_secs(1), move || {
+            if let Some(core) = expiring.upgrade() {
+                core.expire();
+            }
+        });
+        // The latched topic says from the beginning that there are no goals.
+        core.publish_status(&core.goals());
+        Ok(ActionServer { core, _services: [send_goal, cancel_goal, get_result], _expiry: expiry })
+    }
+}

@@ -1,0 +1,23 @@
+//! Command authority: one holder at a time may change zeros, state or motion of a cell.
+//!
+//! ```text
+//! machine/take_command ─► Desk (machine): the one Lease ─► machine/command_holder ─► Grant of interpolator and planner
+//! machine/join_command ─►   who has which role                                        who may ask them for what
+//! ```
+//! Every service, goal and command topic of machine, interpolator and planner is closed unless `rules.rs` lists it as open. The requests of
+//! all services pass one hook (`ros/authority.rs`).
+
+mod desk;
+mod grant;
+mod lease;
+mod machine_topic;
+mod one_sender;
+mod rules;
+mod taken;
+
+pub use desk::{Desk, Open};
+pub use grant::{Grant, Membership, join};
+pub use lease::Role;
+pub use machine_topic::subscribe_to_machine;
+pub use one_sender::OneSender;
+pub use taken::{Command, TakeError, TakeOptions};

@@ -1,0 +1,47 @@
+//! Whether a partner is still heard.
+//!
+//! Silence is measured between looks, each of which counts a bounded time: a process that was stopped, or a thread that was starved, does
+//! not take its own pause for the silence of another.
+
+use crate::{Logger, Node, Parameter};
+use std::time::{Duration, Instant};
+
+/// Parameter: how long a partner may be silent.
+const LIMIT: &str = "silence_limit_s";
+/// The parameter of every node that waits for a partner.
+pub fn parameter() -> Parameter {
+    Parameter::double(LIMIT, 2.5)
+        .describe("longest silence of a partner; a longer one ends the motion or the job with an alarm (s)")
+        .range(0.5, 60.0)
+        .read_only()
+}
+
+/// How long a partner may be silent.
+pub fn limit(node: &Node) -> Duration {
+    Duration::from_secs_f64(node.parameters().double(LIMIT))
+}
+
+/// A warning that is logged once a second at most: what fails for every message would fill the log.
+#[derive(Debug, Default)]
+pub struct Complaint {
+    last: Option<Instant>,
+    kept_back: u64,
+}
+
+impl Complaint {
+    const PERIOD: Duration = Duration::from_secs(1);
+
+    /// Logs a warning, or counts it.
+    pub fn warn(&mut self, logger: &Logger, text: &str) {
+        let now = Instant::now();
+        if self.last.is_some_and(|last| now - last < Self::PERIOD) {
+            self.kept_back += 1;
+            return;
+        }
+        self.last = Some(now);
+        match std::mem::take(&mut self.kept_back) {
+            0 => logger.warn(text),
+            more => logger.warn(&format!("{text} ({more} similar warnings before)")),
+        }
+    }
+}

@@ -1,0 +1,524 @@
+//! Publishers and subscriptions, typed and untyped.
+
+use camwright_threads::system_time::system_time_ns;
+use std::{
+    collections::BTreeMap,
+    fmt,
+    marker::PhantomData,
+    pin::pin,
+    sync::{Arc, Mutex, PoisonError, Weak},
+    task::{Context, Poll, Waker},
+    time::{Duration, Instant},
+};
+
+use camwright_msgs::Message;
+use futures::Stream;
+use rustdds::{GUID, QosPolicies, bytes::Bytes};
+use serde::{Serialize, de::DeserializeOwned};
+
+use super::{
+    delay::DelaySource,
+    discovery::{Graph, Guid},
+    error::RosError,
+    executor::{Executor, SourceHandle},
+    loopback::LocalEndpoint,
+    names::{self, NameKind},
+    node::Node,
+    qos::{Durability, Qos},
+    reader_depth::{DepthBounds, ReaderDepth},
+    wire::{CDR_LE_HEADER, Octets, from_cdr, to_cdr},
+};
+
+/// Where and when a message came from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MessageInfo {
+    /// GUID of the publisher.
+    pub writer: Guid,
+    /// When it was published, in ns since 1970 by the publisher's clock; `None` if the publisher does not say.
+    pub source_timestamp_ns: Option<i64>,
+    /// When this process received it, in ns since 1970.
+    pub reception_timestamp_ns: i64,
+    /// Number of the message among those of its publisher, from 1. A jump is a loss.
+    pub sequence_number: i64,
+}
+
+impl From<&SampleInfo> for MessageInfo {
+    fn from(info: &SampleInfo) -> Self {
+        MessageInfo {
+            writer: info.writer.to_bytes(),
+            source_timestamp_ns: info.source_ns,
+            reception_timestamp_ns: info.received_ns,
+            sequence_number: info.number,
+        }
+    }
+}
+
+/// What DDS says of a sample.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SampleInfo {
+    pub(super) writer: GUID,
+    pub(super) number: i64,
+    pub(super) source_ns: Option<i64>,
+    pub(super) received_ns: i64,
+    /// Which request a sample belongs to: the waiting reader and the number, which a client leaves unknown (below 1).
+    pub(super) related: Option<(GUID, i64)>,
+}
+
+impl From<&ros2_client::MessageInfo> for SampleInfo {
+    fn from(info: &ros2_client::MessageInfo) -> Self {
+        SampleInfo {
+            writer: GUID::from(info.publisher_gid()),
+            number: info.sequence_number(),
+            source_ns: info.source_timestamp().map(|stamp| stamp.to_nanos()),
+            received_ns: info.received_timestamp().map_or_else(system_time_ns, |stamp| stamp.to_nanos()),
+            related: info.related_request_id().map(|id| (GUID::from(id.writer_gid), id.sequence_number)),
+        }
+    }
+}
+
+/// Publishes messages of one type on one topic, from any thread. Clones are the same publisher; it lasts as long as one of them.
+pub struct Publisher<M: Serialize> {
+    core: Arc<PublisherCore<M>>,
+}
+
+struct PublisherCore<M: Serialize> {
+    writer: ros2_client::Publisher<M>,
+    local: LocalEndpoint,
+    guid: GUID,
+    topic: String,
+    graph: Arc<Graph>,
+}
+
+impl<M: Serialize> Clone for Publisher<M> {
+    fn clone(&self) -> Self {
+        Publisher { core: Arc::clone(&self.core) }
+    }
+}
+
+impl<M: Serialize> fmt::Debug for Publisher<M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Publisher").field("topic", &self.core.topic).finish_non_exhaustive()
+    }
+}
+
+impl<M: Serialize> Publisher<M> {
+    fn send(&self, message: M) -> Result<(), RosError> {
+        let failed = |reason: String| RosError::publish(&self.core.topic, reason);
+        let body = if self.core.local.wants_bodies() { Some(to_cdr(&message).map_err(failed)?) } else { None };
+        self.core.writer.publish(message).map_err(|error| match error {
+            ros2_client::error::WriteError::WouldBlock { .. } => RosError::Congested { topic: self.core.topic.clone() },
+            error => failed(error.to_string()),
+        })?;
+        self.core.local.write(body, None);
+        Ok(())
+    }
+
+    /// Resolved name of the topic.
+    pub fn topic(&self) -> &str {
+        &self.core.topic
+    }
+
+    /// DDS GUID.
+    pub fn guid(&self) -> Guid {
+        self.core.guid.to_bytes()
+    }
+
+    /// Number of matched subscriptions.
+    pub fn matched(&self) -> usize {
+        self.core.graph.ask(|matches| matches.count(&self.core.guid))
+    }
+
+    /// Waits until so many subscriptions are matched; `false` after the timeout. The node must spin on another thread.
+    pub fn wait_matched(&self, count: usize, timeout: Duration) -> bool {
+        self.core.graph.wait_until(timeout, |matches| matches.count(&self.core.guid) >= count)
+    }
+}
+
+impl<M: Message> Publisher<M> {
+    /// Publishes a message.
+    ///
+    /// # Errors
+    /// When a text or sequence is longer than its type allows, and when no room is left for a peer that does not acknowledge.
+    pub fn publish(&self, message: &M) -> Result<(), RosError> {
+        message.check_bounds().map_err(|error| RosError::publish(&self.core.topic, error))?;
+        self.send(message.clone())
+    }
+}
+
+/// Publishes messages that are serialised already, as a bag holds them.
+#[derive(Debug, Clone)]
+pub struct RawPublisher(Publisher<Octets>);
+
+impl RawPublisher {
+    /// Publishes a message: CDR with its 4-byte encapsulation header.
+    ///
+    /// # Errors
+    /// When it is not little-endian CDR, and as [`Publisher::publish`].
+    pub fn publish(&self, cdr: &[u8]) -> Result<(), RosError> {
+        match cdr.split_at_checked(4) {
+            Some((header, body)) if header[..2] == CDR_LE_HEADER[..2] => self.0.send(Octets(body.to_vec())),
+            _ => Err(RosError::publish(self.topic(), "the message is not little-endian CDR with its header")),
+        }
+    }
+
+    /// Resolved name of the topic.
+    pub fn topic(&self) -> &str {
+        self.0.topic()
+    }
+
+    /// Number of matched subscriptions.
+    pub fn matched(&self) -> usize {
+        self.0.matched()
+    }
+
+    /// See [`Publisher::wait_matched`].
+    pub fn wait_matched(&self, count: usize, timeout: Duration) -> bool {
+        self.0.wait_matched(count, timeout)
+    }
+}
+
+/// A subscription; dropping it ends it.
+#[must_use = "dropping it ends the subscription"]
+pub struct Subscription {
+    _source: SourceHandle,
+    _local: LocalEndpoint,
+    guid: GUID,
+    topic: String,
+    graph: Arc<Graph>,
+}
+
+impl fmt::Debug for Subscription {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Subscription").field("topic", &self.topic).finish_non_exhaustive()
+    }
+}
+
+impl Subscription {
+    /// Resolved name of the topic.
+    pub fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    /// Number of matched publishers.
+    pub fn matched(&self) -> usize {
+        self.graph.ask(|matches| matches.count(&self.guid))
+    }
+
+    /// Waits until so many publishers are matched; `false` after the timeout. The node must spin on another thread.
+    pub fn wait_matched(&self, count: usize, timeout: Duration) -> bool {
+        self.graph.wait_until(timeout, |matches| matches.count(&self.guid) >= count)
+    }
+}
+
+impl Node {
+    /// Publishes messages of type `M` on a topic (relative, `~/private` or absolute).
+    ///
+    /// # Errors
+    /// When the name breaks the rules or the node is shut down.
+    pub fn publisher<M: Message>(&self, topic: &str, qos: &Qos) -> Result<Publisher<M>, RosError> {
+        self.publisher_of(topic, M::DDS_TYPE_NAME, qos)
+    }
+
+    /// Publishes serialised messages of the type with the ROS name `type_name` (`pkg/msg/Type`).
+    ///
+    /// # Errors
+    /// As [`Node::publisher`], and when the type's name is malformed.
+    pub fn raw_publisher(&self, topic: &str, type_name: &str, qos: &Qos) -> Result<RawPublisher, RosError> {
+        Ok(RawPublisher(self.publisher_of(topic, &dds_type(type_name)?, qos)?))
+    }
+
+    pub(super) fn publisher_of<M: Serialize>(
+        &self,
+        topic: &str,
+        dds_type: &str,
+        qos: &Qos,
+    ) -> Result<Publisher<M>, RosError> {
+        self.publisher_with(topic, dds_type, qos, &self.writer_policies(qos))
+    }
+
+    /// The same with policies of its own, of which peers see no more than of `qos`.
+    pub(super) fn publisher_with<M: Serialize>(
+        &self,
+        topic: &str,
+        dds_type: &str,
+        qos: &Qos,
+        policies: &QosPolicies,
+    ) -> Result<Publisher<M>, RosError> {
+        let absolute = self.names().resolve(topic, NameKind::Topic)?;
+        let dds_topic = self.dds_topic(names::dds_topic(&absolute), dds_type, policies)?;
+        let writer = self
+            .with_crate_node(|node| node.create_publisher::<M>(&dds_topic, None))?
+            .map_err(|error| RosError::create(format!("publisher on {absolute}"), error))?;
+        let guid = writer.guid();
+        let local = self.loopback().add_writer(&names::dds_topic(&absolute), dds_type, qos, guid);
+        let graph = Arc::clone(self.graph());
+        Ok(Publisher { core: Arc::new(PublisherCore { writer, local, guid, topic: absolute, graph }) })
+    }
+
+    /// Subscribes to messages of type `M`; the callback runs on the executor thread.
+    ///
+    /// # Errors
+    /// When the name breaks the rules or the node is shut down.
+    pub fn subscribe<M: Message>(
+        &self,
+        topic: &str,
+        qos: &Qos,
+        mut callback: impl FnMut(M, &MessageInfo) + Send + 'static,
+    ) -> Result<Subscription, RosError> {
+        let absolute = self.names().resolve(topic, NameKind::Topic)?;
+        self.reader(&absolute, names::dds_topic(&absolute), M::DDS_TYPE_NAME, qos, true, move |message, info| {
+            callback(message, &MessageInfo::from(info));
+        })
+    }
+
+    /// Subscribes to serialised messages of the type with the ROS name `type_name`; the callback gets little-endian CDR with its
+    /// 4-byte encapsulation header. (The body of a big-endian peer would arrive as it is; no ROS 2 system sends such.)
+    ///
+    /// # Errors
+    /// As [`Node::subscribe`], and when the type's name is malformed.
+    pub fn subscribe_raw(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: &Qos,
+        callback: impl FnMut(&[u8], &MessageInfo) + Send + 'static,
+    ) -> Result<Subscription, RosError> {
+        self.subscribe_raw_bounded(topic, type_name, qos, None, callback)
+    }
+
+    /// As [`Node::subscribe_raw`], with an upper bound for the memory of read messages: the depth of `qos` is the maximum, and large
+    /// messages get less, so that no more than about `budget_bytes` are held. `history` messages may come at once at the beginning.
+    ///
+    /// # Errors
+    /// As [`Node::subscribe_raw`].
+    pub fn subscribe_raw_within(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: &Qos,
+        history: u32,
+        budget_bytes: usize,
+        callback: impl FnMut(&[u8], &MessageInfo) + Send + 'static,
+    ) -> Result<Subscription, RosError> {
+        let bounds = DepthBounds::for_topic(qos, history, budget_bytes);
+        self.subscribe_raw_bounded(topic, type_name, qos, Some(bounds), callback)
+    }
+
+    fn subscribe_raw_bounded(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: &Qos,
+        bounds: Option<DepthBounds>,
+        mut callback: impl FnMut(&[u8], &MessageInfo) + Send + 'static,
+    ) -> Result<Subscription, RosError> {
+        let absolute = self.names().resolve(topic, NameKind::Topic)?;
+        let dds_type = dds_type(type_name)?;
+        let mut cdr = Vec::with_capacity(256);
+        let take = move |body: Octets, info: &SampleInfo| {
+            cdr.clear();
+            cdr.extend_from_slice(&CDR_LE_HEADER);
+            cdr.extend_from_slice(&body.0);
+            callback(&cdr, &MessageInfo::from(info));
+        };
+        match bounds {
+            None => self.reader(&absolute, names::dds_topic(&absolute), &dds_type, qos, true, take),
+            Some(bounds) => {
+                self.growing_reader(&absolute, names::dds_topic(&absolute), &dds_type, qos, true, bounds, take)
+            }
+        }
+    }
+
+    /// A reader of samples on a DDS topic. `delayable`: subject to injected delays (topics, not services or the clock).
+    pub(super) fn reader<D: DeserializeOwned + Send + 'static>(
+        &self,
+        name: &str,
+        dds_name: String,
+        dds_type: &str,
+        qos: &Qos,
+        delayable: bool,
+        callback: impl FnMut(D, &SampleInfo) + Send + 'static,
+    ) -> Result<Subscription, RosError> {
+        self.reader_noting(name, dds_name, dds_type, qos, &qos.reader_policies(), delayable, |_, _| (), callback)
+    }
+
+    /// A reader whose cache grows within bounds.
+    #[allow(clippy::too_many_arguments, reason = "what a reader is made of")]
+    pub(super) fn growing_reader(
+        &self,
+        name: &str,
+        dds_name: String,
+        dds_type: &str,
+        qos: &Qos,
+        delayable: bool,
+        bounds: DepthBounds,
+        callback: impl FnMut(Octets, &SampleInfo) + Send + 'static,
+    ) -> Result<Subscription, RosError> {
+        let policies = qos.reader_policies_of_depth(bounds.initial);
+        let mut depth = ReaderDepth::new(self, &dds_name, dds_type, qos, bounds);
+        let note = move |body: &Octets, info: &SampleInfo| depth.observe(body.0.len(), info.received_ns);
+        self.reader_noting(name, dds_name, dds_type, qos, &policies, delayable, note, callback)
+    }
+
+    /// A reader; `note` sees each sample as it comes from the network, ours included.
+    #[allow(clippy::too_many_arguments, reason = "what a reader is made of")]
+    fn reader_noting<D: DeserializeOwned + Send + 'static>(
+        &self,
+        name: &str,
+        dds_name: String,
+        dds_type: &str,
+        qos: &Qos,
+        policies: &QosPolicies,
+        delayable: bool,
+        mut note: impl FnMut(&D, &SampleInfo) + Send + 'static,
+        callback: impl FnMut(D, &SampleInfo) + Send + 'static,
+    ) -> Result<Subscription, RosError> {
+        let dds_topic = self.dds_topic(dds_name.clone(), dds_type, policies)?;
+        let mut earlier = Earlier::than_now(qos.durability);
+        let reader = self
+            .with_crate_node(|node| node.create_subscription::<D>(&dds_topic, None))?
+            .map_err(|error| RosError::create(format!("subscription to {name}"), error))?;
+        let guid = reader.guid();
+        let delivery = Arc::new(Mutex::new(Delivery::new(self, delayable, callback)));
+        let (topic, logger, own) = (name.to_string(), self.logger().clone(), guid.prefix);
+        let (local, executor) = (Arc::clone(&delivery), Arc::downgrade(self.executor()));
+        let mut types =
+            WriterTypes { graph: Arc::clone(self.graph()), dds_type: dds_type.to_string(), fitting: BTreeMap::new() };
+        let source = self
+            .executor()
+            .add_source(reader, |reader| {
+                Box::new(move |budget| {
+                    // Taking empties the reader's doorbell each time, two system calls; for what came with the first that is done once.
+                    let mut first = Some(reader.take());
+                    let mut rest = pin!(reader.async_stream());
+                    for _ in 0..budget {
+                        let next = match first.take() {
+                            Some(first) => first.transpose(),
+                            None => match rest.as_mut().poll_next(&mut Context::from_waker(Waker::noop())) {
+                                Poll::Ready(next) => next,
+                                Poll::Pending => None,
+                            },
+                        };
+                        match next {
+                            Some(Ok((message, info))) => {
+                                let info = SampleInfo::from(&info);
+                                note(&message, &info);
+                                if info.writer.prefix != own && types.fit(&info.writer) && !earlier.has(&info) {
+                                    delivery.lock().unwrap_or_else(PoisonError::into_inner).deliver(message, info);
+                                }
+                            }
+                            None => return false,
+                            Some(Err(error)) => logger.debug(&format!("message on {topic} cannot be read: {error}")),
+                        }
+                    }
+                    true
+                })
+            })
+            .map_err(|error| RosError::create(format!("subscription to {name}"), error))?;
+        let deliver_local = Box::new(move |body: Bytes, info: SampleInfo| {
+            let (Some(executor), delivery) = (executor.upgrade(), Arc::clone(&local)) else { return };
+            executor.post(Box::new(move || {
+                // What this process serialised it can read.
+                if let Ok(message) = from_cdr::<D>(&body) {
+                    delivery.lock().unwrap_or_else(PoisonError::into_inner).deliver(message, info);
+                }
+            }));
+        });
+        let local = self.loopback().add_reader(&dds_name, dds_type, qos, guid, deliver_local);
+        let graph = Arc::clone(self.graph());
+        Ok(Subscription { _source: source, _local: local, guid, topic: name.to_string(), graph })
+    }
+}
+
+impl Subscription {
+    pub(super) fn dds_guid(&self) -> GUID {
+        self.guid
+    }
+}
+
+fn dds_type(ros: &str) -> Result<String, RosError> {
+    names::dds_type(ros)
+        .ok_or_else(|| RosError::create(format!("topic of type '{ros}'"), "a type is named package/msg/Name"))
+}
+
+/// `RustDDS` hands a new reader what its participant has received on the topic already; of a volatile one that is no news.
+struct Earlier {
+    /// When the reader was made, by the clock that stamps what is received (ns since 1970), and by one that never jumps.
+    ns: i64,
+    made: Instant,
+    is_over: bool,
+}
+
+impl Earlier {
+    /// How long a reader may take to see what was there before it; longer a clock that was set back must not make it deaf.
+    const AT_MOST: Duration = Duration::from_secs(1);
+
+    fn than_now(durability: Durability) -> Self {
+        Self { ns: system_time_ns(), made: Instant::now(), is_over: durability != Durability::Volatile }
+    }
+
+    fn has(&mut self, info: &SampleInfo) -> bool {
+        self.is_over |= info.received_ns >= self.ns || self.made.elapsed() > Self::AT_MOST;
+        !self.is_over
+    }
+}
+
+/// Keeps apart writers of another type on the same topic, whose messages `RustDDS` delivers too: some of them can even be read.
+struct WriterTypes {
+    graph: Arc<Graph>,
+    dds_type: String,
+    fitting: BTreeMap<GUID, bool>,
+}
+
+impl WriterTypes {
+    fn fit(&mut self, writer: &GUID) -> bool {
+        if let Some(fits) = self.fitting.get(writer) {
+            return *fits;
+        }
+        match self.graph.has_type(writer, &self.dds_type) {
+            Some(fits) => {
+                self.fitting.insert(*writer, fits);
+                fits
+            }
+            // Its message has overtaken the news of it.
+            None => true,
+        }
+    }
+}
+
+/// Hands messages to a callback, at once or, in a test of determinism, after a random delay that never reorders a topic.
+struct Delivery<D, F> {
+    callback: Arc<Mutex<F>>,
+    delay: Option<(DelaySource, Weak<Executor>)>,
+    last_due: Instant,
+    message: PhantomData<fn(D)>,
+}
+
+impl<D, F> Delivery<D, F>
+where
+    D: Send + 'static,
+    F: FnMut(D, &SampleInfo) + Send + 'static,
+{
+    fn new(node: &Node, delayable: bool, callback: F) -> Self {
+        Delivery {
+            callback: Arc::new(Mutex::new(callback)),
+            delay: node.delay_source().filter(|_| delayable).map(|source| (source, Arc::downgrade(node.executor()))),
+            last_due: Instant::now(),
+            message: PhantomData,
+        }
+    }
+
+    fn deliver(&mut self, message: D, info: SampleInfo) {
+        let Some((source, executor)) = &mut self.delay else {
+            (self.callback.lock().unwrap_or_else(PoisonError::into_inner))(message, &info);
+            return;
+        };
+        let Some(executor) = executor.upgrade() else { return };
+        self.last_due = self.last_due.max(Instant::now() + source.next());
+        let callback = Arc::clone(&self.callback);
+        executor.at(
+            self.last_due,
+            Box::new(move || (callback.lock().unwrap_or_else(PoisonError::into_inner))(message, &info)),
+        );
+    }
+}

@@ -1,0 +1,55 @@
+//! Which of a topic's messages have come, by the numbers that their publishers give them: a gap is a loss on the way here.
+
+use std::collections::BTreeMap;
+
+use camwright_ros::Guid;
+
+/// What the number of a message says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Arrival {
+    /// It follows the last one; so many between the two have not come.
+    After(u64),
+    /// It was among those that had not come.
+    Late,
+    /// Nothing: it is older than all that was seen of its publisher.
+    Older,
+}
+
+/// The numbers seen of each publisher.
+#[derive(Debug, Default)]
+pub(super) struct Arrivals {
+    /// First and greatest.
+    seen: BTreeMap<Guid, (i64, i64)>,
+}
+
+impl Arrivals {
+    /// Takes the number of a message, which DDS delivers once.
+    pub(super) fn take(&mut self, writer: Guid, number: i64) -> Arrival {
+        let (first, greatest) = self.seen.entry(writer).or_insert((number, number));
+        if number >= *greatest {
+            let missing = number.saturating_sub(*greatest).saturating_sub(1);
+            *greatest = number;
+            Arrival::After(u64::try_from(missing).unwrap_or(0))
+        } else if number > *first {
+            Arrival::Late
+        } else {
+            Arrival::Older
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_missing_is_counted_once_for_each_publisher_and_taken_back_when_it_comes_late() {
+        let (a, b) = ([1; 16], [2; 16]);
+        let mut arrivals = Arrivals::default();
+        let took: Vec<Arrival> = [7, 8, 11, 9, 12, 3].map(|number| arrivals.take(a, number)).into();
+        let after = Arrival::After;
+        assert_eq!(took, [after(0), after(0), after(2), Arrival::Late, after(0), Arrival::Older]);
+        assert_eq!([arrivals.take(b, 1), arrivals.take(b, 4)], [after(0), after(2)]);
+        assert_eq!(arrivals.take(b, i64::MAX), after(9_223_372_036_854_775_802));
+    }
+}

@@ -1,0 +1,224 @@
+//! The recorder's parameters.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use super::retention::Retention;
+use super::selection::{Filter, regex};
+use camwright_bag::info::utc;
+use camwright_bag::recording::RecordingOptions;
+use camwright_bag::{Preset, SnapshotOptions, Split, WriterOptions};
+use camwright_files::convert::bytes_from_mb;
+use camwright_ros::{Parameter, ParameterChanges, ParameterValue, Parameters};
+
+/// What one recording is to be.
+#[derive(Debug, Clone)]
+pub(super) struct Settings {
+    /// Directory of the bag.
+    pub(super) bag_dir: PathBuf,
+    /// Which topics to take; saying nothing takes all.
+    pub(super) include: Filter,
+    /// Which topics to leave out.
+    pub(super) exclude: Filter,
+    /// Take topics of actions' own types too.
+    pub(super) include_feedback: bool,
+    /// Begin paused.
+    pub(super) start_paused: bool,
+    /// Ticks after which the machine hears how far the bag is, besides ten times a second.
+    pub(super) credit_ticks: u64,
+    /// Unread messages that a subscription may hold.
+    pub(super) depth: u32,
+    /// How long after an alarm a snapshot is taken, where only snapshots are written.
+    pub(super) snapshot_delay: Duration,
+    /// What is kept of older runs.
+    pub(super) retention: Retention,
+    /// Stamp with `/clock`.
+    pub(super) use_sim_time: bool,
+    /// How the bag is written.
+    pub(super) recording: RecordingOptions,
+}
+
+/// What is left free on the disk unless somebody says otherwise (MB).
+pub const MIN_FREE_MB: u64 = 100;
+
+/// The declarations.
+pub(super) fn parameters() -> Vec<Parameter> {
+    vec![
+        Parameter::string("bag_dir", "")
+            .describe("directory of the next bag; empty makes bags/run_<UTC time>; an existing one is refused"),
+        Parameter::string("run_id", "").describe("name of the run, written into the bag"),
+        Parameter::string_array("custom_data", &[])
+            .describe("what else is to be known about the run, each entry as key=value")
+            .constraints("every entry has a key, a '=' and a value"),
+        Parameter::string("preset", "default")
+            .describe("layout of the bag as rosbag2 names them")
+            .choices(&Preset::NAMES.map(|(name, _)| name)),
+        Parameter::string_array("topics", &[])
+            .describe("topics to record, '*' stands for anything; nothing of topics, regex and types: all of the cell"),
+        Parameter::string("regex", "").describe("record topics too in whose name this regular expression is found"),
+        Parameter::string_array("types", &[]).describe("record topics too of these types, '*' stands for anything"),
+        Parameter::string_array("exclude", &[]).describe("topics to leave out, '*' stands for anything"),
+        Parameter::string("exclude_regex", "").describe("leave out topics in whose name this regular expression is found"),
+        Parameter::string_array("exclude_types", &[]).describe("types to leave out, '*' stands for anything"),
+        Parameter::bool("include_feedback", false)
+            .describe("record the feedback of actions too, whose types rosbags and mcap-ros2-support cannot decode"),
+        Parameter::bool("start_on_activate", true)
+            .describe("write messages from activation on; false begins paused, until ~/resume"),
+        camwright_ros::running::autostart::parameter(),
+        Parameter::integer("credit_ticks", 100)
+            .describe("machine ticks after which ~/status is published besides ten times a second")
+            .integer_range(1, 1_000_000),
+        Parameter::integer("depth", 20_000)
+            .describe("unread messages that each subscription may hold; of large messages, fewer: 16 MB for each topic")
+            .integer_range(1, 65_536),
+        Parameter::integer("queue_mb", 256)
+            .describe("most that waits for the disk (MB); what exceeds it is dropped and counted")
+            .integer_range(1, 65_536),
+        Parameter::integer("split_mb", 0)
+            .describe("size after which the bag goes on in its next file (MB); 0: never")
+            .integer_range(0, 1_000_000),
+        Parameter::double("split_s", 0.0)
+            .describe("time after which the bag goes on in its next file (s, by log time); 0: never")
+            .range(0.0, 1e7),
+        Parameter::double("snapshot_s", 0.0)
+            .describe("hold the last messages so long in memory and write them on ~/snapshot or on an alarm only (s); 0: write all")
+            .range(0.0, 3600.0),
+        Parameter::integer("snapshot_mb", 256)
+            .describe("most that is held for a snapshot (MB); the oldest goes first")
+            .integer_range(1, 65_536),
+        Parameter::double("snapshot_delay_s", 1.0)
+            .describe("how long after an alarm its snapshot is taken, so that it shows how the axes came to rest (s)")
+            .range(0.0, 60.0),
+        Parameter::integer("min_free_mb", MIN_FREE_MB.cast_signed())
+            .describe("what is left free on the disk (MB): with less no recording begins, and one that runs is closed")
+            .integer_range(0, 1_000_000),
+        Parameter::integer("keep_runs", 0)
+            .describe("closed runs beside the next bag that are kept, the next one among them; the oldest are deleted; 0: all")
+            .integer_range(0, 1_000_000),
+        Parameter::integer("keep_mb", 0)
+            .describe("size of closed runs beside the next bag that is kept (MB); the oldest are deleted; 0: any")
+            .integer_range(0, 1_000_000_000),
+        Parameter::double("flush_interval_s", 0.1)
+            .describe("longest time until a message is handed to the system (s)")
+            .range(0.01, 10.0),
+        Parameter::double("sync_interval_s", 1.0)
+            .describe("longest time until a message is forced to the disk (s)")
+            .range(0.1, 60.0),
+    ]
+}
+
+/// Refuses what a recording could not begin with.
+pub(super) fn check(changes: &ParameterChanges) -> Result<(), String> {
+    for (name, value) in changes {
+        match (name.as_str(), value) {
+            ("preset", ParameterValue::String(preset)) => {
+                parse_preset(preset)?;
+            }
+            ("regex" | "exclude_regex", ParameterValue::String(text)) => {
+                regex(text)?;
+            }
+            ("custom_data", ParameterValue::StringArray(entries)) => {
+                parse_custom_data(entries)?;
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+fn parse_preset(name: &str) -> Result<Preset, String> {
+    Preset::from_name(name).ok_or_else(|| {
+        let known: Vec<&str> = Preset::NAMES.iter().map(|(known, _)| *known).collect();
+        format!("preset '{name}' is none of {}", known.join(", "))
+    })
+}
+
+fn parse_custom_data(entries: &[String]) -> Result<BTreeMap<String, String>, String> {
+    entries
+        .iter()
+        .map(|entry| match entry.split_once('=') {
+            Some((key, value)) if !key.trim().is_empty() => Ok((key.trim().to_owned(), value.to_owned())),
+            _ => Err(format!("custom_data entry '{entry}' is not key=value")),
+        })
+        .collect()
+}
+
+impl Settings {
+    /// The parameters as they are now. `now_ns` (ns since 1970, system clock) names a bag without a name.
+    ///
+    /// # Errors
+    /// One sentence about the parameter that is wrong.
+    pub(super) fn read(parameters: &Parameters, now_ns: u64) -> Result<Self, String> {
+        let started = utc(now_ns);
+        let mut custom_data = parse_custom_data(&parameters.string_array("custom_data"))?;
+        let run_id = parameters.string("run_id");
+        if !run_id.is_empty() {
+            custom_data.insert("camwright.run_id".into(), run_id);
+        }
+        custom_data.insert("camwright.wall_start_utc".into(), started.clone());
+        let bag_dir = match parameters.string("bag_dir") {
+            // To the second, and without the colons that some file systems refuse.
+            dir if dir.is_empty() => PathBuf::from(format!("bags/run_{}Z", started[..19].replace(':', "-"))),
+            dir => PathBuf::from(dir),
+        };
+        let count = |name: &str| u64::try_from(parameters.integer(name)).map_err(|_| format!("{name} is negative"));
+        let megabytes = |name: &str| Ok::<_, String>(bytes_from_mb(count(name)?));
+        let seconds = |name: &str| Duration::from_secs_f64(parameters.double(name));
+        let wanted = |name: &str| Some(seconds(name)).filter(|time| !time.is_zero());
+        let split_bytes = megabytes("split_mb")?;
+        let snapshot_bytes = megabytes("snapshot_mb")?;
+        Ok(Self {
+            bag_dir,
+            include: Filter {
+                names: parameters.string_array("topics"),
+                regex: regex(&parameters.string("regex"))?,
+                types: parameters.string_array("types"),
+            },
+            exclude: Filter {
+                names: parameters.string_array("exclude"),
+                regex: regex(&parameters.string("exclude_regex"))?,
+                types: parameters.string_array("exclude_types"),
+            },
+            include_feedback: parameters.bool("include_feedback"),
+            start_paused: !parameters.bool("start_on_activate"),
+            credit_ticks: count("credit_ticks")?,
+            depth: u32::try_from(count("depth")?).map_err(|_| "depth is too large".to_owned())?,
+            snapshot_delay: seconds("snapshot_delay_s"),
+            retention: Retention { runs: count("keep_runs")?, bytes: megabytes("keep_mb")? },
+            use_sim_time: parameters.bool("use_sim_time"),
+            recording: RecordingOptions {
+                writer: WriterOptions {
+                    preset: parse_preset(&parameters.string("preset"))?,
+                    split: Split { bytes: (split_bytes > 0).then_some(split_bytes), duration: wanted("split_s") },
+                    custom_data,
+                },
+                flush_interval: seconds("flush_interval_s"),
+                sync_interval: seconds("sync_interval_s"),
+                min_free_bytes: megabytes("min_free_mb")?,
+                snapshot: wanted("snapshot_s").map(|keep| SnapshotOptions { keep, bytes: snapshot_bytes }),
+                queue_bytes: megabytes("queue_mb")?,
+                ..RecordingOptions::default()
+            },
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn custom_data_is_pairs_and_a_preset_has_a_name() {
+        let entries = ["a=1".to_owned(), "b = x=y".to_owned()];
+        let pairs = parse_custom_data(&entries).expect("they are pairs");
+        assert_eq!(pairs, BTreeMap::from([("a".into(), "1".into()), ("b".into(), " x=y".into())]));
+        assert_eq!(parse_custom_data(&["=1".into()]), Err("custom_data entry '=1' is not key=value".into()));
+        let change = [("preset".to_owned(), ParameterValue::String("lz4".into()))];
+        assert_eq!(
+            check(&change),
+            Err("preset 'lz4' is none of default, zstd, zstd_fast, zstd_small, fastwrite".into())
+        );
+        assert_eq!(check(&[("preset".to_owned(), ParameterValue::String("zstd".into()))]), Ok(()));
+    }
+}

@@ -1,9 +1,0 @@
-//! The node `axis_interpolator` as a process of its own.
-
-use camwright_nodes::axis_interpolator::AxisInterpolator;
-use camwright_nodes::running::{self, COMING_TO_REST, ENDING};
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    running::main("axis_interpolator", ENDING, AxisInterpolator::start, |node| node.stop_within(COMING_TO_REST))
-}

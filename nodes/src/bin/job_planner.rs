@@ -1,9 +1,0 @@
-//! The node `job_planner` as a process of its own.
-
-use camwright_nodes::job_planner::JobPlanner;
-use camwright_nodes::running::{self, COMING_TO_REST, ENDING};
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    running::main("job_planner", ENDING, JobPlanner::start, |planner| planner.stop_within(COMING_TO_REST))
-}

@@ -1,9 +1,0 @@
-//! The node `machine_sim` as a process of its own.
-
-use camwright_nodes::machine_sim::MachineSim;
-use camwright_nodes::running;
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    running::main("machine_sim", running::ENDING, MachineSim::start, MachineSim::stop)
-}

@@ -1,0 +1,7 @@
+//! Threads of a node: supervised starts, rings between them, and the silence of partners. No ROS.
+
+pub mod drops;
+pub mod ring;
+pub mod silence;
+pub mod supervised;
+pub mod system_time;
