@@ -203,8 +203,8 @@ fn python_3_11() -> String {
 
 /// The root of this checkout.
 pub fn repository() -> PathBuf {
-    let nodes = Path::new(env!("CARGO_MANIFEST_DIR"));
-    nodes.parent().expect("the package lies in the workspace").to_owned()
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    package.ancestors().nth(2).expect("the package lies in nodes/ of the workspace").to_owned()
 }
 
 /// Where Cargo builds; Cargo gives tests a directory `tmp` in it.

@@ -1,0 +1,11 @@
+//! The house: crates, alarm table, message types, installation.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod alarm_table;
+mod architecture;
+mod installed_package;
+mod messages_on_the_wire;
+mod skipped_peers;
+mod type_hashes;

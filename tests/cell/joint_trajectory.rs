@@ -1,0 +1,454 @@
+//! Joint trajectories of other clients, as the joint trajectory controller of `ros2_control` serves them: what is refused and why, tolerances,
+//! stamps, a new goal in the place of the one before, cancel, deactivation, scaling, and what tells about it.
+
+use crate::cell;
+use crate::support;
+use crate::watched;
+
+use camwright_msgs::builtin_interfaces::msg::{Duration as RosDuration, Time};
+use camwright_msgs::camwright_msgs::msg::MachineStream;
+use camwright_msgs::control_msgs::action::{
+    FollowJointTrajectory, FollowJointTrajectoryFeedback, FollowJointTrajectoryGoal, FollowJointTrajectoryResult,
+};
+use camwright_msgs::control_msgs::msg::{JointTolerance, JointTrajectoryControllerState, SpeedScalingFactor};
+use camwright_msgs::control_msgs::srv::{QueryTrajectoryState, QueryTrajectoryStateRequest};
+use camwright_msgs::lifecycle_msgs::srv::{ChangeState, ChangeStateRequest};
+use camwright_msgs::sensor_msgs::msg::JointState;
+use camwright_msgs::trajectory_msgs::msg::{JointTrajectory, JointTrajectoryPoint};
+use camwright_ros::{ActionClient, CancelOutcome, ClientGoal, GoalStatus, ParameterValue, Publisher, Qos, RosArgs};
+use cell::{Cell, PATIENCE};
+use serde_json::json;
+use std::sync::mpsc;
+use watched::{LogLines, Watched};
+
+type Codes = FollowJointTrajectoryResult;
+
+fn seconds(s: f64) -> RosDuration {
+    let duration = std::time::Duration::from_secs_f64(s);
+    RosDuration { sec: i32::try_from(duration.as_secs()).expect("not that long"), nanosec: duration.subsec_nanos() }
+}
+
+/// From where the joint is, to rest at a place, at a time.
+fn to(joint: &str, position: f64, time_s: f64) -> JointTrajectory {
+    let point = JointTrajectoryPoint {
+        positions: vec![position],
+        time_from_start: seconds(time_s),
+        ..JointTrajectoryPoint::default()
+    };
+    JointTrajectory { joint_names: vec![joint.into()], points: vec![point], ..JointTrajectory::default() }
+}
+
+fn goal(trajectory: JointTrajectory) -> FollowJointTrajectoryGoal {
+    FollowJointTrajectoryGoal { trajectory, ..FollowJointTrajectoryGoal::default() }
+}
+
+fn tolerance(joint: &str, position: f64, velocity: f64) -> JointTolerance {
+    JointTolerance { name: joint.into(), position, velocity, acceleration: 0.0 }
+}
+
+fn position(joints: &JointState, joint: &str) -> f64 {
+    joints.position[joints.name.iter().position(|name| name == joint).expect("a joint of the machine")]
+}
+
+/// A client of the action.
+struct Follower {
+    client: ActionClient<FollowJointTrajectory>,
+}
+
+impl Follower {
+    fn new(cell: &Cell) -> Self {
+        let client = cell.client.node.action_client("axis_interpolator/follow_joint_trajectory").expect("a client");
+        client.wait_for_server(PATIENCE).expect("follow_joint_trajectory");
+        Self { client }
+    }
+
+    fn send(&self, goal: FollowJointTrajectoryGoal) -> ClientGoal<FollowJointTrajectory> {
+        self.client.send_goal(goal, drop, PATIENCE).expect("a decision")
+    }
+
+    /// A goal on its way: its first feedback has come.
+    fn moving(&self, goal: FollowJointTrajectoryGoal) -> ClientGoal<FollowJointTrajectory> {
+        let (sender, feedback) = mpsc::channel();
+        let send = move |feedback: FollowJointTrajectoryFeedback| drop(sender.send(feedback));
+        let goal = self.client.send_goal(goal, send, PATIENCE).expect("a decision");
+        assert!(goal.accepted());
+        feedback.recv_timeout(PATIENCE).expect("feedback");
+        goal
+    }
+}
+
+fn result(goal: &ClientGoal<FollowJointTrajectory>) -> (GoalStatus, i32, String) {
+    let (status, result) = goal.result(PATIENCE).expect("a result");
+    (status, result.error_code, result.error_string)
+}
+
+#[test]
+fn a_trajectory_is_followed_and_feedback_state_and_query_tell_how() {
+    let cell = Cell::start(&[]);
+    let follower = Follower::new(&cell);
+    let state = "axis_interpolator/controller_state";
+    let state = Watched::<JointTrajectoryControllerState>::new(&cell, state, &Qos::default_topic());
+    let joints = Watched::<JointState>::new(&cell, "joint_states", &Qos::default_topic());
+    let idle = state.until("the state of the controller at rest", |_| true);
+    assert_eq!(
+        (idle.joint_names.as_slice(), idle.speed_scaling_factor),
+        (&["c_axis", "x_axis", "z_axis"].map(String::from)[..], 1.0)
+    );
+
+    let (sender, feedback) = mpsc::channel();
+    let send = move |feedback: FollowJointTrajectoryFeedback| drop(sender.send(feedback));
+    let moved = follower.client.send_goal(goal(to("z_axis", 0.05, 2.0)), send, PATIENCE).expect("a decision");
+    assert!(moved.accepted());
+    assert_eq!(result(&moved).0, GoalStatus::Succeeded);
+    joints.until("the table stands at 50 mm", |joints| (position(joints, "z_axis") - 0.05).abs() < 1e-9);
+    let told: Vec<FollowJointTrajectoryFeedback> = feedback.try_iter().collect();
+    // 20 Hz over 2 s, and what settling takes; one message may be under way.
+    assert!((38..=60).contains(&told.len()), "{} messages of feedback", told.len());
+    let middle = &told[told.len() / 2];
+    assert_eq!(middle.joint_names, ["z_axis"]);
+    let (desired, actual, error) = (middle.desired.positions[0], middle.actual.positions[0], middle.error.positions[0]);
+    // On its way the table comes after its setpoint, and the difference is what is told.
+    assert!((desired - actual - error).abs() < 1e-12 && error > 1e-6, "{desired} {actual} {error}");
+    assert!(middle.desired.velocities[0] > 0.01 && middle.actual.velocities[0] > 0.01);
+
+    // While a long one is followed: where it will be, and not where there is none.
+    let query = |time: Time| {
+        let name = "axis_interpolator/query_state";
+        cell.client.call::<QueryTrajectoryState>(name, &QueryTrajectoryStateRequest { time })
+    };
+    let none = query(Time { sec: 1, nanosec: 0 });
+    assert!(!none.success && !none.message.is_empty());
+    let far = follower.moving(goal(to("z_axis", 0.3, 2000.0)));
+    let now = state.until("it moves", |state| state.reference.velocities[2] > 0.0);
+    let later = query(Time { sec: now.header.stamp.sec + 3000, ..now.header.stamp });
+    assert!(later.success && later.name == ["c_axis", "x_axis", "z_axis"], "{}", later.message);
+    assert!((later.position[2] - 0.3).abs() < 1e-9 && later.velocity[2].abs() < 1e-12, "{later:?}");
+    assert_eq!(far.cancel(PATIENCE).expect("an answer"), CancelOutcome::Accepted);
+    assert_eq!(result(&far).0, GoalStatus::Canceled);
+    cell.stop();
+}
+
+#[test]
+fn what_is_refused_is_refused_before_anything_moves_and_the_log_says_why() {
+    let cell = Cell::start(&[]);
+    let (follower, log) = (Follower::new(&cell), LogLines::of(&cell));
+    let good = || to("z_axis", 0.05, 2.0);
+    let with_point = |change: &dyn Fn(&mut JointTrajectoryPoint)| {
+        let mut trajectory = good();
+        change(&mut trajectory.points[0]);
+        goal(trajectory)
+    };
+    let path = |tolerance| FollowJointTrajectoryGoal { path_tolerance: vec![tolerance], ..goal(good()) };
+    let mut over = good();
+    over.header.stamp = Time { sec: 1_000, nanosec: 0 };
+    let mut twice = good();
+    twice.points.push(twice.points[0].clone());
+    let negative =
+        FollowJointTrajectoryGoal { goal_time_tolerance: RosDuration { sec: -1, nanosec: 0 }, ..goal(good()) };
+    let acceleration = JointTolerance { acceleration: 1.0, ..tolerance("z_axis", 0.0, 0.0) };
+    let cases = [
+        (goal(JointTrajectory::default()), "at least one joint"),
+        (goal(to("y_axis", 0.05, 2.0)), "there is no joint \"y_axis\""),
+        (goal(to("z_axis", 0.5, 1.0)), "z_axis at"),
+        (goal(to("z_axis", f64::NAN, 1.0)), "not a finite number"),
+        (with_point(&|point| point.positions.push(1.0)), "2 position values for 1 joints"),
+        (with_point(&|point| point.effort = vec![1.0]), "gives efforts"),
+        (with_point(&|point| point.velocities = vec![0.02]), "it must be at rest"),
+        (goal(over), "by the stamp of its header"),
+        (goal(twice), "does not increase"),
+        (negative, "goal_time_tolerance"),
+        (path(tolerance("z_axis", -2.0, 0.0)), "position tolerance -2 is negative"),
+        (path(tolerance("y_axis", 1.0, 0.0)), "path_tolerance names \"y_axis\""),
+        (path(acceleration), "does not measure"),
+    ];
+    for (goal, words) in cases {
+        assert!(!follower.send(goal).accepted(), "{words}");
+        log.line(&["axis_interpolator/follow_joint_trajectory rejected", words]);
+    }
+    let set =
+        |value| cell.interpolator.node().parameters().set(cell.interpolator.node(), "allow_partial_joints_goal", value);
+    set(ParameterValue::Bool(false)).expect("it may change");
+    assert!(!follower.send(goal(good())).accepted());
+    log.line(&["rejected", "c_axis is not named, and allow_partial_joints_goal is false"]);
+    assert!(!cell.client.has_moved());
+    cell.stop();
+}
+
+#[test]
+fn what_is_refused_on_the_topic_is_logged_with_the_reason_and_repetitions_are_counted() {
+    let cell = Cell::start(&[]);
+    let log = LogLines::of(&cell);
+    let publisher =
+        cell.client.node.publisher::<JointTrajectory>("axis_interpolator/joint_trajectory", &Qos::default_topic());
+    let publisher = publisher.expect("a publisher");
+    assert!(publisher.wait_matched(1, PATIENCE), "the interpolator subscribes");
+    let mut long = to("z_axis", 0.05, 2.0);
+    long.points[0].positions.push(1.0);
+    let cases = [
+        (JointTrajectory::default(), "at least one joint"),
+        (to("z_axis", 5.0, 60.0), "z_axis"),
+        (to("z_axis", 0.05, 0.02), "z_axis"),
+        (to("y_axis", 0.05, 2.0), "there is no joint \"y_axis\""),
+        (long, "2 position values for 1 joints"),
+    ];
+    for (trajectory, words) in cases {
+        publisher.publish(&trajectory).expect("room");
+        log.line(&["joint trajectory refused", words]);
+    }
+    for _ in 0..20 {
+        publisher.publish(&JointTrajectory::default()).expect("room");
+    }
+    log.line(&["joint trajectory refused", "at least one joint", "more times in the last 5 s"]);
+    assert!(!cell.client.has_moved());
+    cell.stop();
+}
+
+#[test]
+fn a_tolerance_that_is_broken_ends_the_goal_with_joint_amount_and_time() {
+    let cell = Cell::start(&[]);
+    let follower = Follower::new(&cell);
+    // 50 mm in 1 s: the table comes some mm after its setpoint.
+    let fast = |path: &[JointTolerance], at_end: &[JointTolerance], goal_time_s: f64| FollowJointTrajectoryGoal {
+        path_tolerance: path.to_vec(),
+        goal_tolerance: at_end.to_vec(),
+        goal_time_tolerance: seconds(goal_time_s),
+        ..goal(to("z_axis", 0.05, 1.0))
+    };
+    let broken = follower.send(fast(&[tolerance("z_axis", 1e-5, 0.0)], &[], 0.0));
+    assert!(broken.accepted());
+    let (status, code, text) = result(&broken);
+    assert_eq!((status, code), (GoalStatus::Aborted, Codes::PATH_TOLERANCE_VIOLATED), "{text}");
+    for words in ["z_axis: position error ", " mm exceeds 0.010000 mm by ", " s after the start"] {
+        assert!(text.contains(words), "{text}");
+    }
+    let joints = Watched::<JointState>::new(&cell, "joint_states", &Qos::default_topic());
+    let stopped = joints.until("it stops", |joints| joints.velocity.iter().all(|velocity| *velocity == 0.0));
+    let stands = position(&stopped, "z_axis");
+    assert!((0.001..0.049).contains(&stands), "on its way, at {stands} m");
+
+    // Back, fast; of a tolerance that nobody can keep in 1 ms it says so, and how long after the end.
+    let back = FollowJointTrajectoryGoal {
+        trajectory: to("z_axis", 0.0, 0.8),
+        ..fast(&[], &[tolerance("z_axis", 1e-9, -1.0)], 0.001)
+    };
+    let late = follower.send(back);
+    assert!(late.accepted());
+    let (status, code, text) = result(&late);
+    assert_eq!((status, code), (GoalStatus::Aborted, Codes::GOAL_TOLERANCE_VIOLATED), "{text}");
+    assert!(text.starts_with("z_axis: position error ") && text.ends_with(" s after the end"), "{text}");
+
+    // The defaults are parameters, and -1 takes them away.
+    let node = cell.interpolator.node();
+    let set =
+        |name: &str, value| node.parameters().set(node, name, ParameterValue::Double(value)).expect("in its range");
+    set("constraints.z_axis.trajectory", 1e-5);
+    let (status, code, _) = result(&follower.send(fast(&[], &[], 0.0)));
+    assert_eq!((status, code), (GoalStatus::Aborted, Codes::PATH_TOLERANCE_VIOLATED));
+    let (status, code, text) = result(&follower.send(fast(&[tolerance("z_axis", -1.0, 0.0)], &[], 0.0)));
+    assert_eq!((status, code), (GoalStatus::Succeeded, Codes::SUCCESSFUL), "{text}");
+    cell.stop();
+}
+
+/// A new goal takes the place of the one before while the axes move; one that cannot be followed from there disturbs nobody.
+#[test]
+fn a_new_goal_takes_the_place_of_the_one_before_without_a_stop() {
+    let cell = Cell::start(&[]);
+    let (follower, log) = (Follower::new(&cell), LogLines::of(&cell));
+    let state = "axis_interpolator/controller_state";
+    let state = Watched::<JointTrajectoryControllerState>::new(&cell, state, &Qos::default_topic());
+    let (sender, speeds) = mpsc::channel();
+    let heard = move |joints: JointState, _: &_| {
+        let _test_is_over = sender.send(joints.velocity[2]);
+    };
+    let _speeds = cell
+        .client
+        .node
+        .subscribe("joint_states", &Qos::default_topic().keep_last(2000), heard)
+        .expect("a subscription");
+    let first = follower.moving(goal(to("z_axis", 0.3, 100.0)));
+    state.until("it moves", |state| state.feedback.velocities[2] > 1e-3);
+    let sharp = follower.send(goal(to("z_axis", 0.3, 0.1)));
+    assert!(!sharp.accepted(), "0.3 m in 0.1 s");
+    log.line(&["rejected", "z_axis at", "the machine allows"]);
+    let other = follower.send(goal(to("x_axis", 0.06, 5.0)));
+    assert!(!other.accepted());
+    log.line(&["rejected", "joint z_axis still moves and the new trajectory does not name it"]);
+
+    let second = follower.moving(goal(to("z_axis", 0.32, 60.0)));
+    let (status, code, text) = result(&first);
+    assert_eq!((status, code), (GoalStatus::Aborted, Codes::INVALID_GOAL), "{text}");
+    assert!(text.starts_with("a joint trajectory took its place at tick "), "{text}");
+    // It never stopped: from when it moved on, no tick at rest.
+    let told: Vec<f64> = speeds.try_iter().skip_while(|speed| *speed <= 1e-3).collect();
+    let slowest = told.iter().copied().fold(f64::MAX, f64::min);
+    assert!(told.len() > 100 && slowest > 0.0, "{} ticks, the slowest at {slowest} m/s", told.len());
+
+    // The topic does the same, and is not asked.
+    let topic: Publisher<JointTrajectory> =
+        cell.client.node.publisher("axis_interpolator/joint_trajectory", &Qos::default_topic()).expect("a publisher");
+    assert!(topic.wait_matched(1, PATIENCE));
+    topic.publish(&to("z_axis", 0.2, 10.0)).expect("published");
+    let (status, code, text) = result(&second);
+    assert_eq!((status, code), (GoalStatus::Aborted, Codes::INVALID_GOAL), "{text}");
+    assert!(text.starts_with("a joint trajectory of the topic by /"), "{text}");
+    let joints = Watched::<JointState>::new(&cell, "joint_states", &Qos::default_topic());
+    joints.until("the table stands at 200 mm", |joints| (position(joints, "z_axis") - 0.2).abs() < 1e-9);
+    // The goal that comes while the one before is at its end begins after it.
+    let (status, _, text) = result(&follower.send(goal(to("z_axis", 0.1, 3.0))));
+    assert_eq!(status, GoalStatus::Succeeded, "{text}");
+    cell.stop();
+}
+
+#[test]
+fn a_trajectory_with_a_stamp_begins_at_its_time_and_a_late_one_with_what_is_left() {
+    let cell = Cell::start(&[]);
+    let (follower, log) = (Follower::new(&cell), LogLines::of(&cell));
+    let joints = Watched::<JointState>::new(&cell, "joint_states", &Qos::default_topic());
+    let stream = Watched::<MachineStream>::new(&cell, "machine/stream", &Qos::default_topic().keep_last(1000));
+    let ns = |time: &Time| i64::from(time.sec) * 1_000_000_000 + i64::from(time.nanosec);
+    let at = |stamp: &Time, later_s: i32| Time { sec: stamp.sec + later_s, nanosec: stamp.nanosec };
+    let heard = stream.until("the machine", |_| true);
+    let mut later = to("z_axis", 0.05, 2.0);
+    later.header.stamp = at(&heard.stamp, 20);
+    assert_eq!(result(&follower.send(goal(later.clone()))).0, GoalStatus::Succeeded);
+    let line = log.line(&["a joint trajectory by ", " is complete at tick"]);
+    let last_tick: i64 = line.rsplit(' ').next().and_then(|tick| tick.parse().ok()).unwrap_or_else(|| panic!("{line}"));
+    // 2 s from its stamp on, and until it is seen that it stands: the next tick that is measured, and the feedback delay of 100.
+    let late_ticks = last_tick - (ns(&later.header.stamp) - ns(&heard.epoch)) / 1_000_000 - 2000;
+    assert!((100..=130).contains(&late_ticks), "{late_ticks} ticks after its end");
+
+    // Two points, of which the first is over: it goes to the second in the time that is left, from where it stands.
+    let now = joints.until("it stands", |joints| joints.velocity[2] == 0.0).header.stamp;
+    let mut late = to("z_axis", 0.3, 1.0);
+    late.points.push(to("z_axis", 0.1, 60.0).points.remove(0));
+    late.header.stamp = at(&now, -5);
+    assert_eq!(result(&follower.send(goal(late))).0, GoalStatus::Succeeded);
+    let stood = joints.until("the table stands at 100 mm", |joints| (position(joints, "z_axis") - 0.1).abs() < 1e-9);
+    assert!(stood.velocity[2].abs() < 0.1);
+    cell.stop();
+}
+
+/// Of a joint that is at a place, from there to another, as planners send it: the first point at time 0 is the state they planned from.
+fn planned(joint: &str, from: f64, position: f64, time_s: f64) -> JointTrajectory {
+    let mut trajectory = to(joint, position, time_s);
+    let first =
+        JointTrajectoryPoint { positions: vec![from], velocities: vec![0.0], ..JointTrajectoryPoint::default() };
+    trajectory.points[0].velocities = vec![0.0];
+    trajectory.points.insert(0, first);
+    trajectory
+}
+
+/// Planners begin with the measured positions, and send the next goal as soon as the one before is over: an axis is still settling then.
+#[test]
+fn goals_that_begin_with_the_measured_positions_are_followed_right_after_a_move() {
+    let realtime = ParameterValue::String("realtime".into());
+    let cell = Cell::start_with(&["feedback_delay_ticks=500"], |args| {
+        args.with_parameter(Some("machine_sim"), "pace", realtime)
+    });
+    let (follower, log) = (Follower::new(&cell), LogLines::of(&cell));
+    let joints = Watched::<JointState>::new(&cell, "joint_states", &Qos::default_topic());
+    let places =
+        [("z_axis", 0.03), ("x_axis", 0.12), ("c_axis", 1.5), ("z_axis", 0.0), ("x_axis", 0.15), ("c_axis", 0.0)];
+    for (joint, place) in places.into_iter().chain(places) {
+        let from = position(&joints.until("a position", |_| true), joint);
+        let sent = follower.send(goal(planned(joint, from, place, 0.8)));
+        assert!(sent.accepted(), "{joint} from {from} to {place}");
+        let (status, code, text) = result(&sent);
+        assert_eq!((status, code), (GoalStatus::Succeeded, Codes::SUCCESSFUL), "{text}");
+    }
+    // Farther away than the tolerance: refused with joint, position and what is allowed.
+    let from = position(&joints.until("it stands", |joints| joints.velocity[2] == 0.0), "z_axis");
+    assert!(!follower.send(goal(planned("z_axis", from + 0.002, 0.03, 0.8))).accepted());
+    log.line(&["z_axis", "the point at time 0 is at", "allowed are 0.5 mm", "start tolerance"]);
+    cell.stop();
+}
+
+/// The same by rclpy, as `MoveIt`'s controller manager would.
+#[test]
+fn goals_of_rclpy_that_begin_with_the_measured_positions_are_followed() {
+    let Some(env) = support::peer_env() else { return };
+    let realtime = ParameterValue::String("realtime".into());
+    let cell = Cell::start_with(&["feedback_delay_ticks=500"], |args| {
+        args.with_parameter(Some("machine_sim"), "pace", realtime)
+    });
+    let mut peer = support::Peer::start(env, cell.domain(), "planner");
+    let (states, action) = ("/joint_states", "/axis_interpolator/follow_joint_trajectory");
+    let topic = json!({ "topic": states, "type": "sensor_msgs/msg/JointState", "qos": "best_effort" });
+    peer.ask("subscribe", topic);
+    for round in 0..12 {
+        // What came during the last move is no longer true.
+        let _before = peer.events_so_far("message");
+        let measured = peer.message(states);
+        let from = measured["position"][2].as_f64().expect("a position");
+        let rest = json!([0.0]);
+        let points = json!([
+            { "positions": [from], "velocities": rest },
+            { "positions": [if round % 2 == 0 { 0.03 } else { 0.0 }], "velocities": rest,
+              "time_from_start": { "sec": 0, "nanosec": 800_000_000 } },
+        ]);
+        let goal = json!({ "trajectory": { "joint_names": ["z_axis"], "points": points } });
+        let kind = "control_msgs/action/FollowJointTrajectory";
+        let sent = peer.ask("send_goal", json!({ "action": action, "type": kind, "goal": goal }));
+        assert_eq!(sent["accepted"], true, "goal {round} from {from}");
+        let id = sent["goal"].clone();
+        let result = peer.ask("result", json!({ "goal": id, "timeout": PATIENCE.as_secs() }));
+        assert_eq!(result["status"], 4, "{result}");
+    }
+    drop(peer);
+    cell.stop();
+}
+
+#[test]
+fn a_goal_ends_by_cancel_by_deactivation_and_runs_at_the_scaling_that_is_asked() {
+    let cell = Cell::start(&[]);
+    let (follower, log) = (Follower::new(&cell), LogLines::of(&cell));
+    let state = "axis_interpolator/controller_state";
+    let state = Watched::<JointTrajectoryControllerState>::new(&cell, state, &Qos::default_topic());
+    let scaling: Publisher<SpeedScalingFactor> =
+        cell.client.node.publisher("axis_interpolator/speed_scaling_input", &Qos::latched(1)).expect("a publisher");
+    assert!(scaling.wait_matched(1, PATIENCE));
+    let far = follower.moving(goal(to("z_axis", 0.3, 4000.0)));
+    let fast = state.until("it moves", |state| state.reference.velocities[2] > 1e-6);
+    scaling.publish(&SpeedScalingFactor { factor: 0.25 }).expect("published");
+    let slow = state.until("a quarter of the speed", |state| (state.speed_scaling_factor - 0.25).abs() < 1e-9);
+    assert!(slow.reference.positions[2] >= fast.reference.positions[2]);
+    scaling.publish(&SpeedScalingFactor { factor: 1.5 }).expect("published");
+    log.line(&["speed scaling 1.5 ignored"]);
+    assert_eq!(far.cancel(PATIENCE).expect("an answer"), CancelOutcome::Accepted);
+    let (status, code, _) = result(&far);
+    assert_eq!((status, code), (GoalStatus::Canceled, Codes::SUCCESSFUL));
+    state.until("at rest", |state| state.feedback.velocities.iter().all(|velocity| *velocity == 0.0));
+
+    let far = follower.moving(goal(to("z_axis", 0.0, 4000.0)));
+    let transition = |id: u8| {
+        let mut request = ChangeStateRequest::default();
+        request.transition.id = id;
+        cell.client.call::<ChangeState>("axis_interpolator/change_state", &request).success
+    };
+    assert!(transition(4), "deactivate");
+    let (status, code, text) = result(&far);
+    assert_eq!((status, code), (GoalStatus::Aborted, Codes::INVALID_GOAL));
+    assert!(text.contains("deactivated"), "{text}");
+    assert!(!follower.send(goal(to("z_axis", 0.0, 9.0))).accepted());
+    log.line(&["rejected", "the node is not active"]);
+    assert!(transition(3), "activate");
+    assert_eq!(result(&follower.send(goal(to("z_axis", 0.0, 9.0)))).0, GoalStatus::Succeeded);
+    cell.stop();
+}
+
+/// With the clock, as a real machine: one goal after the other, each begins though the axes still settle from the one before.
+#[test]
+fn goals_follow_each_other_at_pace_realtime() {
+    let realtime =
+        |args: RosArgs| args.with_parameter(Some("machine_sim"), "pace", ParameterValue::String("realtime".into()));
+    // A delay that outlasts whatever else this computer does.
+    let cell = Cell::start_with(&["feedback_delay_ticks=1000"], realtime);
+    let follower = Follower::new(&cell);
+    let joints = Watched::<JointState>::new(&cell, "joint_states", &Qos::default_topic());
+    for (place, time_s) in [(0.02, 0.7), (0.0, 0.6), (0.01, 0.5)] {
+        let (status, _, text) = result(&follower.send(goal(to("z_axis", place, time_s))));
+        assert_eq!(status, GoalStatus::Succeeded, "{text}");
+        joints.until("it is there", |joints| (position(joints, "z_axis") - place).abs() < 1e-4);
+    }
+    cell.stop();
+}

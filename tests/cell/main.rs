@@ -1,0 +1,31 @@
+//! The cell at work: jobs, set-up, loading, trajectories, the machine contract.
+
+#[path = "../../nodes/camwright/examples/trajectory_controller_bridge.rs"]
+mod bridge;
+#[path = "../support/cell.rs"]
+mod cell;
+#[path = "../support/chromium.rs"]
+mod chromium;
+#[path = "../../nodes/camwright/examples/loader_robot.rs"]
+mod loader_robot;
+#[path = "../support/mod.rs"]
+mod support;
+#[path = "../support/watched.rs"]
+mod watched;
+
+mod axis_interpolator;
+mod batch;
+mod gauge;
+mod interrupted;
+mod job_planner;
+mod joint_trajectory;
+mod journals;
+mod loader;
+mod machine_contract;
+mod machine_view;
+mod operator_page;
+mod setup_work;
+mod trajectory_controller_bridge;
+mod turned_job;
+mod two_cells;
+mod wheel;

@@ -1,0 +1,202 @@
+//! Set-up work over DDS: jog, find the part's phase and grind by it, touch off, dress, dry run; and what is refused, with its reason.
+
+use crate::cell;
+
+use camwright_msgs::camwright_msgs::action::{
+    Jog, JogFeedback, JogGoal, JogResult, MoveTo, MoveToGoal, MoveToResult, Probe, ProbeGoal, RunJobGoal, RunJobResult,
+};
+use camwright_msgs::camwright_msgs::srv::{
+    Dress, DressRequest, FindPhase, FindPhaseRequest, LoadJob, LoadJobRequest, TouchOff, TouchOffRequest,
+};
+use camwright_msgs::std_msgs::msg::Empty;
+use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest};
+use camwright_ros::{GoalStatus, ParameterValue, Qos};
+use cell::{Cell, PATIENCE};
+
+const MACHINE: [&str; 3] = [
+    "gap_detector={holds_ms: 20}",
+    "key_way_probe={at_deg: 140, width_deg: 16}",
+    "dresser={x_mm: 60, z_mm: 480, width_mm: 2, infeed_speed_mm_s: 2, traverse_speed_mm_s: 10, dwell_s: 0.2, max_depth_um: 50}",
+];
+
+fn move_to(cell: &Cell, goal: MoveToGoal) -> (GoalStatus, MoveToResult) {
+    let client = cell.client.node.action_client::<MoveTo>("axis_interpolator/move_to").expect("a client");
+    client.wait_for_server(PATIENCE).expect("move_to");
+    let sent = client.send_goal(goal, drop, PATIENCE).expect("a decision");
+    assert!(sent.accepted(), "a goal that cannot be is accepted, to say why");
+    sent.result(PATIENCE).expect("a result")
+}
+
+fn load(cell: &Cell, overrides: &[&str]) {
+    let overrides = overrides.iter().map(ToString::to_string).collect();
+    let loaded =
+        cell.client.call::<LoadJob>("job_planner/load_job", &LoadJobRequest { job: "eccentric".into(), overrides });
+    assert!(loaded.success, "{}", loaded.message);
+}
+
+fn run(cell: &Cell, start_lobe: &str, overrides: &[&str]) -> (GoalStatus, RunJobResult) {
+    let overrides = overrides.iter().map(ToString::to_string).collect();
+    let goal = RunJobGoal { start_lobe: start_lobe.into(), overrides, ..RunJobGoal::default() };
+    let job = cell.client.action.send_goal(goal, drop, PATIENCE).expect("a decision");
+    assert!(job.accepted(), "see the log of job_planner");
+    job.result(PATIENCE).expect("a result")
+}
+
+#[test]
+fn a_machine_is_set_up_over_ros() {
+    let cell = Cell::start(&MACHINE);
+    let to = |joint: &str, position: f64, relative| MoveToGoal {
+        joints: vec![joint.into()],
+        positions: vec![position],
+        relative,
+        ..MoveToGoal::default()
+    };
+    // Jog, and what is refused.
+    let (status, moved) = move_to(&cell, to("z_axis", 0.05, false));
+    assert_eq!((status, moved.success), (GoalStatus::Succeeded, true), "{}", moved.message);
+    let (_, moved) = move_to(&cell, to("z_axis", -0.012_5, true));
+    assert!((moved.positions[2] - 0.037_5).abs() < 1e-12 && moved.joints[2] == "z_axis", "{moved:?}");
+    for (goal, words) in [
+        (to("x_axis", 0.2, false), "the target of x_axis is 200.0000 mm, the soft limit is 180 mm"),
+        (to("c_axis", 1.0, false), "c_axis is not homed"),
+        (to("y_axis", 1.0, false), "there is no joint \"y_axis\""),
+    ] {
+        let (status, refused) = move_to(&cell, goal);
+        assert_eq!((status, refused.success, refused.alarm), (GoalStatus::Aborted, false, 0));
+        assert!(refused.message.contains(words), "{}", refused.message);
+    }
+    let client = cell.client.node.action_client::<Probe>("axis_interpolator/probe").expect("a client");
+    client.wait_for_server(PATIENCE).expect("probe");
+    let probe = |goal: ProbeGoal| {
+        client.send_goal(goal, drop, PATIENCE).expect("a decision").result(PATIENCE).expect("a result")
+    };
+    let of = |joint: &str, input: &str, target| ProbeGoal {
+        joint: joint.into(),
+        input: input.into(),
+        target,
+        ..ProbeGoal::default()
+    };
+    let (status, found) = probe(of("z_axis", "LS1", 0.1));
+    assert_eq!(status, GoalStatus::Succeeded, "{}", found.message);
+    assert!((found.position - 0.08).abs() < 2e-6, "the switch stands at 80 mm: {}", found.position);
+    let (status, told) = probe(of("z_axis", "origin", 0.0));
+    assert_eq!(status, GoalStatus::Aborted);
+    assert!(told.message.contains("origin catches the position of c_axis, not of z_axis"), "{}", told.message);
+
+    // A part that is clamped 3 degrees askew is ground by the phase that is found.
+    let short = ["wheel_radius_mm=60", "infeed.per_block_um=0.02", "raw_part.clamped_at_deg=3"];
+    load(&cell, &short);
+    let found = cell.client.call::<FindPhase>(
+        "job_planner/find_phase",
+        &FindPhaseRequest { load_part: true, ..FindPhaseRequest::default() },
+    );
+    assert!(found.success, "{}", found.message);
+    assert!((found.phase.to_degrees() - 3.0).abs() < 1e-3, "{}", found.message);
+    assert!((found.width.to_degrees() - 16.0).abs() < 1e-3, "{}", found.message);
+    let (status, result) = run(&cell, "1", &[]);
+    assert_eq!(status, GoalStatus::Succeeded, "{}", result.message);
+    // Fed fast and hardly sparked out it is off by 12 um; ground where its key-way should be it would be off by 220 um.
+    assert!(result.lobes[0].form_error_max.abs() < 2e-5, "{} m", result.lobes[0].form_error_max);
+
+    // A dry run leaves the part, and judges nothing.
+    let (status, result) = run(&cell, "", &["dry_run.stand_off_mm=8"]);
+    assert_eq!(status, GoalStatus::Succeeded, "{}", result.message);
+    assert!(result.message.starts_with("dry run in ") && result.lobes.is_empty(), "{}", result.message);
+
+    // Touch off on a round blank: 20.3 mm, and a wheel that was dressed as warm as it is.
+    let round = ["profiles.0.lift={round: true}", "profiles.0.base_radius_mm=20", "profiles.0.follower={kind: knife}"];
+    load(&cell, &[&["wheel_radius_mm=60"], &round[..]].concat());
+    let load_part = FindPhaseRequest { load_part: true, ..FindPhaseRequest::default() };
+    let found = cell.client.call::<FindPhase>("job_planner/find_phase", &load_part);
+    assert!(found.success && found.phase.abs() < 1e-4, "another part, another phase: {}", found.message);
+    let lobe = TouchOffRequest { lobe: "A".into(), ..TouchOffRequest::default() };
+    let touched = cell.client.call::<TouchOff>("job_planner/touch_off", &lobe);
+    assert!(touched.success, "{}", touched.message);
+    assert!((touched.radius - 0.0203).abs() < 1e-9 && touched.off.abs() < 2e-6, "{touched:?}");
+    assert!((touched.correction - touched.off).abs() < 1e-9, "{touched:?}");
+    let nowhere = cell.client.call::<TouchOff>("job_planner/touch_off", &TouchOffRequest::default());
+    assert!(!nowhere.success && nowhere.message.contains("station and radius"), "{}", nowhere.message);
+
+    // Dress now, and not more than the dresser may take.
+    let dressed = cell.client.call::<Dress>("job_planner/dress", &DressRequest { depth: 1e-5 });
+    assert!(dressed.success && (dressed.radius - 0.05999).abs() < 1e-6, "{}", dressed.message);
+    let refused = cell.client.call::<Dress>("job_planner/dress", &DressRequest { depth: 1e-4 });
+    assert!(!refused.success && refused.message.contains("the dresser is allowed 50.000 um"), "{}", refused.message);
+    cell.stop();
+}
+
+fn jog(cell: &Cell, goal: JogGoal, told: impl FnMut(JogFeedback) + Send + 'static) -> (GoalStatus, JogResult) {
+    let client = cell.client.node.action_client::<Jog>("axis_interpolator/jog").expect("a client");
+    client.wait_for_server(PATIENCE).expect("jog");
+    let sent = client.send_goal(goal, told, PATIENCE).expect("a decision");
+    assert!(sent.accepted(), "a goal that cannot be is accepted, to say why");
+    sent.result(PATIENCE).expect("a result")
+}
+
+#[test]
+fn an_axis_is_jogged_while_it_is_held_and_the_wheel_is_started_by_hand() {
+    let realtime = ParameterValue::String("realtime".into());
+    let cell =
+        Cell::start_with(&["wheel.spin_up_s=0.2"], |args| args.with_parameter(Some("machine_sim"), "pace", realtime));
+    let of =
+        |joint: &str, velocity, distance| JogGoal { joint: joint.into(), velocity, distance, ..JogGoal::default() };
+    let (status, done) = jog(&cell, of("z_axis", 0.02, 0.003), drop);
+    assert_eq!(
+        (status, done.success, done.message.as_str()),
+        (GoalStatus::Succeeded, true, "it has gone its distance")
+    );
+    let from = done.position;
+
+    // Held for 10 mm, then let go of: it rests after the time that it may go on unheld, the feedback delay and its stop.
+    let hold = cell.client.node.publisher::<Empty>("axis_interpolator/hold_to_run", &Qos::default_topic());
+    let hold = hold.expect("a publisher");
+    assert!(hold.wait_matched(1, PATIENCE));
+    let held = move |told: JogFeedback| {
+        if told.position < from + 0.01 {
+            hold.publish(&Empty::default()).expect("published");
+        }
+    };
+    let goal = JogGoal { hold_to_run: 1.0, ..of("z_axis", 0.02, 0.0) };
+    let (status, done) = jog(&cell, goal, held);
+    let ended = (status, done.success, done.message.as_str());
+    assert_eq!(ended, (GoalStatus::Succeeded, true, "it was let go of, and rests"));
+    let way = done.position - from;
+    // Of 20 mm/s: one second, two periods of feedback, a delay, and its stop; what a busy machine adds is not more than as much again.
+    assert!(way > 0.01 + 0.018 && way < 0.01 + 0.05, "{way} m");
+
+    for (goal, words) in [
+        (of("y_axis", 0.01, 0.001), "there is no joint \"y_axis\""),
+        (of("z_axis", 9.0, 0.001), "z_axis cannot go at 9000.000 mm/s; it must be above 0 and at most "),
+        (of("z_axis", 0.01, 9.0), "the target of z_axis is "),
+        (
+            JogGoal { hold_to_run: 60.0, ..of("z_axis", 0.01, 0.0) },
+            "hold_to_run is 60 s; it must be above 0 and at most 2 s",
+        ),
+        (JogGoal { hold_to_run: -1.0, ..of("z_axis", 0.01, 0.0) }, "z_axis does not move without being held"),
+        (of("c_axis", 10.0, 1.0), "the zero of c_axis is not known: it goes at its search speed of "),
+    ] {
+        let (status, refused) = jog(&cell, goal, drop);
+        assert_eq!((status, refused.success, refused.alarm), (GoalStatus::Aborted, false, 0));
+        assert!(refused.message.contains(words), "{}", refused.message);
+    }
+
+    // The part spindle turns until it is cancelled; meanwhile nobody else has command, and who asks is told who has.
+    let client = cell.client.node.action_client::<Jog>("axis_interpolator/jog").expect("a client");
+    client.wait_for_server(PATIENCE).expect("jog");
+    let (sender, told) = std::sync::mpsc::channel();
+    let tell = move |feedback| drop(sender.send(feedback));
+    let goal = JogGoal { hold_to_run: -1.0, ..of("c_axis", 0.5, 0.0) };
+    let turning = client.send_goal(goal, tell, PATIENCE).expect("a decision");
+    while told.recv_timeout(PATIENCE).expect("it tells how fast it goes").velocity < 0.49 {}
+    let wheel = |data| cell.client.call::<SetBool>("axis_interpolator/wheel", &SetBoolRequest { data });
+    let refused = wheel(true);
+    assert_eq!((refused.success, refused.message.as_str()), (false, "a jog of c_axis by /operator has command"));
+    let _answer = turning.cancel(PATIENCE).expect("an answer");
+    assert_eq!(turning.result(PATIENCE).expect("a result").0, GoalStatus::Canceled);
+
+    for (on, words) in [(true, "the wheel has its speed"), (false, "the wheel rests")] {
+        let done = wheel(on);
+        assert_eq!((done.success, done.message.as_str()), (true, words));
+    }
+    cell.stop();
+}

@@ -1,0 +1,13 @@
+//! Plans, and files that are refused.
+
+#[path = "../support/cell.rs"]
+mod cell;
+#[path = "../support/changed_bag.rs"]
+mod changed_bag;
+#[path = "../support/mod.rs"]
+mod support;
+
+mod file_mutations;
+mod parameter_file;
+mod plan_command;
+mod refusals;

@@ -1,0 +1,10 @@
+//! NC programs: written, read back, driven, and judged by LinuxCNC.
+
+#[path = "../../camwright/tests/cams/mod.rs"]
+mod cams;
+#[path = "../support/mod.rs"]
+mod support;
+
+mod post_command;
+mod program_in_the_cell;
+mod programs_on_linuxcnc;

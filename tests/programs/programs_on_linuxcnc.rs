@@ -1,0 +1,210 @@
+//! Programs for LinuxCNC on its own interpreter: it must make of them what our reader makes of them, and that is what was meant.
+
+#![allow(clippy::print_stdout, reason = "figures, with --nocapture")]
+
+#[path = "../../camwright/tests/nc/sample.rs"]
+#[allow(clippy::expect_used, reason = "programs of tests")]
+mod sample;
+use crate::support;
+
+use camwright::gcode::post::Ran;
+use camwright::gcode::{
+    Action, Block, Dialect, LEAST_RATE_MM_MIN, Motion, NcAxis, Pose, Program, Step, XValues, raised_feeds, read,
+};
+use camwright_planning::{compare_program, write_program};
+use sample::{random_program, target, two_cams};
+use support::{Driven, LinuxCnc};
+
+/// Canonical output has four decimal places, of a place and of its shift.
+const PLACE_MM: f64 = 1.000_01e-4;
+/// And of a rate.
+const RATE_PER_MIN: f64 = 0.500_01e-4;
+
+/// One program through both interpreters. Time is compared by the rate that makes it: LinuxCNC raises rates, which is no difference here.
+fn compare(linuxcnc: &LinuxCnc, name: &str, program: &Program) -> (Motion, Vec<Driven>) {
+    let files = Dialect::LinuxCnc.write(program).expect("it can be written");
+    let motion = read(Dialect::LinuxCnc, program.format.x_values(), &files).expect("it can be read");
+    let driven = linuxcnc.drive(&files[0].text).unwrap_or_else(|said| panic!("{name}: {said}\n{}", files[0].text));
+    let mut pose = Pose::default();
+    for (index, (done, driven)) in motion.done.iter().zip(&driven).enumerate() {
+        let what = format!("{name}, {index}: {done:?} is {driven:?}");
+        match (done.action, driven.action) {
+            (Action::Rapid(to), Action::Rapid(there)) => assert_there(&to, &there, &what),
+            (Action::Feed { pose: to, time_s }, Action::Feed { pose: there, .. }) => {
+                assert_there(&to, &there, &what);
+                let meant = way_of_rate(&pose, &to) / time_s * 60.0;
+                let least = meant.max(LEAST_RATE_MM_MIN);
+                assert!((driven.rate_per_min - least).abs() < RATE_PER_MIN + 1e-12 * least, "{what}: {least}/min");
+            }
+            (Action::PathTolerance(Some(a)), Action::PathTolerance(Some(b))) | (Action::Dwell(a), Action::Dwell(b)) => {
+                assert!((a - b).abs() < PLACE_MM, "{what}");
+            }
+            (read, there) => assert_eq!(read, there, "{what}"),
+        }
+        if let Action::Rapid(to) | Action::Feed { pose: to, .. } = done.action {
+            pose = to;
+        }
+    }
+    assert!(driven.len() >= motion.done.len(), "{name}: LinuxCNC does less");
+    // At the end of a program it stops spindle and coolant by itself.
+    let more = &driven[motion.done.len()..];
+    assert!(
+        more.iter().all(|more| matches!(more.action, Action::SpindleOff | Action::Coolant(false))),
+        "{name}: LinuxCNC does more: {more:?}"
+    );
+    (motion, driven)
+}
+
+fn assert_there(read: &Pose, there: &Pose, what: &str) {
+    for axis in NcAxis::ALL {
+        let Some(place) = read.of(axis) else { continue };
+        let scale = if axis == NcAxis::C { camwright::math::units::rad_from_deg(1.0) } else { 1.0 };
+        let off = (place - there.of(axis).expect("all axes are somewhere")).abs();
+        assert!(off < PLACE_MM * scale, "{what}: {axis:?} is {off} off");
+    }
+}
+
+/// The way by which LinuxCNC makes a rate of a time: mm of the linear axes, or where none moves degrees of C.
+fn way_of_rate(from: &Pose, to: &Pose) -> f64 {
+    let way = |axis| match (from.of(axis), to.of(axis)) {
+        (Some(from), Some(to)) => to - from,
+        // It takes axes that were nowhere for being at 0.
+        (None, Some(to)) => to,
+        _ => 0.0,
+    };
+    let linear = [NcAxis::X, NcAxis::Y, NcAxis::Z].map(|axis| way(axis).powi(2)).iter().sum::<f64>().sqrt();
+    if linear > 0.0 { linear } else { camwright::math::units::deg_from_rad(way(NcAxis::C)).abs() }
+}
+
+#[test]
+fn a_small_program_does_on_linuxcnc_what_is_read() {
+    let Some(linuxcnc) = LinuxCnc::find() else { return };
+    for (x_values, name) in [(XValues::Radius, "radius"), (XValues::Diameter, "diameter")] {
+        let (motion, _) = compare(&linuxcnc, name, &two_cams(x_values));
+        assert_eq!(motion.done.len(), 32);
+    }
+}
+
+/// Everything that blocks, calls and formats can be.
+#[test]
+fn random_programs_do_on_linuxcnc_what_is_read() {
+    let Some(linuxcnc) = LinuxCnc::find() else { return };
+    let mut done = 0;
+    for seed in 0..150 {
+        done += compare(&linuxcnc, &format!("seed-{seed}"), &random_program(seed)).0.done.len();
+    }
+    assert!(done > 5_000, "only {done} blocks were compared");
+}
+
+/// What is said of feeds that are raised is what happens: the block takes as long as is said, and no other block less than is written.
+#[test]
+fn linuxcnc_raises_the_feeds_that_are_found() {
+    let Some(linuxcnc) = LinuxCnc::find() else { return };
+    let mut raised = 0;
+    for seed in 0..40 {
+        let mut program = random_program(seed);
+        // From a known place, in small steps.
+        program.main.retain(|step| !matches!(step, Step::Call(_)));
+        program.subprograms.clear();
+        let start = NcAxis::ALL.map(|axis| (axis, 0));
+        program.main.insert(0, Step::Block(Block::Rapid(target(&start))));
+        for (step, x) in (1..60).zip([1, 2, 4, 5, 7, 20, 21, 23, 22].into_iter().cycle()) {
+            let time_s = 0.01 * 1.2_f64.powi(step);
+            let target = target(&[(NcAxis::X, x), (NcAxis::C, i64::from(step) * 1000)]);
+            program.main.push(Step::Block(Block::Feed { target, time_s }));
+        }
+        let found = raised_feeds(&program);
+        let (motion, driven) = compare(&linuxcnc, &format!("raised-{seed}"), &program);
+        // Comments do nothing; everything else is done once.
+        let steps = program.main.iter().enumerate();
+        let steps = steps.filter(|(_, step)| !matches!(step, Step::Block(Block::Comment(_))));
+        let mut pose = Pose::default();
+        for (((block, _), done), driven) in steps.zip(&motion.done).zip(&driven) {
+            if let Action::Feed { pose: to, time_s } = done.action {
+                let there_s = way_of_rate(&pose, &to) / driven.rate_per_min * 60.0;
+                let said = found.iter().find(|raised| raised.place.block == block + 1);
+                let wanted = said.map_or(time_s, |raised| raised.driven_s);
+                let most = 1e-6 + RATE_PER_MIN / driven.rate_per_min;
+                assert!(
+                    (there_s / wanted - 1.0).abs() < most || there_s == 0.0,
+                    "seed {seed}, block {block}: {there_s} s, {wanted} s"
+                );
+            }
+            if let Action::Rapid(to) | Action::Feed { pose: to, .. } = done.action {
+                pose = to;
+            }
+        }
+        raised += found.len();
+    }
+    assert!(raised > 200, "only {raised} feeds were raised");
+}
+
+/// What LinuxCNC says no to is refused by our reader too.
+#[test]
+fn what_linuxcnc_refuses_is_not_read() {
+    let Some(linuxcnc) = LinuxCnc::find() else { return };
+    let begin = "G21 G90 G93\nG0 X1 C1\n";
+    let faults = [
+        "G1 X2\n",
+        "G0 G1 X2\n",
+        "X1 X2\n",
+        "G1 X2 F-1\n",
+        "o<nothing> call\n",
+        "G0 X1.2.3\n",
+        "(open\n",
+        "G1000\n",
+        "G7 G8\n",
+    ];
+    for fault in faults {
+        let text = format!("{begin}{fault}M2\n");
+        assert!(linuxcnc.drive(&text).is_err(), "LinuxCNC takes {fault}");
+        let file = camwright::gcode::ProgramFile { name: "a.ngc".into(), text };
+        assert!(read(Dialect::LinuxCnc, XValues::Radius, &[file]).is_err(), "{fault} is read");
+    }
+}
+
+/// The whole way of every shipped job: its program is written to the disk, LinuxCNC interprets it, and what the axes do then lies within the
+/// tolerance of the paths that were planned. The interpreter prints four places, as many as the programs have.
+#[test]
+fn programs_of_jobs_drive_their_paths_on_linuxcnc() {
+    let Some(linuxcnc) = LinuxCnc::find() else { return };
+    for (job, set) in [
+        ("eccentric_disc", vec![]),
+        ("eccentric_disc", vec!["profiles.disc.lift.eccentric.diameter_is=largest", "nc.knots=on_curve"]),
+        ("eccentric_disc", vec!["tool.cuts_with=face", "nc.x_values=diameter"]),
+        ("plate_groove", vec!["nc.rotation_sense=-1"]),
+        ("barrel_groove", vec![]),
+        ("barrel_groove", vec!["grooves.B.y_axis=false"]),
+        ("four_lobe_camshaft", vec![]),
+        ("rough_and_finish", vec!["nc.x_of=cutting_edge", "nc.x_values=diameter"]),
+        ("plate_cam", vec!["nc.rotation_sense=-1"]),
+        ("brake_cam", vec![]),
+    ] {
+        let what = format!("{job} {set:?}");
+        let set: Vec<String> = set.into_iter().map(str::to_owned).collect();
+        let folder = support::Folder::new("linuxcnc-job");
+        let summary = write_program(job, &set, folder.path(), |_| {}).unwrap_or_else(|error| panic!("{what}: {error}"));
+        let text = std::fs::read_to_string(folder.join(&summary.files[0])).expect("a program");
+        let driven = linuxcnc.drive(&text).unwrap_or_else(|said| panic!("{what}: {said}"));
+        let place = |pose: Pose| NcAxis::ALL.map(|axis| pose.of(axis).unwrap_or(f64::NAN));
+        let ran = driven.iter().filter_map(|driven| match driven.action {
+            Action::Rapid(pose) => Some(Ran { pose: place(pose), time_s: None }),
+            Action::Feed { pose, time_s } => Some(Ran { pose: place(pose), time_s: Some(time_s) }),
+            _ => None,
+        });
+        let ran: Vec<Ran> = ran.collect();
+        let compared = compare_program(job, &set, &ran).unwrap_or_else(|error| panic!("{what}: {error}"));
+        println!(
+            "{what}: {} motions, {:.4} um off the paths at most, {:.1} % of the tolerance",
+            compared.moves,
+            compared.error_um(),
+            100.0 * compared.share_of_tolerance
+        );
+        assert!(compared.moves == summary.read_back.moves, "{what}: {} {}", compared.moves, summary.read_back.moves);
+        assert!(compared.share_of_tolerance <= 1.0, "{what}: {compared:?}");
+        assert!(
+            (compared.share_of_tolerance - summary.read_back.share_of_tolerance).abs() < 0.2,
+            "{what}: {compared:?}"
+        );
+    }
+}

@@ -1,0 +1,14 @@
+//! The ROS layer beside real ROS 2 peers.
+
+#[path = "../support/cell.rs"]
+mod cell;
+#[path = "../support/mod.rs"]
+mod support;
+
+mod cell_with_rclpy;
+mod interoperability;
+mod lathe_with_rclpy;
+mod loader_with_rclpy;
+mod no_packet_leaves_the_host;
+mod ros_actions;
+mod ros_layer;
