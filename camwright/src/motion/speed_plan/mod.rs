@@ -196,7 +196,7 @@ impl SpeedPlan {
         let candidate = request.led(candidate)?;
         let motion = request.motion(&candidate);
         let stretches = windows(&motion, candidate.plateau_s, candidate.turn_s, candidate.infeed.last_blend_rad());
-        let step = (request.step(candidate.turn_s) / CHECK_FACTOR).max(SHORTEST_CHECK_STEP_S);
+        let step = request.check_step(candidate.turn_s);
         let found = uses_by_differences(&motion, &stretches, step, c, x);
         if let Some(exceeded) = request.seen_from_lobe(found).into_iter().find(|found| found.ratio() > 1.0) {
             return Err(SpeedPlanError::Check(exceeded));
@@ -316,6 +316,11 @@ impl<'a> SpeedRequest<'a> {
         #[allow(clippy::cast_precision_loss, reason = "a few thousand points")]
         let points = PLANNING_GRID.max(2 * self.path.coefficients().len()) as f64;
         turn_s / points
+    }
+
+    /// Step in time of the check by differences (s).
+    fn check_step(&self, turn_s: f64) -> f64 {
+        (self.step(turn_s) / CHECK_FACTOR).max(SHORTEST_CHECK_STEP_S)
     }
 
     fn motion<'b>(&self, candidate: &'b Candidate) -> CutMotion<'b>

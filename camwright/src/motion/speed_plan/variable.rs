@@ -5,8 +5,8 @@ use super::run_up::run_up;
 use super::square_speed::to_f64;
 use super::turn_speed::TurnSpeed;
 use super::{
-    Candidate, MAX_CUT_S, MAX_LAW_KNOTS, Misfit, PATH_SHARE, PLANNING_GRID, SpeedRequest, TurnRequest, VARYING_X_SHARE,
-    windows,
+    Candidate, LimitUse, MAX_CUT_S, MAX_LAW_KNOTS, Misfit, PATH_SHARE, PLANNING_GRID, Quantity, SpeedRequest,
+    TurnRequest, VARYING_X_SHARE, windows,
 };
 use crate::math::hermite::{HermiteSpline, Knot, Sample};
 use crate::math::units::TURN_RAD;
@@ -82,10 +82,27 @@ pub(super) fn variable_speed(request: &SpeedRequest<'_>) -> Result<(Candidate, T
                 }
                 misfit = Misfit::Limit(worst);
             }
-            _ => return Ok((candidate, turn)),
+            // The knots of a short ramp lie closer than the points of the planning grid, and its jerk may peak between these.
+            _ => match exceeded_on_ramps(request, &candidate) {
+                Some(exceeded) => {
+                    ramp_share *= RAMP_STEP / exceeded.ratio();
+                    misfit = Misfit::Limit(exceeded);
+                }
+                None => return Ok((candidate, turn)),
+            },
         }
     }
     Err(misfit)
+}
+
+/// Finds the acceleration or jerk that exceeds its limit most on a ramp, by differencing positions as the check of the whole cut does.
+fn exceeded_on_ramps(request: &SpeedRequest<'_>, candidate: &Candidate) -> Option<LimitUse> {
+    let motion = request.motion(candidate);
+    let ramps = [(motion.start_s(), candidate.plateau_s.0), (candidate.plateau_s.1, motion.end_s())];
+    let step = request.check_step(candidate.turn_s);
+    let uses = request.seen_from_lobe(super::uses_by_differences(&motion, &ramps, step, &request.c, &request.x));
+    let exceeded = uses.into_iter().filter(|found| found.quantity != Quantity::Velocity && found.ratio() > 1.0);
+    exceeded.max_by(|a, b| a.ratio().total_cmp(&b.ratio()))
 }
 
 /// Ramps and turns put together, and how they use the limits.
