@@ -1,9 +1,18 @@
-//! The interpolator: from a plan, tick by tick, to setpoints on encoder counts.
+//! Room 10. The interpolator: from a plan, tick by tick, to setpoints on encoder counts.
 //!
 //! [`Interpolator::step`] does not allocate, lock, log or fail; what is worth telling is in its result. Everything that
 //! takes time is done before, in [`Prepared::new`]. What happens depends on nothing but the motion, the requests with
 //! their ticks, and the feedback whose own tick lies at least D ticks back: so the same inputs give the same setpoints,
 //! bit for bit, whenever and wherever they are computed.
+//!
+//! ```
+//! use camwright::interpolator::{Interpolator, TickInputs};
+//! use camwright::machine::reference::cam_grinder;
+//!
+//! let mut interpolator = Interpolator::new(&cam_grinder());
+//! let out = interpolator.step(&TickInputs { tick: 1, requests: &[] });
+//! assert!(interpolator.is_idle() && out.events.iter().next().is_none());
+//! ```
 
 mod cut;
 mod exchange;

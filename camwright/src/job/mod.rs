@@ -1,4 +1,14 @@
-//! Room job.
+//! Room 6: what a job is.
+//!
+//! Pure data with its checks: grinding, turning and milling jobs, the raw part, dressing and infeed. Files are read elsewhere. A job
+//! that passes its check is complete; whether a machine can do it, the room `planner` decides.
+//!
+//! ```
+//! use camwright::job::grinding::JobSpec;
+//!
+//! let idle = JobSpec::without_lobes("move clear", 120.0, 100.0); // wheel clear at 120 mm, rapids of 100 mm/s
+//! assert!(idle.lobes.is_empty());
+//! ```
 
 pub(crate) mod check;
 pub mod dressing;

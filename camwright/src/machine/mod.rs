@@ -1,15 +1,18 @@
-//! The machine: what it is, and a simulation of what it does.
+//! Room 2: description of a machine. It says what a machine is; the room `simulation` says what it does.
 //!
-//! ```text
-//! setpoints → buffer ─┐
-//!           commands ─┤→ Machine::step → axis, servo → sensors → contact, workpiece → report
-//!             faults ─┘                                    alarm
+//! Axes with counts and limits, drives, wheel or insert, gauges, switches, contact law, the alarm table, setpoints, and the state that
+//! outlives a run. Every later room takes its limits from [`description::MachineDescription`]. A machine with an insert is a lathe.
+//!
+//! C is 0 where the centre of the key-way faces the wheel. X is the distance of the wheel's cutting point from the spindle axis, on a
+//! lathe that of the insert's centre. Z is the table.
+//!
 //! ```
-//! Positions inside are encoder counts as floating point, in the machine's true coordinates: C is 0 where the key-way's
-//! centre faces the wheel, X is the distance of the wheel's cutting point from the spindle axis, Z is the table.
+//! use camwright::machine::{description::Axis, reference::cam_grinder};
 //!
-//! A machine with an insert is a lathe ([`turned_part`]): X is the distance of the insert's centre from the spindle axis, and Z the slide
-//! of the chuck, whose place is where the insert's centre stands along the part, less a constant of the clamping.
+//! let grinder = cam_grinder();
+//! assert!(!grinder.is_lathe());
+//! assert!(grinder.axis(Axis::X).limits.velocity > 0.0); // mm/s
+//! ```
 
 pub mod alarm;
 pub(crate) mod axes;

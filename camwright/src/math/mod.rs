@@ -1,4 +1,17 @@
-//! Splines and solvers that the rest is built on.
+//! Room 1: mathematics without machining.
+//!
+//! Splines (Hermite in time, periodic B-splines over a turn), roots, extrema, banded solvers, derivatives by differences, units,
+//! numbers with twice the digits, and [`snapshot`], which writes the state of a running machine as octets. Values go in, values come
+//! out; nothing here knows an axis or a part.
+//!
+//! ```
+//! use camwright::math::hermite::{HermiteSpline, Knot};
+//!
+//! let rest = Knot { at: 0.0, value: 0.0, first: 0.0, second: 0.0 };
+//! let law = HermiteSpline::new(vec![rest, Knot { at: 2.0, value: 10.0, ..rest }])?;
+//! assert_eq!(law.sample(1.0).value, 5.0);
+//! # Ok::<(), camwright::math::hermite::HermiteError>(())
+//! ```
 
 pub mod banded;
 pub mod differences;

@@ -1,4 +1,4 @@
-//! From a job to its plan: the main routine of JPS6156064B2 (its Fig. 6), complete, before anything moves.
+//! Room 9. From a job to its plan: the main routine of JPS6156064B2 (its Fig. 6), complete, before anything moves.
 //!
 //! ```text
 //! home C on the origin detector · wheel up to speed
@@ -18,6 +18,14 @@
 //!
 //! Turns are whole, so C stands after each lobe at the phase it had before: without rotary indexing lobe j is read from
 //! the angle σ·C − αj on, wherever in its table that is. Both ways are always built, and the time of both is told.
+//!
+//! ```
+//! use camwright::{job::grinding::JobSpec, machine::reference::cam_grinder, planner::plan_job};
+//!
+//! let nothing = JobSpec::without_lobes("nothing to grind", 120.0, 100.0);
+//! let refused = plan_job(&nothing, &cam_grinder(), 60.0, None);
+//! assert!(refused.is_err()); // a job without a lobe, and the reason in words
+//! ```
 
 mod clearance;
 mod continuous_c;

@@ -1,4 +1,24 @@
-//! Room simulation.
+//! Room 11: what the machine does.
+//!
+//! ```text
+//! setpoints → buffer ─┐
+//!           commands ─┤→ Machine::step → axis, servo → sensors → contact, workpiece → report
+//!             faults ─┘                                    alarm
+//! ```
+//! [`Machine::step`] takes the setpoint of a tick, moves the axes through their drives, reads the sensors, removes material and reports.
+//! Positions are encoder counts as floating point in the machine's true coordinates. A machine with an insert is a lathe
+//! ([`turned_part`]). [`closed_loop`] joins interpolator and machine, [`fault_campaign`] injects every fault at many moments of a job.
+//!
+//! ```
+//! use camwright::machine::{persistent_state::LastingState, reference::cam_grinder};
+//! use camwright::simulation::Machine;
+//!
+//! let description = cam_grinder();
+//! let mut machine = Machine::new(description.clone(), LastingState::new(&description))?;
+//! let report = machine.step(None, &[], &[]);
+//! assert_eq!(report.tick, 1);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub(crate) mod axis;
 pub mod buffer;
