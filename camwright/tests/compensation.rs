@@ -218,7 +218,6 @@ fn a_curve_on_a_part_is_measured_as_it_is() {
         .map(|i| f64::from(i) * TURN_RAD / 36_000.0)
         .filter(|at| contour.lift().sample(*at).value.abs() < 0.0005);
     let values: Vec<f64> = rests.map(|at| off.sample(at).value).collect();
-    #[allow(clippy::cast_precision_loss, reason = "some thousand points")]
     let wanted = values.iter().sum::<f64>() / values.len() as f64;
     assert!((size - wanted).abs() < 2e-6, "{size} {wanted}");
 }

@@ -100,7 +100,6 @@ fn the_plan_turns_with_the_part() {
     let path = reference_lobe(60.0);
     let turn_s = |shift: f64| {
         let n = path.spline().coefficients().len();
-        #[allow(clippy::cast_precision_loss, reason = "some hundred knots")]
         let values: Vec<f64> = (0..n).map(|i| path.sample(i as f64 * TURN_RAD / n as f64 - shift).value).collect();
         let turned = camwright::math::periodic_spline::PeriodicSpline::interpolate(&values).expect("finite");
         let bound = |_: f64, x: Sample| 10.0 / removal(&path, 0.05, x);

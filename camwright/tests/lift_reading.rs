@@ -73,7 +73,7 @@ fn smoothing_stays_within_its_tolerance_and_lowers_the_jerk() {
         assert!((reading.max_deviation_mm - largest).abs() < 1e-12, "{reading:?} {largest}");
         assert!((reading.rms_deviation_mm - (squares / 720.0).sqrt()).abs() < 1e-12, "{reading:?}");
         let at = (reading.max_deviation_rad / table.block_rad()).round();
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a block")]
+        #[allow(clippy::cast_possible_truncation, reason = "a block")]
         let off = (smooth.sample(reading.max_deviation_rad).value - table.lift_mm(at as usize)).abs();
         assert!((off - largest).abs() < 1e-9, "where it says");
         jerks.push(reading.peak_jerk_mm_rad3);

@@ -13,9 +13,8 @@ struct Random(u64);
 impl Random {
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        #[allow(clippy::cast_precision_loss, reason = "31 bits")]
-        let unit = (self.0 >> 33) as f64 / (1u64 << 31) as f64;
-        unit
+
+        (self.0 >> 33) as f64 / (1u64 << 31) as f64
     }
 
     fn within(&mut self, low: f64, high: f64) -> f64 {

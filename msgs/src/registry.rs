@@ -41,7 +41,6 @@ pub struct InterfaceInfo {
     pub dds_type_name: &'static str,
     /// `RIHS01_` and 64 hexadecimal digits.
     pub type_hash: &'static str,
-    /// What it is.
     pub kind: InterfaceKind,
     /// Definition with all dependencies, as a bag carries it (`ros2msg`); empty for services and actions.
     pub schema: &'static str,

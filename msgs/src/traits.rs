@@ -50,11 +50,8 @@ pub trait Message:
     }
 }
 
-/// A service.
 pub trait Service: Send + Sync + 'static {
-    /// What is asked.
     type Request: Message;
-    /// What is answered.
     type Response: Message;
     /// Package, for example `std_srvs`.
     const PACKAGE: &'static str;
@@ -74,7 +71,6 @@ pub trait Service: Send + Sync + 'static {
 
 /// An action: goal, result and feedback, and the services and the topic they travel on.
 pub trait Action: Send + Sync + 'static {
-    /// What is wanted.
     type Goal: Message;
     /// What came of it.
     type Result: Message;

@@ -25,7 +25,7 @@ fn child_that_wants_linuxcnc() {
 }
 
 fn asked(skip: &str, ci: Option<&str>) -> Output {
-    child("child_that_wants_a_peer", ("CAMWRIGHT_SKIP_PEERS", skip), ci)
+    child("skipped_peers::child_that_wants_a_peer", ("CAMWRIGHT_SKIP_PEERS", skip), ci)
 }
 
 fn child(test: &str, (key, value): (&str, &str), ci: Option<&str>) -> Output {
@@ -59,7 +59,7 @@ fn ci_refuses_to_skip_the_peers() {
 
 #[test]
 fn a_developer_without_linuxcnc_is_told_that_nothing_was_shown() {
-    let output = child("child_that_wants_linuxcnc", ("PATH", "/nowhere"), None);
+    let output = child("skipped_peers::child_that_wants_linuxcnc", ("PATH", "/nowhere"), None);
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{said}");
     assert!(said.contains("SKIPPED, NOT PASSED: rs274 is not there"), "{said}");
@@ -68,7 +68,7 @@ fn a_developer_without_linuxcnc_is_told_that_nothing_was_shown() {
 
 #[test]
 fn ci_has_linuxcnc() {
-    let output = child("child_that_wants_linuxcnc", ("PATH", "/nowhere"), Some("true"));
+    let output = child("skipped_peers::child_that_wants_linuxcnc", ("PATH", "/nowhere"), Some("true"));
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(!output.status.success(), "{said}");
     assert!(said.contains("the tests with LinuxCNC are not optional in CI"), "{said}");

@@ -1,6 +1,5 @@
 //! How a recording ends when nobody closes it: a kill, a full disk, a file system that gives up.
 #![allow(clippy::print_stdout, reason = "a test shows its seed and what it measured")]
-#![allow(clippy::print_stderr, reason = "the child tells its parent how it ended")]
 
 use crate::bag_judges;
 use crate::support;
@@ -94,7 +93,7 @@ fn child_that_records() {
 /// This test program, and what makes it the child.
 fn as_child() -> (String, [&'static str; 4]) {
     let program = std::env::current_exe().expect("a running program has a path").display().to_string();
-    (program, ["--exact", "child_that_records", "--ignored", "--nocapture"])
+    (program, ["--exact", "bag_endings::child_that_records", "--ignored", "--nocapture"])
 }
 
 /// Numbers from a seed (splitmix64).

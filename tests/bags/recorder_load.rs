@@ -1,6 +1,6 @@
 //! The recorder's process under a load that any computer carries, on a disk that fills, and when it is told to end: every message is
 //! accounted for, once. The benchmark `recorder_load` has the same with more.
-#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a test shows what it measured")]
+#![allow(clippy::print_stdout, reason = "a test shows what it measured")]
 #![allow(unreachable_pub, reason = "a test binary has no outside")]
 
 #[path = "../benchmarks/recorder_load/account.rs"]

@@ -47,7 +47,7 @@ fn a_gauge_reads_the_diameters_of_what_passed_the_wheel() {
     let n = part.radius.len() as f64;
     let radius = |azimuth: f64| {
         let steps = (azimuth / std::f64::consts::TAU).rem_euclid(1.0) * n;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index of the outline")]
+        #[allow(clippy::cast_possible_truncation, reason = "an index of the outline")]
         let (index, share) = (steps as usize % part.radius.len(), steps.fract());
         part.radius[index] + share * (part.radius[(index + 1) % part.radius.len()] - part.radius[index])
     };

@@ -177,7 +177,7 @@ fn the_wheel_of_one_run_is_the_wheel_of_the_next() {
                 state.lines().find_map(|line| line.strip_prefix(key)).unwrap_or_else(|| panic!("{key} in {state}"));
             line.trim().parse::<f64>().expect("a number")
         };
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small count")]
+        #[allow(clippy::cast_possible_truncation, reason = "a small count")]
         (number("wheel_radius_mm:"), number("dress_count:") as u64)
     };
     let state = || {

@@ -3,7 +3,6 @@
 #![allow(clippy::print_stdout, reason = "figures, with --nocapture")]
 
 #[path = "../../camwright/tests/nc/sample.rs"]
-#[allow(clippy::expect_used, reason = "programs of tests")]
 mod sample;
 use crate::support;
 

@@ -1,5 +1,4 @@
 //! Machine, interpolator and planner in this process, and an operator who talks to them over ROS.
-#![allow(missing_docs, reason = "a helper of tests")]
 #![allow(missing_debug_implementations, reason = "as above")]
 #![allow(dead_code, reason = "each test target uses its part")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]

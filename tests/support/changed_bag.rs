@@ -1,5 +1,4 @@
 //! A bag, and bags that differ from it in some messages.
-#![allow(missing_docs, reason = "a helper of tests")]
 #![allow(dead_code, reason = "each test target uses its part")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 

@@ -1,7 +1,6 @@
 //! A real browser without a window: Chromium over its debugging pipe, so that no port and no driver is needed.
 #![allow(missing_debug_implementations, reason = "a helper of tests")]
 #![allow(unreachable_pub, reason = "a module of a test binary has no outside")]
-#![allow(clippy::print_stderr, reason = "a skipped test must say so where people look")]
 
 use crate::support::{Folder, PATIENCE, in_ci};
 use serde_json::{Value, json};

@@ -3,7 +3,6 @@
 #![allow(dead_code, reason = "each test binary uses its own part of this module")]
 #![allow(unused_imports, reason = "as above")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
-#![allow(clippy::print_stderr, reason = "a skipped test must say so where people look")]
 
 pub mod command;
 mod domain;

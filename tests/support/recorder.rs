@@ -1,6 +1,5 @@
 //! A recorder in the graph, and a node that manages it and listens to it.
 
-#![allow(missing_docs, reason = "a helper of tests")]
 #![allow(missing_debug_implementations, reason = "as above")]
 #![allow(dead_code, reason = "each test target uses its part")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]

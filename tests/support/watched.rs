@@ -1,5 +1,4 @@
 //! Topics of a cell as a test waits for them.
-#![allow(missing_docs, reason = "a helper of tests")]
 #![allow(missing_debug_implementations, reason = "as above")]
 #![allow(dead_code, reason = "each test target uses its part")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]

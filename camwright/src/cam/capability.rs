@@ -25,30 +25,19 @@ pub enum CapabilityError {
     },
     /// A measured value or a limit that is none.
     #[error("{value} is not a number that can be judged")]
-    NotFinite {
-        /// It.
-        value: f64,
-    },
+    NotFinite { value: f64 },
     /// Limits the wrong way round.
     #[error("the lower limit {lower} is not below the upper one, {upper}")]
-    NoTolerance {
-        /// Lower limit.
-        lower: f64,
-        /// Upper limit.
-        upper: f64,
-    },
+    NoTolerance { lower: f64, upper: f64 },
 }
 
 /// Mean, spread and capability of a batch, in the unit of what was measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Capability {
-    /// Parts.
     pub count: usize,
-    /// Mean.
     pub mean: f64,
     /// Standard deviation of the parts, with n − 1.
     pub deviation: f64,
-    /// Smallest and largest.
     pub span: (f64, f64),
     /// Cp; `None` with one limit, or where the parts do not differ.
     pub cp: Option<f64>,
@@ -72,7 +61,6 @@ impl Capability {
         if values.len() < 2 {
             return Err(CapabilityError::TooFew { count: values.len() });
         }
-        #[allow(clippy::cast_precision_loss, reason = "batches are far below 2^53")]
         let count = values.len() as f64;
         let mean = values.iter().sum::<f64>() / count;
         let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();

@@ -136,7 +136,6 @@ impl FormCurve {
         &self.waves_mm
     }
 
-    /// There is nothing.
     #[must_use]
     pub fn is_zero(&self) -> bool {
         self.mean_mm.abs() <= 0.0 && self.waves_mm.iter().flatten().all(|value| value.abs() <= 0.0)
@@ -218,12 +217,7 @@ impl FormCurve {
 const SAMPLES: u32 = 3600;
 
 /// A curve over equal azimuths of a turn, read linearly between them.
-#[allow(
-    clippy::cast_precision_loss,
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a few thousand azimuths"
-)]
+#[allow(clippy::cast_possible_truncation, reason = "a few thousand azimuths")]
 fn between(values: &[f64], azimuth_rad: f64) -> f64 {
     let place = azimuth_rad / TURN_RAD;
     let place = (place - libm::floor(place)) * values.len() as f64;
@@ -267,7 +261,6 @@ pub struct LobeLearning {
 }
 
 impl LobeLearning {
-    /// Nothing is known.
     #[must_use]
     pub fn new(spec: &CompensationSpec) -> Self {
         Self { correction: FormCurve::default(), gain: spec.gain, parts: 0, least: None, taken_back: false }

@@ -9,7 +9,6 @@ use thiserror::Error;
 /// Why a form cannot be judged.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum FormError {
-    /// Nothing was measured.
     #[error("no radii were measured")]
     NoRadii,
     /// A radius that is none.
@@ -60,7 +59,6 @@ impl Form {
         let mut deviations_mm = Vec::with_capacity(radii_mm.len());
         let mut largest: Option<Deviation> = None;
         for (i, &radius_mm) in radii_mm.iter().enumerate() {
-            #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
             let azimuth_rad = i as f64 * TURN_RAD / radii_mm.len() as f64;
             if !radius_mm.is_finite() || radius_mm <= 0.0 {
                 return Err(FormError::BadRadius { radius_mm, azimuth_deg: deg_from_rad(azimuth_rad) });
@@ -72,7 +70,6 @@ impl Form {
             }
         }
         let largest = largest.ok_or(FormError::NoRadii)?;
-        #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
         let mean_square = deviations_mm.iter().map(|d| d * d).sum::<f64>() / deviations_mm.len() as f64;
         Ok(Self { deviations_mm, largest, rms_mm: libm::sqrt(mean_square) })
     }
@@ -82,7 +79,6 @@ impl Form {
     /// it. See [`Contour::lift_per_depth`].
     #[must_use]
     pub fn lift_error(&self, contour: &Contour, phase_rad: f64) -> f64 {
-        #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
         let azimuth = |i: usize| i as f64 * TURN_RAD / self.deviations_mm.len() as f64;
         let errors = self.deviations_mm.iter().enumerate().map(|(i, deviation_mm)| {
             deviation_mm * contour.lift_per_depth(contour.cam_angle_at(azimuth(i) - phase_rad))
@@ -95,15 +91,12 @@ impl Form {
     /// circle of at least [`LEAST_BASE_RAD`] (an eccentric) or is nothing else (a journal) is as large as it is all round.
     #[must_use]
     pub fn size_mm(&self, contour: &Contour, phase_rad: f64) -> f64 {
-        #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
         let azimuth = |i: usize| i as f64 * TURN_RAD / self.deviations_mm.len() as f64;
         let rests =
             |i: usize| contour.lift().sample(contour.cam_angle_at(azimuth(i) - phase_rad)).value.abs() < RESTS_MM;
         let all = || self.deviations_mm.iter().copied().enumerate();
-        #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
         let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
         let base: Vec<f64> = all().filter(|(i, _)| rests(*i)).map(|(_, deviation)| deviation).collect();
-        #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
         let share = base.len() as f64 / self.deviations_mm.len() as f64;
         mean(if share * TURN_RAD < LEAST_BASE_RAD { self.deviations_mm.clone() } else { base })
     }

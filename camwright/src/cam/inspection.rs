@@ -78,13 +78,11 @@ impl Inspection {
         Ok(Self { contour: contour.clone(), gauge: *gauge, mount, pieces, largest_change, overlooked })
     }
 
-    /// The contour.
     #[must_use]
     pub fn contour(&self) -> &Contour {
         &self.contour
     }
 
-    /// The gauge's follower.
     #[must_use]
     pub fn gauge(&self) -> Follower {
         self.gauge
@@ -106,11 +104,7 @@ impl Inspection {
         while i < count {
             let before = self.pieces[i].at(cos, sin);
             // As many pieces on as the miss needs at least to change its sign.
-            #[allow(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "saturates, and is not negative"
-            )]
+            #[allow(clippy::cast_possible_truncation, reason = "saturates, and is not negative")]
             let further = (before.abs() / self.largest_change) as usize;
             if further > 1 {
                 i = i.saturating_add(further - 1);
@@ -181,7 +175,6 @@ fn miss_at(contour: &Contour, mount: &Mount, at_rad: f64) -> Miss {
     mount.miss(point, rotated(frame.normal_along, frame.normal_across, at_rad))
 }
 
-#[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
 fn angle_of(index: usize, count: usize) -> f64 {
     index as f64 * TURN_RAD / count as f64
 }

@@ -11,7 +11,6 @@ use core::f64::consts::PI;
 pub enum MotionLaw {
     /// No motion: the rise is 0.
     Dwell,
-    /// Constant velocity.
     ConstantVelocity,
     /// Half a cosine: acceleration does not vanish at the ends.
     Harmonic,
@@ -32,7 +31,6 @@ pub enum MotionLaw {
 }
 
 impl MotionLaw {
-    /// Every law.
     pub const ALL: [MotionLaw; 10] = [
         MotionLaw::Dwell,
         MotionLaw::ConstantVelocity,

@@ -20,7 +20,6 @@ use core::fmt;
 pub enum Goal {
     /// A raw part, in the place of a machined one if there is one.
     RawPart,
-    /// Nothing.
     Empty,
 }
 
@@ -28,7 +27,6 @@ pub enum Goal {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Request {
-    /// Nothing.
     #[default]
     None = 0,
     /// Put a raw part in.
@@ -51,7 +49,6 @@ impl Request {
         }
     }
 
-    /// For people.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -92,9 +89,7 @@ pub struct LoaderSeen {
 pub struct Seen {
     /// Now (s, of a clock that does not go back).
     pub now_s: f64,
-    /// The door.
     pub door: Place,
-    /// The chuck.
     pub chuck: Place,
     /// The sensor of the part.
     pub part_present: bool,
@@ -120,7 +115,6 @@ pub enum Step {
 }
 
 impl Step {
-    /// For people.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -182,9 +176,7 @@ impl fmt::Display for Failure {
 /// What the cell is to do for it now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Order {
-    /// Open the door.
     OpenDoor,
-    /// Close it.
     CloseDoor,
 }
 
@@ -216,7 +208,6 @@ pub struct Handshake {
 }
 
 impl Handshake {
-    /// Begins one.
     #[must_use]
     pub fn begin(request: Request, timeouts: Timeouts, now_s: f64) -> Self {
         Self { request, timeouts, step: Step::OpenDoor, since_s: now_s, was_empty: false, waits: false }

@@ -20,7 +20,6 @@ pub const STATES: usize = 18;
 /// A state of the cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
-#[allow(missing_docs, reason = "the words are PackML's; the drawing above says how they follow each other")]
 pub enum State {
     Clearing = 1,
     #[default]
@@ -49,7 +48,6 @@ pub enum Mode {
     /// Production: part after part.
     #[default]
     Automatic = 1,
-    /// Maintenance: set-up work.
     SetUp = 2,
     /// Nothing but what is asked for axis by axis.
     Manual = 3,
@@ -60,7 +58,6 @@ pub enum Mode {
 /// A command to the cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
-#[allow(missing_docs, reason = "the words are PackML's")]
 pub enum Command {
     Reset = 1,
     Start = 2,
@@ -78,24 +75,15 @@ pub enum Command {
 pub enum Refused {
     /// The command does not lead anywhere from this state.
     #[error("{command} is not taken in state {state}; {}", Takes(*.state))]
-    State {
-        /// The command.
-        command: Command,
-        /// The state.
-        state: State,
-    },
+    State { command: Command, state: State },
     /// The mode does not produce.
     #[error("START is not taken in {mode} mode; it is in automatic and semi-automatic mode")]
-    Mode {
-        /// The mode.
-        mode: Mode,
-    },
+    Mode { mode: Mode },
     /// The mode changes only at rest.
     #[error("the mode is {mode} and cannot be changed in state {state}; it can in STOPPED, IDLE, COMPLETE and ABORTED")]
     ModeInState {
         /// The mode that stays.
         mode: Mode,
-        /// The state.
         state: State,
     },
 }
@@ -202,7 +190,6 @@ impl Mode {
         Mode::ALL.into_iter().find(|mode| *mode as u8 == number)
     }
 
-    /// Its name.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -311,13 +298,11 @@ impl Unit {
         Self { state, mode, began_s: now_s, since_s: now_s, counted_s: now_s, accumulated_s: [0.0; STATES] }
     }
 
-    /// Its state.
     #[must_use]
     pub const fn state(&self) -> State {
         self.state
     }
 
-    /// Its mode.
     #[must_use]
     pub const fn mode(&self) -> Mode {
         self.mode

@@ -107,7 +107,6 @@ pub enum CorrectionError {
         left_mm: f64,
         /// Allowed (mm).
         allowed_mm: f64,
-        /// Phases.
         phases: usize,
     },
     /// A wheel position that is no number.
@@ -324,7 +323,6 @@ impl Correction {
     }
 }
 
-/// Least and largest.
 struct Range {
     least: f64,
     most: f64,

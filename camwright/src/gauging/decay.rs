@@ -33,14 +33,7 @@ pub enum DecayError {
     },
     /// Phases that are too few or too many.
     #[error("{phases} phases: between {least} and {most} are needed")]
-    Phases {
-        /// Phases wanted.
-        phases: usize,
-        /// Least.
-        least: usize,
-        /// Most.
-        most: usize,
-    },
+    Phases { phases: usize, least: usize, most: usize },
     /// The part was hardly cut.
     #[error(
         "depths of cut of {:.3} um rms in the first turn are not above their scatter of {:.3} um",
@@ -59,9 +52,7 @@ pub enum DecayError {
     NoDecay {
         /// λ found, at an end of the range.
         decay: f64,
-        /// Least.
         least: f64,
-        /// Most.
         most: f64,
     },
 }
@@ -92,7 +83,7 @@ impl Decay {
         }
         let first_rad = record.first_cut_rad().max(from_rad);
         let known_rad = record.last_cut_rad() - first_rad;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0 … 32")]
+        #[allow(clippy::cast_possible_truncation, reason = "clamped to 0 … 32")]
         let turns = libm::floor(known_rad / TURN_RAD + 1e-9).clamp(0.0, MOST_TURNS) as usize;
         let too_short =
             DecayError::TooShort { known_deg: deg_from_rad(known_rad), needed_deg: deg_from_rad(2.0 * TURN_RAD) };
@@ -114,7 +105,6 @@ impl Decay {
             return Err(DecayError::NoDecay { decay, least: RANGE.0, most: RANGE.1 });
         }
         let explained = products.explained(decay);
-        #[allow(clippy::cast_precision_loss, reason = "phases and turns are few")]
         let (phases, spare) = (phases as f64, (phases * (turns - 1) - 1) as f64);
         let scatter = libm::sqrt((products.total() - explained).max(0.0) / spare);
         // Σ U_0² is what is explained less what noise explains of itself; of dw/dλ only what is across w tells λ.
@@ -139,9 +129,7 @@ impl Decay {
 /// km/kg by force and by decay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Comparison {
-    /// By force.
     pub by_force: Measured,
-    /// By decay.
     pub by_decay: Measured,
     /// By decay less by force, and the uncertainty of that.
     pub difference: Measured,
@@ -191,7 +179,6 @@ impl Products {
         }
     }
 
-    /// aᵀS b.
     fn between(&self, a: &[f64], b: &[f64]) -> f64 {
         let rows = self.sums.chunks(self.turns).zip(a);
         rows.map(|(row, a)| a * row.iter().zip(b).map(|(sum, b)| sum * b).sum::<f64>()).sum()

@@ -95,7 +95,6 @@ pub(super) fn by_depths(
         let deviation = upper / lower;
         squares +=
             cuts.iter().map(|(weight, rest)| (rest - weight * deviation) * (rest - weight * deviation)).sum::<f64>();
-        #[allow(clippy::cast_precision_loss, reason = "cuts of a phase are few")]
         let more = (cuts.len() - 1) as f64;
         spare += more;
         deviations.push(deviation);
@@ -121,7 +120,7 @@ pub(super) fn by_readings(
     let kept = harmonics as usize;
     // Twice as many are looked for: what the part has above those kept would else be taken for something in them, most of all in the odd
     // ones, of which a diameter shows little. A turn of readings tells no more than half their number.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of readings")]
+    #[allow(clippy::cast_possible_truncation, reason = "a number of readings")]
     let told = (0.5 * record.per_turn()) as usize;
     let fitted = (2 * kept).min(told.saturating_sub(1)).max(kept);
     let unknowns = 2 * fitted + 2;
@@ -143,7 +142,6 @@ pub(super) fn by_readings(
     }
     let Some((solution, squares)) = normal.solve() else { return Err(undetermined) };
     let pairs = solution.as_slice()[2..2 + 2 * kept].chunks(2).map(|pair| (pair[0], pair[1]));
-    #[allow(clippy::cast_precision_loss, reason = "counts of readings are far below 2^53")]
     let spare = (readings - unknowns) as f64;
     Ok(Fitted {
         deviations: Series::from_parts(solution[1], pairs.collect()).values(phases),

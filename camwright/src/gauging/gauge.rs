@@ -82,10 +82,7 @@ pub enum GaugeError {
     TwoProbes,
     /// The share of the part in the deflection is no share.
     #[error("share of the part in the deflection {work_share}: must lie between 0 and 1")]
-    WorkShare {
-        /// What was given.
-        work_share: f64,
-    },
+    WorkShare { work_share: f64 },
     /// The difference of two zeros is no number.
     #[error("difference of the gauges' zeros {difference_mm} mm is not a finite number")]
     ZeroDifference {

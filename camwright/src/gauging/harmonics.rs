@@ -12,7 +12,6 @@ pub(super) struct Series {
 
 /// Cosine and sine at equal steps of a turn.
 fn circle(count: usize) -> Vec<(f64, f64)> {
-    #[allow(clippy::cast_precision_loss, reason = "counts of phases are far below 2^53")]
     let angle = |k: usize| TURN_RAD * k as f64 / count as f64;
     (0..count).map(|k| (libm::cos(angle(k)), libm::sin(angle(k)))).collect()
 }
@@ -21,7 +20,6 @@ impl Series {
     /// The harmonics of values up to `most`, or as many as they have.
     pub(super) fn of(values: &[f64], most: usize) -> Self {
         let count = values.len();
-        #[allow(clippy::cast_precision_loss, reason = "counts of phases are far below 2^53")]
         let share = 1.0 / count as f64;
         // From the first value, so that a radius of 20 mm does not cost the digits of its runout.
         let level = values[0];
@@ -74,7 +72,6 @@ impl Series {
         self.mean /= 1.0 - echo;
         for (i, (cos, sin)) in self.harmonics.iter_mut().enumerate() {
             // cos − i sin is the complex amplitude; that of the echo is turned by e^(−ihδ).
-            #[allow(clippy::cast_precision_loss, reason = "harmonics are few")]
             let angle = (i + 1) as f64 * delay_rad;
             let (re, im) = (1.0 - echo * libm::cos(angle), echo * libm::sin(angle));
             let square = re * re + im * im;

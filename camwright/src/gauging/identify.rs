@@ -34,7 +34,6 @@ const PUSH_SPEED_SHARE: f64 = 0.5;
 /// A tick of a push.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pushed {
-    /// When.
     pub tick: u64,
     /// Position of `x_axis` (mm).
     pub x_mm: f64,
@@ -77,23 +76,13 @@ pub enum IdentifyError {
     Record(#[from] RecordError),
     /// Points that make no line.
     #[error("{what}: {source}")]
-    Stiffness {
-        /// Of what.
-        what: &'static str,
-        /// Why.
-        source: StiffnessError,
-    },
+    Stiffness { what: &'static str, source: StiffnessError },
     /// A dwell that tells no decay.
     #[error(transparent)]
     Decay(#[from] DecayError),
     /// The wheel was not seen to push.
     #[error("no push of the stopped wheel was logged: {ticks} ticks at its speed, {least} are needed")]
-    NoPush {
-        /// Ticks found.
-        ticks: usize,
-        /// Least.
-        least: usize,
-    },
+    NoPush { ticks: usize, least: usize },
 }
 
 /// A journal's contact, measured.
@@ -173,7 +162,6 @@ fn best_law(
     let (by_force, by_decay) = (weight(comparison.by_force), weight(comparison.by_decay));
     let ratio = (by_force * comparison.by_force.value + by_decay * comparison.by_decay.value) / (by_force + by_decay);
     let grinding_n_mm = machine_n_mm.value / ratio;
-    #[allow(clippy::cast_precision_loss, reason = "points are few")]
     let count = points.len() as f64;
     let threshold_n = points.iter().map(|point| point.force_n - grinding_n_mm * point.way_mm).sum::<f64>() / count;
     let law = ContactLaw::new(machine_n_mm.value, grinding_n_mm, threshold_n.max(0.0))?;
@@ -232,9 +220,8 @@ fn push(request: &IdentifyRequest<'_>) -> Result<Vec<ForcePoint>, IdentifyError>
     if ticks.len() < least {
         return Err(IdentifyError::NoPush { ticks: ticks.len(), least });
     }
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss, reason = "a share")]
+    #[allow(clippy::cast_possible_truncation, reason = "a share")]
     let air = &ticks[..(ticks.len() as f64 * AIR_SHARE) as usize];
-    #[allow(clippy::cast_precision_loss, reason = "counts of ticks")]
     let mean = |ticks: &[Pushed], of: fn(&Pushed) -> f64| ticks.iter().map(of).sum::<f64>() / ticks.len() as f64;
     let air_n = mean(air, |pushed| -pushed.motor_n);
     let together: Vec<ForcePoint> = ticks

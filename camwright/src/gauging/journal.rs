@@ -59,7 +59,6 @@ const ROUNDING_RAD: f64 = 1e-9;
 /// What the gauge and the axes said at a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gauged {
-    /// When.
     pub tick: u64,
     /// Angle of the headstock, growing from turn to turn (rad).
     pub c_rad: f64,
@@ -96,7 +95,6 @@ pub struct JournalRequest<'a> {
     pub law: ContactLaw,
     /// By which law to correct.
     pub mode: Mode,
-    /// Harmonics told apart.
     pub harmonics: u32,
     /// Radius that the journal is to have (mm).
     pub radius_mm: f64,
@@ -119,7 +117,6 @@ pub enum JournalError {
     /// A part that cannot be corrected.
     #[error(transparent)]
     Correction(#[from] CorrectionError),
-    /// No published measurement.
     #[error(transparent)]
     Published(#[from] PublishedError),
     /// The published method and two gauges, or one that knows no size.
@@ -127,10 +124,7 @@ pub enum JournalError {
     NoDiameter,
     /// The log has turns of which nobody knows where they were put in.
     #[error("a hold put {turns} turns into its cut, and what it measures is told by turns that follow each other")]
-    Held {
-        /// How many.
-        turns: f64,
-    },
+    Held { turns: f64 },
     /// The journal was not seen all round.
     #[error("the gauge read {turned_deg:.1} deg of it, a whole turn is needed")]
     NotATurn {
@@ -139,16 +133,10 @@ pub enum JournalError {
     },
     /// A reading that is no number.
     #[error("the gauge gave no number at tick {tick}")]
-    NoReading {
-        /// When.
-        tick: u64,
-    },
+    NoReading { tick: u64 },
     /// What is needed is not known.
     #[error("{what} is not known")]
-    NotKnown {
-        /// What.
-        what: &'static str,
-    },
+    NotKnown { what: &'static str },
     /// A journal that tells no stiffness.
     #[error(transparent)]
     Identify(#[from] IdentifyError),
@@ -175,7 +163,6 @@ pub struct JournalCorrection {
     pub mode: Mode,
     /// `x_axis` (mm) over the angle since C began to turn (rad), over whole turns.
     pub way: HermiteSpline,
-    /// Turns of C.
     pub turns: u32,
     /// Angle since C began to turn at which the correction begins (rad); it takes one turn.
     pub corrects_from_rad: f64,
@@ -397,7 +384,7 @@ fn whole_way(
 ) -> Result<(HermiteSpline, u32), HermiteError> {
     let start_rad = turn.start_rad() - rest_rad;
     let ends_rad = start_rad + TURN_RAD + LEAVES_RAD;
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "two or three turns")]
+    #[allow(clippy::cast_possible_truncation, reason = "two or three turns")]
     let turns = libm::ceil((ends_rad + RUN_UP_RAD) / TURN_RAD) as u32;
     let still = |at: f64| Knot { at, value: clear_mm, first: 0.0, second: 0.0 };
     let knot = |place: u32| {

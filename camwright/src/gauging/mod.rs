@@ -46,15 +46,6 @@
 //! Everything here is a function of readings and positions; who collects them, and who turns a [`correction::Correction`] into a cut,
 //! is elsewhere. Angles are those of the headstock and grow with time; a phase of the part is the angle, modulo a turn, at which it
 //! stands at the wheel.
-//!
-//! ```
-//! use camwright::gauging::spark_out::turns;
-//! use camwright::machine::contact_law::ContactLaw;
-//!
-//! let law = ContactLaw::new(5000.0, 2000.0, 0.0)?; // N/mm, N/mm, N
-//! assert!(turns(&law, 0.010, 0.001)?.ceil() >= 1.0); // turns of spark-out from 10 um to 1 um of runout
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
 
 pub mod correction;
 pub mod decay;

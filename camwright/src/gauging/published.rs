@@ -33,14 +33,7 @@ pub enum PublishedError {
     },
     /// Phases that are too few or too many.
     #[error("{phases} phases: between {least} and {most} are needed")]
-    Phases {
-        /// Phases wanted.
-        phases: usize,
-        /// Least.
-        least: usize,
-        /// Most.
-        most: usize,
-    },
+    Phases { phases: usize, least: usize, most: usize },
     /// A depth that is no number.
     #[error(transparent)]
     Depth(#[from] PhasesError),

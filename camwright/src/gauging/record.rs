@@ -27,7 +27,6 @@ pub struct Reading {
     pub c_rad: f64,
     /// What the gauge read (mm), from any zero that stays.
     pub value_mm: f64,
-    /// When.
     pub tick: u64,
 }
 
@@ -54,30 +53,16 @@ impl core::fmt::Display for Which {
 pub enum RecordError {
     /// Readings of one gauge where there are two, or of two where there is one.
     #[error("{given} record(s) given for {needed} gauge(s)")]
-    Gauges {
-        /// Records given.
-        given: usize,
-        /// Gauges.
-        needed: usize,
-    },
+    Gauges { given: usize, needed: usize },
     /// Too few to interpolate.
     #[error("{which}: {count} readings, at least {least} are needed")]
-    TooFew {
-        /// Which record.
-        which: Which,
-        /// Readings given.
-        count: usize,
-        /// Least.
-        least: usize,
-    },
+    TooFew { which: Which, count: usize, least: usize },
     /// A number that is none: a gauge that lost the part, or a broken one.
     #[error("{which}, reading {index} (tick {tick}): angle or value is not a finite number")]
     NotFinite {
-        /// Which record.
         which: Which,
         /// Index of the reading.
         index: usize,
-        /// Its tick.
         tick: u64,
     },
     /// The part stood, or turned back.
@@ -85,27 +70,22 @@ pub enum RecordError {
         "{which}, reading {index} (tick {tick}): C at {c_deg:.4} deg is not beyond {previous_deg:.4} deg of the reading before"
     )]
     NotIncreasing {
-        /// Which record.
         which: Which,
         /// Index of the reading.
         index: usize,
-        /// Its tick.
         tick: u64,
         /// Its angle (deg).
         c_deg: f64,
         /// That of the reading before (deg).
         previous_deg: f64,
     },
-    /// Readings are missing.
     #[error(
         "{which}, reading {index} (tick {tick}): {gap_deg:.3} deg after the one before, at most {largest_deg} deg are allowed"
     )]
     Gap {
-        /// Which record.
         which: Which,
         /// Index of the reading.
         index: usize,
-        /// Its tick.
         tick: u64,
         /// Distance (deg).
         gap_deg: f64,
@@ -177,7 +157,6 @@ impl<'a> GaugeRecord<'a> {
         })
     }
 
-    /// The gauge.
     #[must_use]
     pub const fn gauge(&self) -> &Gauge {
         &self.gauge
@@ -207,7 +186,6 @@ impl<'a> GaugeRecord<'a> {
     #[must_use]
     pub fn per_turn(&self) -> f64 {
         let (first, last) = (self.before[0].c_rad, self.before[self.before.len() - 1].c_rad);
-        #[allow(clippy::cast_precision_loss, reason = "counts of readings are far below 2^53")]
         let intervals = (self.before.len() - 1) as f64;
         intervals * crate::math::units::TURN_RAD / (last - first)
     }

@@ -11,20 +11,11 @@ pub const FEWEST_PHASES: usize = 8;
 /// Why radii are no runout.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum PhasesError {
-    /// Too few.
     #[error("radii at {count} phases, at least {least} are needed")]
-    TooFew {
-        /// Phases given.
-        count: usize,
-        /// Least.
-        least: usize,
-    },
+    TooFew { count: usize, least: usize },
     /// A radius that is no number.
     #[error("radius {index} is not a finite number")]
-    NotFinite {
-        /// Its index.
-        index: usize,
-    },
+    NotFinite { index: usize },
 }
 
 /// Radii from the axis of rotation at equal steps of the phase, beginning with phase 0.
@@ -57,7 +48,6 @@ impl RadiusByPhase {
     /// Phase of a radius (rad).
     #[must_use]
     pub fn phase_rad(&self, index: usize) -> f64 {
-        #[allow(clippy::cast_precision_loss, reason = "counts of phases are far below 2^53")]
         let (index, count) = (index as f64, self.radii_mm.len() as f64);
         TURN_RAD * index / count
     }

@@ -9,7 +9,6 @@ pub enum SparkOutError {
     /// A runout must be a number above 0.
     #[error("{what} runout must be positive and finite, not {runout_mm} mm")]
     Runout {
-        /// Which.
         what: &'static str,
         /// What was given (mm).
         runout_mm: f64,

@@ -55,7 +55,6 @@ pub const MOST_PHASES: usize = 7200;
 /// How far an angle may be off for its rounding (rad).
 pub(super) const ROUNDING_RAD: f64 = 1e-9;
 
-/// How to measure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasureSettings {
     /// How radii are found from readings.
@@ -104,32 +103,13 @@ pub enum StateError {
     },
     /// Phases too few for the harmonics, or for anything, or too many.
     #[error("{phases} phases for {harmonics} harmonics: between {least} and {most} are needed")]
-    Phases {
-        /// Phases.
-        phases: usize,
-        /// Harmonics wanted.
-        harmonics: u32,
-        /// Least.
-        least: usize,
-        /// Most.
-        most: usize,
-    },
+    Phases { phases: usize, harmonics: u32, least: usize, most: usize },
     /// More harmonics than any gauge tells.
     #[error("{harmonics} harmonics, at most {most} are allowed")]
-    Harmonics {
-        /// Harmonics wanted.
-        harmonics: u32,
-        /// Most.
-        most: u32,
-    },
+    Harmonics { harmonics: u32, most: u32 },
     /// More unknowns than the readings tell.
     #[error("{readings} readings while every phase was cut do not tell {harmonics} harmonics")]
-    Undetermined {
-        /// Readings.
-        readings: usize,
-        /// Harmonics.
-        harmonics: u32,
-    },
+    Undetermined { readings: usize, harmonics: u32 },
     /// The readings do not follow the contact law.
     #[error(
         "readings scatter by {:.3} um about the contact law, at most {:.3} um are allowed: gauge, wheel positions or stiffness are wrong",
@@ -171,7 +151,6 @@ enum Source {
     Known(PeriodicSpline),
     /// From cuts between two angles.
     Measured {
-        /// g.
         deviation: PeriodicSpline,
         /// C from which q is followed (rad).
         from_rad: f64,
@@ -266,13 +245,11 @@ impl<'a> PartState<'a> {
         Ok(Self { law, log: Some(log), phases, source })
     }
 
-    /// The contact law.
     #[must_use]
     pub const fn law(&self) -> &ContactLaw {
         &self.law
     }
 
-    /// Phases told apart.
     #[must_use]
     pub const fn phases(&self) -> usize {
         self.phases
@@ -338,7 +315,7 @@ fn phases_of(record: &GaugeRecord<'_>, settings: &MeasureSettings) -> Result<usi
         return Err(StateError::Harmonics { harmonics, most: MOST_HARMONICS });
     }
     let least = (2 * harmonics as usize + 1).max(FEWEST_PHASES);
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and MOST_PHASES + 1")]
+    #[allow(clippy::cast_possible_truncation, reason = "between 0 and MOST_PHASES + 1")]
     let by_readings = || libm::round(record.per_turn()).clamp(0.0, 2.0 * MOST_PHASES as f64) as usize;
     // A record denser than that is read at as many places as are told apart.
     let phases = settings.phases.unwrap_or_else(|| match settings.fit {
@@ -351,16 +328,12 @@ fn phases_of(record: &GaugeRecord<'_>, settings: &MeasureSettings) -> Result<usi
     Err(StateError::Phases { phases, harmonics, least, most: MOST_PHASES })
 }
 
-/// Their number.
 fn phases_as_number(phases: usize) -> f64 {
-    #[allow(clippy::cast_precision_loss, reason = "counts of phases are far below 2^53")]
-    let phases = phases as f64;
-    phases
+    phases as f64
 }
 
 /// Phase of an index (rad).
 pub(super) fn phase_rad(index: usize, phases: usize) -> f64 {
-    #[allow(clippy::cast_precision_loss, reason = "counts of phases are far below 2^53")]
     let (index, phases) = (index as f64, phases as f64);
     TURN_RAD * index / phases
 }

@@ -14,7 +14,6 @@ use thiserror::Error;
 /// A measured number and its standard uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measured {
-    /// The number.
     pub value: f64,
     /// Its standard uncertainty, in the same unit.
     pub uncertainty: f64,
@@ -34,12 +33,7 @@ pub struct ForcePoint {
 pub enum StiffnessError {
     /// Too few points for a line and its uncertainty.
     #[error("{points} points, at least {least} are needed")]
-    TooFew {
-        /// Points given.
-        points: usize,
-        /// Least.
-        least: usize,
-    },
+    TooFew { points: usize, least: usize },
     /// A number that is none.
     #[error("point {index}: way or force is not a finite number")]
     NotFinite {
@@ -74,12 +68,10 @@ pub enum StiffnessError {
     /// Depths or forces do not cover a turn.
     #[error("{what} do not cover the turn up to C = {until_deg:.2} deg")]
     NotAllOfTheTurn {
-        /// Which.
         what: &'static str,
         /// End of the turn (deg).
         until_deg: f64,
     },
-    /// Nothing was cut.
     #[error("depth of cut {depth_mm} mm must be above 0")]
     Depth {
         /// What was given (mm).
@@ -153,7 +145,6 @@ struct Spread {
 
 impl Spread {
     fn of(points: &[ForcePoint]) -> Self {
-        #[allow(clippy::cast_precision_loss, reason = "points are few")]
         let count = points.len() as f64;
         let mean = |of: fn(&ForcePoint) -> f64| points.iter().map(of).sum::<f64>() / count;
         let mean = (mean(|point| point.way_mm), mean(|point| point.force_n));

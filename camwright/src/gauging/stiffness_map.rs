@@ -42,14 +42,10 @@ pub enum StiffnessMapError {
     NotMeasured {
         /// Where (mm).
         z_mm: f64,
-        /// What.
         what: &'static str,
-        /// Its value.
         value: f64,
-        /// Its uncertainty.
         uncertainty: f64,
     },
-    /// One place twice.
     #[error("z = {first_mm} mm and z = {second_mm} mm are one place: less than {least_mm} mm apart")]
     SamePlace {
         /// One (mm).
@@ -59,7 +55,6 @@ pub enum StiffnessMapError {
         /// Least distance of two (mm).
         least_mm: f64,
     },
-    /// Nothing is known.
     #[error("nothing was measured")]
     Empty,
     /// Nothing was measured beyond.

@@ -15,7 +15,6 @@ pub struct WheelPosition {
 /// Why positions are no log.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum WheelLogError {
-    /// Nothing was logged.
     #[error("no position of the wheel is logged")]
     Empty,
     /// A number that is none.

@@ -11,7 +11,6 @@ pub enum NcAxis {
     Y,
     /// Along the spindle axis.
     Z,
-    /// The part's rotation.
     C,
 }
 
@@ -19,7 +18,6 @@ impl NcAxis {
     /// All of them, in the order in which they are written.
     pub const ALL: [NcAxis; 4] = [NcAxis::X, NcAxis::Y, NcAxis::Z, NcAxis::C];
 
-    /// Its letter.
     #[must_use]
     pub const fn letter(self) -> char {
         match self {

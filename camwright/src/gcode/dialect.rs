@@ -91,7 +91,6 @@ static SIEMENS: Rules = Rules {
 };
 
 impl Dialect {
-    /// All of them.
     pub const ALL: [Dialect; 3] = [Dialect::LinuxCnc, Dialect::Fanuc, Dialect::Siemens];
 
     pub(super) const fn rules(self) -> &'static Rules {

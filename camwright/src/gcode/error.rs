@@ -28,42 +28,16 @@ impl fmt::Display for BlockPlace {
 pub enum WriteError {
     /// A name of which nothing is left.
     #[error("the name {name:?} has no letter or digit that a program's name may have")]
-    NoName {
-        /// The name.
-        name: String,
-    },
+    NoName { name: String },
     /// Two names that become one.
     #[error("programs {first:?} and {second:?} would both be named {fitted} on this control; names must differ there")]
-    SameName {
-        /// The first.
-        first: String,
-        /// The second.
-        second: String,
-        /// What both become.
-        fitted: String,
-    },
+    SameName { first: String, second: String, fitted: String },
     /// Two programs have one number.
     #[error("programs {first:?} and {second:?} both have the number {number}; numbers must differ")]
-    SameNumber {
-        /// The first.
-        first: String,
-        /// The second.
-        second: String,
-        /// Their number.
-        number: u32,
-    },
+    SameNumber { first: String, second: String, number: u32 },
     /// A number that the control has no program for.
     #[error("program {name:?}: the number {number} is not within {least} to {most}")]
-    ProgramNumber {
-        /// The program.
-        name: String,
-        /// Its number.
-        number: u32,
-        /// Smallest.
-        least: u32,
-        /// Largest.
-        most: u32,
-    },
+    ProgramNumber { name: String, number: u32, least: u32, most: u32 },
     /// A line for people that is too long.
     #[error("a comment has {characters} characters, at most {most} are allowed: {text:?}")]
     LongText {
@@ -71,29 +45,22 @@ pub enum WriteError {
         characters: usize,
         /// How long it may be.
         most: usize,
-        /// Its beginning.
         text: String,
     },
     /// A tool that cannot be named.
     #[error("tool {number}, radius {radius_mm} mm: the number must be within 1 to {most} and the radius positive")]
     BadTool {
-        /// Its number.
         number: u32,
         /// Its radius (mm).
         radius_mm: f64,
-        /// Largest number.
         most: u32,
     },
     /// Two tools have one number.
     #[error("two tools have the number {number}; numbers must differ")]
-    SameTool {
-        /// Their number.
-        number: u32,
-    },
+    SameTool { number: u32 },
     /// A tool that is not in the list.
     #[error("{place}: tool {number} is not among the tools of the program")]
     UnknownTool {
-        /// Where.
         place: BlockPlace,
         /// Number of the tool.
         number: u32,
@@ -101,7 +68,6 @@ pub enum WriteError {
     /// A call of nothing.
     #[error("{place}: subprogram {index} is called, the program has {count}")]
     NoSuchSubprogram {
-        /// Where.
         place: BlockPlace,
         /// Which, from 0.
         index: usize,
@@ -110,26 +76,14 @@ pub enum WriteError {
     },
     /// A shift of an axis that the subprogram does not shift.
     #[error("{place}: an offset of {offset} increments is passed to {subprogram:?}, which shifts no linear axis")]
-    OffsetOfNoAxis {
-        /// Where.
-        place: BlockPlace,
-        /// The offset.
-        offset: i64,
-        /// What is called.
-        subprogram: String,
-    },
+    OffsetOfNoAxis { place: BlockPlace, offset: i64, subprogram: String },
     /// A motion to nowhere.
     #[error("{place}: a motion names no axis")]
-    NoTarget {
-        /// Where.
-        place: BlockPlace,
-    },
+    NoTarget { place: BlockPlace },
     /// A coordinate with more digits than the control reads.
     #[error("{place}: {word} has {digits} digits, this control reads at most {most}")]
     TooManyDigits {
-        /// Where.
         place: BlockPlace,
-        /// The word.
         word: String,
         /// How many digits it has.
         digits: u32,
@@ -139,9 +93,7 @@ pub enum WriteError {
     /// A shift that would send an axis beyond the control's digits.
     #[error("{place}: {axis:?} shifted by the call has {digits} digits, this control reads at most {most}")]
     ShiftedTooFar {
-        /// The call.
         place: BlockPlace,
-        /// The axis.
         axis: NcAxis,
         /// How many digits it has.
         digits: u32,
@@ -151,7 +103,6 @@ pub enum WriteError {
     /// A time that is none.
     #[error("{place}: a feed takes {time_s} s; it must be a positive time")]
     NoTime {
-        /// Where.
         place: BlockPlace,
         /// The time (s).
         time_s: f64,
@@ -159,7 +110,6 @@ pub enum WriteError {
     /// A feed that the control does not read.
     #[error("{place}: F {feed_per_min}/min ({time_s} s) is not within {least} to {most}/min on this control")]
     FeedOutOfRange {
-        /// Where.
         place: BlockPlace,
         /// Inverse time (1/min).
         feed_per_min: f64,
@@ -173,7 +123,6 @@ pub enum WriteError {
     /// A spindle speed that the control does not read.
     #[error("{place}: a spindle speed of {rpm} rpm is not within 1 to {most} rpm")]
     SpindleSpeed {
-        /// Where.
         place: BlockPlace,
         /// Speed (1/min).
         rpm: u32,
@@ -182,18 +131,10 @@ pub enum WriteError {
     },
     /// A tolerance that is none.
     #[error("{place}: a path tolerance of {increments} increments is not within 1 to {most}")]
-    Tolerance {
-        /// Where.
-        place: BlockPlace,
-        /// The tolerance.
-        increments: i64,
-        /// Largest.
-        most: i64,
-    },
+    Tolerance { place: BlockPlace, increments: i64, most: i64 },
     /// A pause that the control does not read.
     #[error("{place}: a dwell of {ms} ms is not within 1 to {most} ms")]
     Dwell {
-        /// Where.
         place: BlockPlace,
         /// How long (ms).
         ms: u32,

@@ -45,14 +45,11 @@ pub enum Action {
     },
     /// A tool with its length.
     ToolChange(u32),
-    /// The cutter turns.
     SpindleOn {
-        /// Which way.
         direction: Direction,
         /// How fast (1/min).
         rpm: f64,
     },
-    /// The cutter stops.
     SpindleOff,
     /// Coolant on or off.
     Coolant(bool),
@@ -71,7 +68,6 @@ pub struct Done {
     pub line: u32,
     /// The call by which it is done, by its place in [`Motion::calls`]; `None` in the main program.
     pub call: Option<u32>,
-    /// What is done.
     pub action: Action,
 }
 

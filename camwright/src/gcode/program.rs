@@ -18,7 +18,6 @@ pub const MOST_INCREMENTS: i64 = 1_000_000_000_000_000;
 pub enum XValues {
     /// The distance from the spindle axis.
     Radius,
-    /// Twice the distance.
     Diameter,
 }
 
@@ -47,7 +46,6 @@ pub enum FormatError {
     /// A number of decimal places that no control reads.
     #[error("{decimals} decimal places of {what} are not within 1 to {MOST_DECIMALS}")]
     Decimals {
-        /// Of what.
         what: &'static str,
         /// How many were asked for.
         decimals: u32,
@@ -55,11 +53,9 @@ pub enum FormatError {
     /// A coordinate that cannot be counted.
     #[error("{axis:?} of {value} is not a number of at most 15 digits with {decimals} decimal places")]
     Coordinate {
-        /// Axis.
         axis: NcAxis,
         /// Value, in the unit that is written.
         value: f64,
-        /// Decimal places.
         decimals: u32,
     },
 }
@@ -88,7 +84,6 @@ impl Format {
         }
     }
 
-    /// What X means.
     #[must_use]
     pub const fn x_values(self) -> XValues {
         self.x_values
@@ -125,11 +120,8 @@ impl Format {
 pub struct Target {
     /// X, as it is written: the distance from the axis, or the diameter.
     pub x: Option<i64>,
-    /// Y.
     pub y: Option<i64>,
-    /// Z.
     pub z: Option<i64>,
-    /// C.
     pub c: Option<i64>,
 }
 
@@ -180,14 +172,11 @@ pub enum Block {
     Comment(String),
     /// A tool of the program's list, by its number, with its length.
     ToolChange(u32),
-    /// The cutter turns.
     SpindleOn {
-        /// Which way.
         direction: Direction,
         /// How fast (1/min).
         rpm: u32,
     },
-    /// The cutter stops.
     SpindleOff,
     /// Coolant on or off.
     Coolant(bool),
@@ -197,12 +186,10 @@ pub enum Block {
     Rapid(Target),
     /// All axes in proportion, in a given time.
     Feed {
-        /// Where to.
         target: Target,
         /// How long it takes (s).
         time_s: f64,
     },
-    /// A pause.
     Dwell {
         /// How long (ms).
         ms: u32,
@@ -240,11 +227,9 @@ pub struct Call {
 pub enum Step {
     /// A block of its own.
     Block(Block),
-    /// A subprogram.
     Call(Call),
 }
 
-/// A tool.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tool {
     /// Its number in the turret or magazine.
@@ -258,7 +243,6 @@ pub struct Tool {
 /// A program: it starts from a safe state, does its steps and ends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
-    /// Its name.
     pub name: String,
     /// Its number, for dialects that have numbers.
     pub number: u32,
@@ -270,6 +254,5 @@ pub struct Program {
     pub tools: Vec<Tool>,
     /// The main program; its end is written besides.
     pub main: Vec<Step>,
-    /// What it calls.
     pub subprograms: Vec<Subprogram>,
 }

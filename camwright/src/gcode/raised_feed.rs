@@ -21,7 +21,6 @@ const ROUNDING: f64 = 1e-6;
      would be there after {driven_s} s"
 )]
 pub struct RaisedFeed {
-    /// Which one.
     pub place: BlockPlace,
     /// The way that its rate is made of: that of the linear axes, or of C where none of them moves.
     pub way: f64,

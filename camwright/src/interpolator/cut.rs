@@ -34,7 +34,6 @@ impl<'a> Curves<'a> {
         Some(Self { cut, motion: plan.motion_of(cut)? })
     }
 
-    /// The motion.
     pub(crate) fn motion(&self) -> &CutMotion<'a> {
         &self.motion
     }
@@ -97,7 +96,6 @@ impl<'a> Curves<'a> {
 /// What X does besides the path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Offset {
-    /// Follows the infeed.
     Infeed,
     /// Leaves the part, or stands off it.
     Off {

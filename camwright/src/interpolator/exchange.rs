@@ -12,7 +12,6 @@ use thiserror::Error;
 pub enum Request {
     /// Hold on the path; in a cut, take the wheel off the part and keep C turning, as between cuts where it turns on.
     Hold,
-    /// Go on.
     Unhold,
     /// Come to rest, retract, and drop the motion.
     Cancel,
@@ -34,7 +33,6 @@ pub struct TickInputs<'a> {
 /// An input that took effect: what must be recorded, besides the motion, to compute the same setpoints again.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AppliedInput {
-    /// A request.
     Request(Request),
     /// An edge caught by the machine came into sight.
     Feedback(Latch),
@@ -58,36 +56,23 @@ pub enum OrderKind {
     /// The position `counts` of the axis is zero from the order's tick on: setpoints from that tick on, and latches of
     /// ticks from that tick on, are counted from there.
     SetHome {
-        /// Which axis.
         axis: Axis,
         /// The position that becomes zero (counts).
         counts: i64,
     },
     /// The machine tells in the order's tick, like an edge, if an input is closed.
-    Ask {
-        /// Which.
-        input: Input,
-    },
+    Ask { input: Input },
     /// The zero of the axis is not known from the order's tick on; the machine tells whether its home switch is closed.
-    LoseHome {
-        /// Which axis.
-        axis: Axis,
-    },
+    LoseHome { axis: Axis },
     /// Bring the wheel to its surface speed.
     #[default]
     WheelStart,
     /// Let the wheel come to rest.
     WheelStop,
     /// The wheel mounted must have this radius (nm).
-    ExpectWheel {
-        /// The radius.
-        radius_nm: i64,
-    },
+    ExpectWheel { radius_nm: i64 },
     /// Dress the wheel to this radius (nm).
-    Dress {
-        /// The radius.
-        radius_nm: i64,
-    },
+    Dress { radius_nm: i64 },
     /// The stopped wheel may press on the part.
     Push {
         /// The most (N); 0: not any more.
@@ -106,14 +91,12 @@ pub enum OrderKind {
 pub struct Order {
     /// First tick at which it is in force.
     pub tick: u64,
-    /// What.
     pub kind: OrderKind,
 }
 
 /// How a motion ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Outcome {
-    /// At its end.
     Completed,
     /// By a cancel; the axes rest, the wheel is retracted.
     Cancelled,
@@ -128,14 +111,12 @@ pub enum Outcome {
 pub enum Probed {
     /// The edge, as it read; and by how much the reading of the axis was corrected (counts), 0 where it was not to be.
     Found {
-        /// The edge.
         latch: Latch,
         /// What the edge reads from now on, less what it read.
         correction: i64,
     },
     /// The edge; it read so much else than it should (counts) that the zero was left as it is.
     TooFarOff {
-        /// The edge.
         latch: Latch,
         /// What the edge should read, less what it read.
         off: i64,
@@ -155,7 +136,6 @@ pub enum Event {
     LeftOut {
         /// Index of the lobe.
         lobe: usize,
-        /// Turns left out.
         turns: u32,
     },
     /// The interpolator raises an alarm.
@@ -178,9 +158,7 @@ pub const MAX_APPLIED: usize = 32;
 /// What one tick gives.
 #[derive(Debug, Clone, Copy)]
 pub struct StepOutput {
-    /// The tick.
     pub tick: u64,
-    /// Its setpoint.
     pub setpoint: Setpoint,
     /// Number of requests applied; the caller offers the others again with the next tick.
     pub requests_taken: usize,
@@ -188,7 +166,6 @@ pub struct StepOutput {
     pub applied: FixedList<AppliedInput, MAX_APPLIED>,
     /// Orders to send to the machine.
     pub orders: FixedList<Order, 4>,
-    /// What happened.
     pub events: FixedList<Event, 16>,
     /// What the interpolator is doing.
     pub status: Status,
@@ -218,7 +195,6 @@ pub enum StartError {
     /// A trajectory begins elsewhere.
     #[error("the trajectory begins at {wanted} counts of {}, the axis rests at {actual}", axis.joint())]
     StartsElsewhere {
-        /// Which axis.
         axis: Axis,
         /// Where the trajectory begins (counts).
         wanted: i64,

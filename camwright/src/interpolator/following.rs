@@ -111,7 +111,6 @@ impl Interpolator {
                 broken.map(|broken| Feedback::OutOfTolerance(tick, broken))
             }
             Some(ended) => {
-                #[allow(clippy::cast_precision_loss, reason = "ticks since the end of a trajectory")]
                 let late_s = (tick - ended) as f64 * cycle_s;
                 match violation(&tolerances.goal, &errors, Stretch::Goal, late_s) {
                     None => Some(Feedback::Settled(tick)),

@@ -109,7 +109,7 @@ impl Spin {
 
 /// Where in its law a cut is that C comes to turning (rad since the law's start, not above a tick's way; below 0: C has still to
 /// come there), and C where the cut begins (counts): the next place with the cut's phase.
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, reason = "travel in counts is below 2^53")]
+#[allow(clippy::cast_possible_truncation, reason = "travel in counts is below 2^53")]
 pub(crate) fn next_start(
     place: (i64, f64),
     start_counts: i64,

@@ -57,7 +57,6 @@ impl Line {
     fn along(&self, tick: u64) -> Along {
         if let Some((law, begin, length)) = &self.stop {
             let ticks = tick.saturating_sub(*begin);
-            #[allow(clippy::cast_precision_loss, reason = "ticks of a stop")]
             let sample = law.sample(if ticks >= *length { law.duration() } else { ticks as f64 * self.cycle_s });
             return Along { s: sample.value, first: sample.first, second: sample.second };
         }

@@ -18,7 +18,6 @@ const WITHOUT_END: f64 = 1e6;
 /// What is to be jogged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JogRequest {
-    /// The axis.
     pub axis: Axis,
     /// Speed (mm/s or rad/s); its sign is the direction where there is no distance.
     pub velocity: f64,
@@ -26,7 +25,6 @@ pub struct JogRequest {
     pub distance: Option<f64>,
 }
 
-/// A jog, checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jog {
     pub(super) target: AxisTarget,

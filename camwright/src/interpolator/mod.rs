@@ -212,7 +212,6 @@ impl Interpolator {
         self.homed[axis.index()]
     }
 
-    /// The last setpoint.
     #[must_use]
     pub fn setpoint(&self) -> &Setpoint {
         &self.setpoint
@@ -282,7 +281,6 @@ impl Interpolator {
         self.feedback.insert(index, feedback)
     }
 
-    /// Computes one tick.
     pub fn step(&mut self, inputs: &TickInputs<'_>) -> StepOutput {
         let mut out = StepOutput {
             tick: inputs.tick,

@@ -12,13 +12,11 @@ pub(crate) const ONE: i64 = 1 << 32;
 
 /// Ticks (not rounded) as path time.
 #[allow(clippy::cast_possible_truncation, reason = "motions are below 2^31 ticks, 24 days at 1 kHz")]
-#[allow(clippy::cast_precision_loss, reason = "2^32 is exact")]
 pub(crate) fn from_ticks(ticks: f64) -> i64 {
     libm::round(ticks * ONE as f64) as i64
 }
 
 /// Path time in ticks.
-#[allow(clippy::cast_precision_loss, reason = "exact for whole ticks; below 2^-21 ticks for any motion of an hour")]
 pub(crate) fn to_ticks(tau: i64) -> f64 {
     tau as f64 / ONE as f64
 }
@@ -57,7 +55,6 @@ struct Piece {
 }
 
 impl Piece {
-    #[allow(clippy::cast_precision_loss, reason = "ramps are short, rates at most 2^32")]
     #[allow(clippy::cast_possible_truncation, reason = "bounded by ticks · 2^32")]
     fn at(&self, tick: u64) -> PathTime {
         let n = tick.saturating_sub(self.anchor);

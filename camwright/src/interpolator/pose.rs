@@ -58,7 +58,6 @@ impl Pose {
 }
 
 /// A position (mm or rad) in counts, not rounded; whole turns are whole counts.
-#[allow(clippy::cast_precision_loss, reason = "scales are below 2^53")]
 pub(crate) fn in_counts(scale: Scale, position: f64) -> f64 {
     match scale {
         Scale::Linear { counts_per_mm } => position * counts_per_mm as f64,

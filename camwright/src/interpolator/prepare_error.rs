@@ -13,7 +13,6 @@ pub enum PrepareError {
     UnknownInput {
         /// Index of the segment.
         segment: usize,
-        /// The input named.
         input: String,
     },
     /// The limits of a move or of a search.
@@ -21,7 +20,6 @@ pub enum PrepareError {
     Move {
         /// Index of the segment.
         segment: usize,
-        /// What is wrong.
         error: PointToPointError,
     },
     /// A cut names splines that the plan has not got.
@@ -38,7 +36,6 @@ pub enum PrepareError {
     Plateau {
         /// Index of the segment.
         segment: usize,
-        /// Plateau given.
         plateau_s: (f64, f64),
         /// Time of a turn given.
         turn_s: f64,
@@ -74,13 +71,9 @@ pub enum PrepareError {
     NothingCaught {
         /// Index of the segment.
         segment: usize,
-        /// Which axis.
         axis: Axis,
     },
     /// An axis that must be homed has nothing to be homed on.
     #[error("{} has no reference to be homed on", axis.joint())]
-    NoReference {
-        /// Which axis.
-        axis: Axis,
-    },
+    NoReference { axis: Axis },
 }

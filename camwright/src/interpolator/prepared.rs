@@ -21,7 +21,6 @@ use alloc::vec::Vec;
 /// Something for the axes to do.
 #[derive(Debug, Clone)]
 pub enum Motion {
-    /// A whole plan.
     Plan(Arc<Plan>),
     /// A trajectory of a ROS client.
     Trajectory(Box<Trajectory>),
@@ -389,7 +388,6 @@ fn spare_limits(index: usize, curves: &Curves<'_>, machine: &MachineDescription)
     let mut peaks = [0.0_f64; 3];
     let mut range = (f64::INFINITY, f64::NEG_INFINITY);
     for tick in (0..=ticks).step_by(usize::try_from(stride).unwrap_or(1)) {
-        #[allow(clippy::cast_precision_loss, reason = "ticks of a cut")]
         let time_s = curves.motion().start_s() + tick as f64 * machine.cycle_time_s();
         let x = curves.x(time_s);
         for (peak, value) in peaks.iter_mut().zip([x.first, x.second, x.third]) {

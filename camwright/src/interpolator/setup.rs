@@ -24,7 +24,6 @@ pub const MOST_RUN_ON_MM: f64 = 0.05;
 /// Where one axis is to go.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MoveTo {
-    /// The axis.
     pub axis: Axis,
     /// To where, or by how much (mm or rad).
     pub position: f64,
@@ -43,50 +42,22 @@ pub enum SetupError {
     Twice(Axis),
     /// A figure is none.
     #[error("{what} of {} is not a number", axis.joint())]
-    NotFinite {
-        /// Which axis.
-        axis: Axis,
-        /// Which figure.
-        what: &'static str,
-    },
+    NotFinite { axis: Axis, what: &'static str },
     /// A position beyond a soft limit (mm).
     #[error("{what} of {} is {position_mm:.4} mm, the soft limit is {bound_mm} mm", axis.joint())]
-    SoftLimit {
-        /// Which axis.
-        axis: Axis,
-        /// What is there.
-        what: &'static str,
-        /// The position.
-        position_mm: f64,
-        /// The bound.
-        bound_mm: f64,
-    },
+    SoftLimit { axis: Axis, what: &'static str, position_mm: f64, bound_mm: f64 },
     /// A share of the speed that is none.
     #[error("the speed factor is {0}; it must be above 0 and at most 1")]
     SpeedFactor(f64),
     /// A speed that an axis has not got (mm/s or rad/s).
     #[error("{} cannot go at {}; it must be above 0 and at most {}", axis.joint(), speed_text(*axis, *speed), speed_text(*axis, *most))]
-    Speed {
-        /// Which axis.
-        axis: Axis,
-        /// Wanted.
-        speed: f64,
-        /// The most.
-        most: f64,
-    },
+    Speed { axis: Axis, speed: f64, most: f64 },
     /// A speed at which an axis is not moved whose zero is not known (mm/s or rad/s).
     #[error(
         "the zero of {} is not known: it goes at its search speed of {} at most, not at {}; home it first",
         axis.joint(), speed_text(*axis, *most), speed_text(*axis, *speed)
     )]
-    Lost {
-        /// Which axis.
-        axis: Axis,
-        /// Wanted.
-        speed: f64,
-        /// The most.
-        most: f64,
-    },
+    Lost { axis: Axis, speed: f64, most: f64 },
     /// The input is not caught by this axis.
     #[error("{input} catches the position of {}, not of {}", catches.joint(), axis.joint())]
     OtherAxis {
@@ -112,7 +83,6 @@ pub enum SetupError {
          allowed, which is {most_mm_s:.3} mm/s"
     )]
     RunsOn {
-        /// Wanted.
         speed_mm_s: f64,
         /// How far it would run on.
         run_on_mm: f64,
@@ -125,21 +95,14 @@ pub enum SetupError {
     /// A bound that is none.
     #[error("{what} is {value}; it must be {allowed}")]
     Bound {
-        /// Which.
         what: &'static str,
-        /// Its value.
         value: f64,
         /// What it must be.
         allowed: &'static str,
     },
     /// Limits that no move can keep.
     #[error("{} cannot be moved so: {error}", axis.joint())]
-    Move {
-        /// The axis.
-        axis: Axis,
-        /// Why.
-        error: crate::motion::point_to_point::PointToPointError,
-    },
+    Move { axis: Axis, error: crate::motion::point_to_point::PointToPointError },
 }
 
 fn speed_text(axis: Axis, speed: f64) -> String {
@@ -208,7 +171,6 @@ pub struct ProbeRequest {
     pub target: f64,
     /// Speed (mm/s or rad/s).
     pub speed: f64,
-    /// The input.
     pub input: Input,
     /// Its name, for people.
     pub input_name: String,
@@ -222,7 +184,6 @@ pub struct ProbeRequest {
     pub reads: Option<(f64, f64)>,
 }
 
-/// A probe, checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Probe {
     step: HomeStep,
@@ -317,7 +278,6 @@ impl Probe {
         self.axis
     }
 
-    /// The motion.
     pub(super) fn plan(&self, machine: &MachineDescription) -> Plan {
         let mut plan = Plan { job: String::from("probe"), ..Plan::default() };
         let turns = self.wheel == Some(0);

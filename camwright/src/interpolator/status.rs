@@ -13,10 +13,8 @@ use core::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum State {
-    /// Nothing to execute.
     #[default]
     Idle = 0,
-    /// Following a motion.
     Executing = 1,
     /// Coming to a hold.
     Holding = 2,
@@ -46,7 +44,6 @@ pub enum SearchStep {
 /// What the interpolator is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Status {
-    /// State.
     pub state: State,
     /// Index of the segment in execution.
     pub segment: usize,
@@ -92,7 +89,6 @@ pub enum InterpolatorAlarm {
     },
     /// A position beyond a soft limit.
     SoftLimit {
-        /// Which axis.
         axis: Axis,
         /// The position (counts).
         counts: i64,
@@ -100,13 +96,9 @@ pub enum InterpolatorAlarm {
         bound: i64,
     },
     /// A position of an axis whose zero is not known.
-    NotHomed {
-        /// Which axis.
-        axis: Axis,
-    },
+    NotHomed { axis: Axis },
     /// A cut begins where the axis is not.
     NotAtStart {
-        /// Which axis.
         axis: Axis,
         /// Where it should be (counts; C modulo a turn).
         wanted: i64,
@@ -114,10 +106,7 @@ pub enum InterpolatorAlarm {
         actual: i64,
     },
     /// A segment that preparation should have refused.
-    BadSegment {
-        /// Its index.
-        segment: usize,
-    },
+    BadSegment { segment: usize },
 }
 
 impl InterpolatorAlarm {
@@ -241,7 +230,6 @@ impl Interpolator {
             return status;
         }
         let done = self.ticks_done(motion);
-        #[allow(clippy::cast_precision_loss, reason = "ticks of a motion")]
         let all = motion.ticks as f64;
         status.percent = if all > 0.0 { (100.0 * done / all).clamp(0.0, 100.0) } else { 0.0 };
         status.time_left_s = (all - done).max(0.0) * self.machine.cycle_time_s();
@@ -291,7 +279,6 @@ impl Interpolator {
     }
 
     /// Of the predicted ticks.
-    #[allow(clippy::cast_precision_loss, reason = "ticks of a motion")]
     fn ticks_done(&self, motion: &Prepared) -> f64 {
         if let Mode::Trajectory(clock) = &self.mode {
             return to_ticks(clock.at(self.tick).tau);

@@ -9,18 +9,14 @@ use thiserror::Error;
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("joint {}: {quantity} tolerance {value} is negative; 0 takes the default, -1 means none", axis.joint())]
 pub struct IllegalTolerance {
-    /// Which joint.
     pub axis: Axis,
-    /// Of what.
     pub quantity: Quantity,
-    /// The value given.
     pub value: f64,
 }
 
 /// Tolerances of one axis; `None` means any error is allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Tolerance {
-    /// mm or rad.
     pub position: Option<f64>,
     /// mm/s or rad/s.
     pub velocity: Option<f64>,
@@ -56,7 +52,6 @@ impl Tolerance {
 /// Desired minus actual of one axis.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FollowingState {
-    /// mm or rad.
     pub position: f64,
     /// mm/s or rad/s.
     pub velocity: f64,
@@ -86,7 +81,6 @@ impl FollowingTolerances {
 /// Where a tolerance was broken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stretch {
-    /// Before the end.
     Path,
     /// After the end, when the time for it was over.
     Goal,
@@ -95,11 +89,8 @@ pub enum Stretch {
 /// Which joint broke which tolerance, by how much, and when.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToleranceViolation {
-    /// Which joint.
     pub axis: Axis,
-    /// Of what.
     pub quantity: Quantity,
-    /// Desired minus actual.
     pub error: f64,
     /// How much is allowed.
     pub allowed: f64,

@@ -29,7 +29,6 @@ pub struct TrajectoryPoint {
 /// What a limit or a tolerance is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
-    /// mm or rad.
     Position,
     /// mm/s or rad/s.
     Velocity,
@@ -72,28 +71,17 @@ impl fmt::Display for Quantity {
 pub enum TrajectoryError {
     /// No joints, or no points.
     #[error("a trajectory needs at least one joint and one point, not {joints} joints and {points} points")]
-    Empty {
-        /// Joints given.
-        joints: usize,
-        /// Points given.
-        points: usize,
-    },
+    Empty { joints: usize, points: usize },
     /// A joint is named twice.
     #[error("joint {} is named twice", axis.joint())]
-    JointTwice {
-        /// Which.
-        axis: Axis,
-    },
+    JointTwice { axis: Axis },
     /// A point has another number of values than there are joints.
     #[error("point {point}: {count} {quantity} values for {joints} joints")]
     Size {
         /// Index of the point.
         point: usize,
-        /// Of what.
         quantity: Quantity,
-        /// Values given.
         count: usize,
-        /// Joints given.
         joints: usize,
     },
     /// Some points give a quantity and others do not.
@@ -101,7 +89,6 @@ pub enum TrajectoryError {
     Mixed {
         /// First point that differs.
         point: usize,
-        /// Of what.
         quantity: Quantity,
     },
     /// A number is not finite, or a time is negative.
@@ -115,19 +102,12 @@ pub enum TrajectoryError {
     TimeNotIncreasing {
         /// Index of the point.
         point: usize,
-        /// Its time.
         time_s: f64,
-        /// The time before.
         previous_s: f64,
     },
     /// The trajectory does not end at rest.
     #[error("joint {}: the last point moves at {velocity} {}, it must be at rest", axis.joint(), Quantity::Velocity.unit(*axis))]
-    EndNotAtRest {
-        /// Which joint.
-        axis: Axis,
-        /// Its velocity.
-        velocity: f64,
-    },
+    EndNotAtRest { axis: Axis, velocity: f64 },
     /// A first point at time 0 that is farther from the axis than allowed.
     #[error(
         "joint {}: the point at time 0 is at {asked} {unit}, the setpoint of the axis at {actual} {unit}, allowed are {allowed} {unit} \
@@ -135,34 +115,26 @@ pub enum TrajectoryError {
         axis.joint(), unit = Quantity::Position.unit(*axis)
     )]
     StartsElsewhere {
-        /// Which joint.
         axis: Axis,
         /// Position of the point.
         asked: f64,
         /// Setpoint of the axis.
         actual: f64,
-        /// Largest difference.
         allowed: f64,
     },
     /// A joint that moves is not told where to go.
     #[error("joint {} still moves and the new trajectory does not name it", axis.joint())]
-    StillMoves {
-        /// Which joint.
-        axis: Axis,
-    },
+    StillMoves { axis: Axis },
     /// A limit of the machine would be exceeded.
     #[error(
         "joint {} at {time_s:.3} s: {quantity} {value:.4} {unit}, the machine allows {bound} {unit}",
         axis.joint(), unit = quantity.unit(*axis)
     )]
     Limit {
-        /// Which joint.
         axis: Axis,
-        /// Of what.
         quantity: Quantity,
         /// When it is largest (s from the start).
         time_s: f64,
-        /// How much.
         value: f64,
         /// How much is allowed.
         bound: f64,
@@ -172,7 +144,6 @@ pub enum TrajectoryError {
 /// Where a trajectory begins: position (mm or rad) and its derivatives by the time of the trajectory, one per axis.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Start {
-    /// mm or rad.
     pub position: [f64; AXIS_COUNT],
     /// mm/s or rad/s.
     pub velocity: [f64; AXIS_COUNT],
@@ -187,7 +158,6 @@ impl Start {
         Self { position, ..Self::default() }
     }
 
-    /// An axis moves.
     #[must_use]
     pub fn is_moving(&self, axis: Axis) -> bool {
         self.velocity[axis.index()] != 0.0 || self.acceleration[axis.index()] != 0.0
@@ -267,7 +237,6 @@ impl Trajectory {
         &self.tolerances
     }
 
-    /// Where it begins.
     #[must_use]
     pub fn start(&self) -> &Start {
         &self.start

@@ -16,7 +16,6 @@ pub enum Foreseen {
     At(Start),
     /// No trajectory is executed, or it is over or coming to its end by then.
     Over,
-    /// It is held.
     Held,
 }
 

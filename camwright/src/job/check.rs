@@ -285,7 +285,6 @@ impl JobSpec {
         positive(String::new, "identification.push_speed_mm_s", identification.push_speed_mm_s)?;
         let (key, value) = ("identification.push_speed_mm_s", identification.push_speed_mm_s);
         within(String::new, key, value, (1e-6, RAPID_SPEEDS_MM_S.1), "0.000001 to 100000")?;
-        #[allow(clippy::cast_precision_loss, reason = "a force")]
         positive(String::new, "identification.most_n", identification.most_n as f64)
     }
 

@@ -56,12 +56,10 @@ impl fmt::Display for DressReason {
     }
 }
 
-/// One dress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dress {
     /// Index of the lobe it comes before.
     pub before_lobe: usize,
-    /// Why.
     pub reason: DressReason,
     /// Radius the wheel had at the dress before (mm).
     pub old_radius_mm: f64,
@@ -86,29 +84,17 @@ impl Dress {
 pub enum DressError {
     /// There is nothing to dress with.
     #[error("machine {machine} has no dresser; a job with dressing needs one")]
-    NoDresser {
-        /// The machine.
-        machine: String,
-    },
-    /// Nothing says when.
+    NoDresser { machine: String },
     #[error("dressing says nothing about when: every_lobes, every_parts or predicted_error_um is needed")]
     NoReason,
     /// A setting is no number above 0.
     #[error("dressing.{key} is {value}; it must be above 0")]
-    OutOfRange {
-        /// Which.
-        key: &'static str,
-        /// Its value.
-        value: f64,
-    },
+    OutOfRange { key: &'static str, value: f64 },
     /// Wear cannot be predicted.
     #[error(
         "dressing.predicted_error_um needs wheel.grinding_ratio of machine {machine}, which says nothing about wear"
     )]
-    NoWear {
-        /// The machine.
-        machine: String,
-    },
+    NoWear { machine: String },
     /// One lobe wears a freshly dressed wheel too much.
     #[error(
         "lobe {lobe}: its {area_mm2:.2} mm2 of stock wear a dressed wheel of radius {radius_mm:.4} mm by {:.3} um at a \
@@ -116,7 +102,6 @@ pub enum DressError {
         um_from_mm(*.allowed_mm)
     )]
     WearsTooMuch {
-        /// The lobe.
         lobe: String,
         /// Stock removed per width.
         area_mm2: f64,
@@ -135,7 +120,6 @@ pub enum DressError {
          allowed {:.3} um", um_from_mm(*.depth_mm), um_from_mm(*.wear_mm), um_from_mm(*.allowed_mm)
     )]
     TooDeep {
-        /// The lobe.
         lobe: String,
         /// Depth and wear (mm).
         depth_mm: f64,
@@ -150,7 +134,6 @@ pub enum DressError {
          {least_mm:.4} mm: a new wheel must be mounted"
     )]
     WornOut {
-        /// The lobe.
         lobe: String,
         /// Radius after the dress (mm).
         radius_mm: f64,
@@ -351,7 +334,6 @@ pub struct KeptPath {
 /// A dress of a plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlannedDress {
-    /// The dress.
     pub dress: Dress,
     /// The form error that the path of the radius before it would leave; `None` if there is none for a profile.
     pub kept_path: Option<KeptPath>,

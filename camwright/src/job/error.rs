@@ -15,7 +15,6 @@ pub enum JobError {
     SparkOutByForce {
         /// Name of the pass.
         pass: String,
-        /// Why not.
         why: &'static str,
     },
     /// C cannot turn on and be turned to a lobe.
@@ -28,7 +27,6 @@ pub enum JobError {
         first: usize,
         /// Position of the second, from 1.
         second: usize,
-        /// Their name.
         name: String,
     },
     /// The wheel reaches a neighbouring lobe.
@@ -43,19 +41,15 @@ pub enum JobError {
         wheel_mm: f64,
         /// The lobe it would touch.
         other: String,
-        /// Its width.
         other_mm: f64,
         /// Distance between their stations.
         apart_mm: f64,
-        /// Smallest distance allowed.
         least_mm: f64,
     },
     /// Two lobes stand at one station.
     #[error("lobes {first} and {second} both stand at station {station}; a station holds one lobe")]
     SameStation {
-        /// The first lobe.
         first: String,
-        /// The second lobe.
         second: String,
         /// Switch of the station.
         station: String,
@@ -63,84 +57,43 @@ pub enum JobError {
     /// A station has no switch on this machine.
     #[error("lobe {lobe}: station {station} has no limit switch on machine {machine}, which has {known}")]
     UnknownStation {
-        /// The lobe.
         lobe: String,
         /// The switch asked for.
         station: String,
-        /// The machine.
         machine: String,
         /// The switches it has.
         known: String,
     },
     /// A profile index is too large.
     #[error("lobe {lobe}: profile {profile} does not exist; the job has {count} (counted from 0)")]
-    UnknownProfile {
-        /// The lobe.
-        lobe: String,
-        /// Index asked for.
-        profile: usize,
-        /// Number of profiles.
-        count: usize,
-    },
+    UnknownProfile { lobe: String, profile: usize, count: usize },
     /// The wheel does not cover the lobe.
     #[error("lobe {lobe}: width {width_mm} mm is more than the wheel's {wheel_mm} mm")]
-    WiderThanWheel {
-        /// The lobe.
-        lobe: String,
-        /// Its width.
-        width_mm: f64,
-        /// The wheel's width.
-        wheel_mm: f64,
-    },
+    WiderThanWheel { lobe: String, width_mm: f64, wheel_mm: f64 },
     /// A pass has no turn without infeed.
     #[error("pass {pass}: 0 spark-out turns; at least 1 is needed to remove the step that the infeed leaves")]
-    NoSparkOut {
-        /// The pass.
-        pass: String,
-    },
+    NoSparkOut { pass: String },
     /// Passes whose infeed is measured along different things do not join.
     #[error("pass {pass} measures its infeed along {other}, pass {first} along {one}; all passes need the same")]
     MixedDirections {
-        /// The first pass.
         first: String,
         /// What it measures along.
         one: &'static str,
-        /// The other pass.
         pass: String,
         /// What that measures along.
         other: &'static str,
     },
     /// No pass, or more than make sense.
     #[error("the job has {count} passes; it needs 1 to {most}")]
-    PassCount {
-        /// Number of passes.
-        count: usize,
-        /// Most allowed.
-        most: usize,
-    },
-    /// No blocks.
+    PassCount { count: usize, most: usize },
     #[error("{blocks} blocks per turn; at least {least} are needed")]
-    TooFewBlocks {
-        /// Blocks asked for.
-        blocks: u32,
-        /// Fewest allowed.
-        least: u32,
-    },
+    TooFewBlocks { blocks: u32, least: u32 },
     /// An obstacle that takes no room.
     #[error(
         "obstacle {name} reaches from {from_mm} to {to_mm} mm with a radius of {radius_mm} mm; it must begin before it ends \
          and have a radius above 0"
     )]
-    NoBody {
-        /// Its name.
-        name: String,
-        /// Its beginning.
-        from_mm: f64,
-        /// Its end.
-        to_mm: f64,
-        /// Its radius.
-        radius_mm: f64,
-    },
+    NoBody { name: String, from_mm: f64, to_mm: f64, radius_mm: f64 },
     /// A bend that is nowhere.
     #[error(
         "the raw part is bent between {from_mm} and {to_mm} mm; it must be bent from a smaller to a larger position"
@@ -153,30 +106,15 @@ pub enum JobError {
     },
     /// The machine cannot correct runout.
     #[error("the runout of journals cannot be corrected on machine {machine}: it has no {what}")]
-    CannotCorrect {
-        /// The machine.
-        machine: String,
-        /// What it lacks.
-        what: &'static str,
-    },
+    CannotCorrect { machine: String, what: &'static str },
     /// The gauge stands where it cannot tell a depth of cut.
     #[error("the runout of journals cannot be corrected on machine {machine}: {source}")]
-    GaugeSeesNoCut {
-        /// The machine.
-        machine: String,
-        /// Why.
-        source: crate::gauging::gauge::GaugeError,
-    },
+    GaugeSeesNoCut { machine: String, source: crate::gauging::gauge::GaugeError },
     /// The published method takes the difference of two diameters for a depth of cut.
     #[error(
         "runout_correction.mode is published, which needs one gauge that reads a diameter; machine {machine} has {gauge}: set          runout_correction.mode to exact"
     )]
-    PublishedGauge {
-        /// The machine.
-        machine: String,
-        /// What it has.
-        gauge: &'static str,
-    },
+    PublishedGauge { machine: String, gauge: &'static str },
     /// What is measured is for the correction.
     #[error("the stiffness is measured for the correction of runout, and the job has none")]
     IdentifiesForNothing,
@@ -204,31 +142,19 @@ pub enum JobError {
     },
     /// What was kept is of another job.
     #[error("runout_correction has a contact of lobe {lobe}, which the job has not")]
-    KeptElsewhere {
-        /// The lobe.
-        lobe: String,
-    },
+    KeptElsewhere { lobe: String },
     /// The job insists on what is not there.
     #[error(
         "the runout of lobe {lobe} is to be corrected by the stiffness that is kept for the machine (runout_correction.stiffness: kept), and \
          nothing is kept for where it stands: measure it (identification), or take what is known (stiffness: best)"
     )]
-    NothingKept {
-        /// The lobe.
-        lobe: String,
-    },
+    NothingKept { lobe: String },
     /// The stock cannot be measured.
     #[error("the stock cannot be measured before it is ground (measure_stock): {why}")]
-    MeasuresNoStock {
-        /// Why.
-        why: &'static str,
-    },
+    MeasuresNoStock { why: &'static str },
     /// A gauge tells the stock of what is round.
     #[error("lobe {lobe} is not round; the stock is measured (measure_stock) only where all lobes are journals")]
-    StockNotRound {
-        /// The lobe.
-        lobe: String,
-    },
+    StockNotRound { lobe: String },
     /// The job itself knows of more than its margin.
     #[error(
         "measure_stock.margin_um is {:.1}, and the raw part may be off by {:.1} um in ways that two opposed contacts do not see \
@@ -243,10 +169,7 @@ pub enum JobError {
     },
     /// What is not round has no runout.
     #[error("lobe {lobe} is not round; the runout of a job is corrected only where all of it are journals")]
-    NotRound {
-        /// The lobe.
-        lobe: String,
-    },
+    NotRound { lobe: String },
     /// Between measuring and correcting C stops.
     #[error(
         "c_axis cannot turn on between the journals of a job whose runout is corrected: every one is measured to its end"
@@ -260,10 +183,7 @@ pub enum JobError {
     LearnsAndCorrects,
     /// What was learned is of another job.
     #[error("form_compensation has learned of lobe {lobe}, which the job has not")]
-    LearnedElsewhere {
-        /// The lobe.
-        lobe: String,
-    },
+    LearnedElsewhere { lobe: String },
     /// What was learned is more than the job allows now.
     #[error(
         "lobe {lobe}: the learned correction goes to {:.3} um and {:.3} um/deg; form_compensation allows {:.3} um and {:.3} um/deg: \
@@ -271,7 +191,6 @@ pub enum JobError {
         1e3 * .size_mm, um_per_deg(*.slope_mm_rad), 1e3 * .most_mm, um_per_deg(*.most_slope_mm_rad)
     )]
     LearnedTooMuch {
-        /// The lobe.
         lobe: String,
         /// Its largest correction (mm).
         size_mm: f64,
@@ -289,9 +208,7 @@ pub enum JobError {
         place: String,
         /// Name of the setting, with its unit.
         key: &'static str,
-        /// Its value.
         value: f64,
-        /// What is allowed.
         wanted: &'static str,
     },
 }

@@ -25,7 +25,6 @@ pub use crate::job::error::JobError;
 /// One profile: the shape that one or more lobes of the part have.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProfileSpec {
-    /// Name, for people.
     pub name: String,
     /// Lift law: follower displacement above the base circle over the cam angle.
     pub lift: LiftLaw,
@@ -63,14 +62,12 @@ pub enum StiffnessSource {
 pub struct KnownContact {
     /// Name of the journal.
     pub lobe: String,
-    /// Its contact.
     pub law: ContactLaw,
 }
 
 /// How the runout of journals is corrected.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CorrectionSpec {
-    /// By which law.
     pub mode: Mode,
     /// Harmonics of the part that are told apart in what the gauge read.
     pub harmonics: u32,
@@ -164,7 +161,6 @@ pub enum SpeedLaw {
     },
     /// One largest temperature in the contact, by comparison with a cut that is known to be good.
     ConstantTemperature {
-        /// The known cut.
         reference: ReferenceCut,
         /// Largest headstock speed (rad/s).
         most_rad_s: f64,
@@ -262,7 +258,6 @@ pub enum InfeedDirection {
 }
 
 impl InfeedDirection {
-    /// For people.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -298,7 +293,6 @@ pub enum BetweenLobes {
 /// One pass over a lobe: turns with infeed, then turns without.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PassSpec {
-    /// Name, for people.
     pub name: String,
     /// RT, total infeed (mm).
     pub total_infeed_mm: f64,
@@ -328,7 +322,6 @@ pub struct HomePosition {
 /// A job: one part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JobSpec {
-    /// Name.
     pub name: String,
     /// Profiles, used by the lobes by index.
     pub profiles: Vec<ProfileSpec>,
@@ -384,7 +377,6 @@ pub struct JobSpec {
 /// A body of revolution on the part that is not ground.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObstacleSpec {
-    /// Name, for people.
     pub name: String,
     /// Where it is and how large: in the positions of the stations.
     pub extent: Extent,

@@ -51,11 +51,8 @@ pub enum InfeedError {
         significant(*.total_mm), significant(*.per_block_mm)
     )]
     NotWholeTurns {
-        /// RT.
         total_mm: f64,
-        /// ΔR.
         per_block_mm: f64,
-        /// N.
         blocks: u32,
         /// RT / (N·ΔR).
         turns: f64,
@@ -67,21 +64,15 @@ pub enum InfeedError {
         "total infeed {total_mm} mm at {per_block_mm} mm per block takes {turns:.0} turns; at most {most} are allowed"
     )]
     TooManyTurns {
-        /// RT.
         total_mm: f64,
-        /// ΔR.
         per_block_mm: f64,
         /// Turns it would take.
         turns: f64,
-        /// Most allowed.
         most: u32,
     },
     /// RT is less than one count of X.
     #[error("total infeed {total_mm} mm is less than one count of x_axis")]
-    BelowOneCount {
-        /// RT.
-        total_mm: f64,
-    },
+    BelowOneCount { total_mm: f64 },
 }
 
 /// The nearest settings that fit whole turns; no value where there would be no turn at all.
@@ -156,7 +147,7 @@ impl InfeedSchedule {
             };
             return Err(InfeedError::NotWholeTurns { total_mm, per_block_mm, blocks, turns, nearest });
         }
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and MOST_TURNS")]
+        #[allow(clippy::cast_possible_truncation, reason = "between 1 and MOST_TURNS")]
         let turns = whole as u32;
         Ok(Self {
             total_counts,
@@ -336,7 +327,6 @@ impl InfeedLaw {
         &self.schedule
     }
 
-    /// The law.
     #[must_use]
     pub const fn law(&self) -> &HermiteSpline {
         &self.law

@@ -14,9 +14,7 @@ use thiserror::Error;
 /// What of a mill makes cams.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CutsWith {
-    /// Its periphery.
     Periphery,
-    /// Its flat end.
     Face,
 }
 
@@ -30,7 +28,6 @@ pub enum MillAxis {
 }
 
 impl MillAxis {
-    /// For people.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -51,7 +48,6 @@ impl CutsWith {
     }
 }
 
-/// The mill.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MillingTool {
     /// Its number in the control.
@@ -69,9 +65,7 @@ pub struct MillingTool {
 /// A cam on the part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MilledCam {
-    /// Name.
     pub name: String,
-    /// Its outline.
     pub contour: Contour,
     /// Phase α: from the key-way to cam angle 0 (rad).
     pub phase_rad: f64,
@@ -87,14 +81,12 @@ pub struct MilledCam {
 pub enum GrooveKind {
     /// In the face of a plate.
     Plate {
-        /// Its walls.
         groove: PlateGroove,
         /// z of that face, from which it goes down along −Z (mm).
         top_mm: f64,
         /// Depth (mm).
         depth_mm: f64,
     },
-    /// Round a cylinder.
     Barrel {
         /// Its walls, surface and floor.
         groove: BarrelGroove,
@@ -108,9 +100,7 @@ pub enum GrooveKind {
 /// A groove on the part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MilledGroove {
-    /// Name.
     pub name: String,
-    /// Where it is.
     pub kind: GrooveKind,
     /// Phase α: from the key-way to cam angle 0 (rad).
     pub phase_rad: f64,
@@ -121,7 +111,6 @@ pub struct MilledGroove {
 /// A time round everything.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MillingPass {
-    /// Name.
     pub name: String,
     /// What it leaves on contours and walls, along their normals (mm).
     pub leaves_mm: f64,
@@ -136,9 +125,7 @@ pub struct MillingPass {
 /// A part to be milled.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MillingJob {
-    /// Name.
     pub name: String,
-    /// The mill.
     pub tool: MillingTool,
     /// Cams, in the order in which they are made.
     pub cams: Vec<MilledCam>,
@@ -155,10 +142,8 @@ pub struct MillingJob {
 /// Why a mill cannot make a cam or a groove.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum MillingError {
-    /// By the periphery.
     #[error(transparent)]
     Periphery(#[from] ToolPathError),
-    /// By the face.
     #[error(transparent)]
     Face(#[from] FaceError),
     /// A face that is too narrow where it touches far from its middle.
@@ -171,7 +156,6 @@ pub enum MillingError {
         /// Width of the cam (mm).
         width_mm: f64,
     },
-    /// A groove.
     #[error(transparent)]
     Groove(#[from] GrooveError),
 }
@@ -273,5 +257,4 @@ impl MilledGroove {
     }
 }
 
-/// Most steps down.
 pub const MOST_STEPS: u32 = 1000;

@@ -42,7 +42,6 @@ pub struct Bend {
 pub struct RawPart {
     /// Its centre off the axis, all along.
     pub eccentric: Wave,
-    /// Its bend.
     pub bend: Option<Bend>,
     /// Waves of 2 crests and more.
     pub lobes: Vec<(u32, Wave)>,

@@ -18,7 +18,6 @@ pub enum TurningSpeed {
 /// A part to be turned that is not round.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TurningJob {
-    /// Its name.
     pub name: String,
     /// What it is to be: z along the part (mm), the tool coming from where it begins.
     pub surface: Surface,

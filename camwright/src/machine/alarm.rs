@@ -124,7 +124,6 @@ pub enum AlarmKind {
 pub struct AlarmEntry {
     /// Number; for alarms of an axis the last digit is 1 for C, 2 for X, 3 for Z.
     pub number: u16,
-    /// Short name.
     pub name: &'static str,
     /// What it does to the motion.
     pub severity: Severity,
@@ -410,7 +409,6 @@ pub const NO_TICK: f64 = -1.0;
 /// An alarm that was raised. Its text is made by [`fmt::Display`], outside the cyclic path.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Alarm {
-    /// What happened.
     pub kind: AlarmKind,
     /// Tick at which it was raised.
     pub tick: u64,

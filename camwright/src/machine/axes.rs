@@ -49,12 +49,10 @@ pub const AXIS_COUNT: usize = 3;
 /// How an axis counts: encoder counts per mm (linear) or per turn (rotary).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scale {
-    /// Counts per millimetre.
     Linear {
         /// Counts per millimetre, at least 1.
         counts_per_mm: i64,
     },
-    /// Counts per turn.
     Rotary {
         /// Counts per turn, at least 1.
         counts_per_turn: i64,
@@ -65,7 +63,6 @@ impl Scale {
     /// Counts per mm or per rad.
     #[must_use]
     pub fn counts_per_unit(self) -> f64 {
-        #[allow(clippy::cast_precision_loss, reason = "scales are below 2^53")]
         match self {
             Scale::Linear { counts_per_mm } => counts_per_mm as f64,
             Scale::Rotary { counts_per_turn } => counts_per_turn as f64 / TURN_RAD,

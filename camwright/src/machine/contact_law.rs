@@ -30,7 +30,6 @@ pub enum ContactLawError {
     /// A stiffness must be a number above 0.
     #[error("{what} must be positive and finite, not {value_n_mm} N/mm")]
     Stiffness {
-        /// Which.
         what: &'static str,
         /// Its value (N/mm).
         value_n_mm: f64,

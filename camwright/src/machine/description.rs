@@ -23,11 +23,8 @@ pub use crate::machine::without_effect::Effect;
 /// One axis of a machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AxisDescription {
-    /// Which axis.
     pub axis: Axis,
-    /// Counts.
     pub scale: Scale,
-    /// Limits of motion.
     pub limits: MotionLimits,
     /// Soft limits: smallest and largest setpoint (mm or rad); `None` for an axis that turns without end.
     pub soft_limits: Option<(f64, f64)>,
@@ -43,7 +40,6 @@ pub struct AxisDescription {
     pub homing: Option<Homing>,
     /// Speed of a reference search (mm/s or rad/s).
     pub search_velocity: f64,
-    /// Drive settings.
     pub drive: DriveSettings,
     /// The same axis with what is called a good drive, to compare with; `None`: nobody says.
     pub good_drive: Option<DriveSettings>,
@@ -63,10 +59,8 @@ pub struct Station {
     pub position_mm: f64,
 }
 
-/// A whole machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MachineDescription {
-    /// Name.
     pub name: String,
     /// SHA-256 of the canonical machine file, 64 hexadecimal digits.
     pub hash: String,
@@ -338,119 +332,49 @@ pub(crate) fn nearest_count(counts: f64) -> i64 {
 pub enum DescriptionError {
     /// A homing that is none, or that does not fit its axis.
     #[error("homing of {joint}: {what}")]
-    Homing {
-        /// The axis.
-        joint: &'static str,
-        /// What is wrong.
-        what: &'static str,
-    },
+    Homing { joint: &'static str, what: &'static str },
     /// A figure must be positive.
     #[error("{what} must be positive and finite, not {value}")]
-    NotPositive {
-        /// Which.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-    },
+    NotPositive { what: &'static str, value: f64 },
     /// A figure must not be negative.
     #[error("{what} must be finite and not negative, not {value}")]
-    Negative {
-        /// Which.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-    },
+    Negative { what: &'static str, value: f64 },
     /// A figure must be a number.
     #[error("{what} must be finite, not {value}")]
-    NotFinite {
-        /// Which.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-    },
+    NotFinite { what: &'static str, value: f64 },
     /// A figure lies outside of its range.
     #[error("{what} is {value}; allowed is {low} to {high}")]
-    Outside {
-        /// Which.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// The least.
-        low: f64,
-        /// The most.
-        high: f64,
-    },
+    Outside { what: &'static str, value: f64, low: f64, high: f64 },
     /// A lathe has something that only a grinder is simulated with.
     #[error("a lathe, which turns with an insert, cannot have {what}")]
-    OnlyOfAGrinder {
-        /// What it has.
-        what: &'static str,
-    },
+    OnlyOfAGrinder { what: &'static str },
     /// A grinder has no insert.
     #[error("the machine grinds with a wheel; only a lathe has an insert")]
     NotALathe,
     /// A figure of an axis must be positive, or at least finite.
     #[error("{joint}: {what} must be positive and finite, not {value}")]
-    AxisNotPositive {
-        /// The axis.
-        joint: &'static str,
-        /// Which.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-    },
+    AxisNotPositive { joint: &'static str, what: &'static str, value: f64 },
     /// A figure of an axis must not be negative.
     #[error("{joint}: {what} must be finite and not negative, not {value}")]
-    AxisNegative {
-        /// The axis.
-        joint: &'static str,
-        /// Which.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-    },
+    AxisNegative { joint: &'static str, what: &'static str, value: f64 },
     /// A figure of an axis is above what it may be.
     #[error("{joint}: {what} is {value}; at most {allowed} is allowed")]
-    AxisAbove {
-        /// The axis.
-        joint: &'static str,
-        /// Which.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// The most.
-        allowed: f64,
-    },
+    AxisAbove { joint: &'static str, what: &'static str, value: f64, allowed: f64 },
     /// An ideal loop has no motor that anything could act on.
     #[error("{joint}: friction, backlash, structure, encoder and force limit need a bandwidth of the velocity loop")]
-    NoVelocityLoop {
-        /// The axis.
-        joint: &'static str,
-    },
+    NoVelocityLoop { joint: &'static str },
     /// Friction would hold an axis off its setpoint for ever.
     #[error("{joint}: a drive with Coulomb friction needs an integral time of its velocity loop")]
-    NoIntegral {
-        /// The axis.
-        joint: &'static str,
-    },
+    NoIntegral { joint: &'static str },
     /// A figure is above what another one allows.
     #[error("{what} is {value}; at most {allowed} is allowed")]
-    AboveLimit {
-        /// Which.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// The other.
-        allowed: f64,
-    },
+    AboveLimit { what: &'static str, value: f64, allowed: f64 },
     /// Two figures must increase.
     #[error("{what}: {low} must be less than {high}")]
     NotOrdered {
-        /// Which.
         what: &'static str,
         /// The one that must be smaller.
         low: f64,
-        /// The other.
         high: f64,
     },
     /// Axes are in another order than [`Axis::ALL`].
@@ -458,27 +382,15 @@ pub enum DescriptionError {
     AxisOrder {
         /// Joint expected at this place.
         expected: &'static str,
-        /// Joint found.
         found: &'static str,
     },
     /// The headstock counts per turn, slides per millimetre, at least 1.
     #[error("{joint}: {counts} counts of this kind do not fit; c_axis counts per turn, slides per mm, at least 1")]
-    AxisScale {
-        /// The axis.
-        joint: &'static str,
-        /// Counts per unit.
-        counts: i64,
-    },
+    AxisScale { joint: &'static str, counts: i64 },
     /// More stations than inputs.
     #[error("{count} stations, at most {MAX_STATIONS}")]
-    TooManyStations {
-        /// How many.
-        count: usize,
-    },
+    TooManyStations { count: usize },
     /// The sense of rotation is +1 or −1.
     #[error("rotation sense {sense}, allowed +1 and -1")]
-    RotationSense {
-        /// What was given.
-        sense: i8,
-    },
+    RotationSense { sense: i8 },
 }

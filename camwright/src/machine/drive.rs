@@ -53,7 +53,6 @@ pub struct DriveSettings {
 pub struct Structure {
     /// Frequency with the slide held (rad/s).
     pub frequency_rad_s: f64,
-    /// Damping ratio.
     pub damping: f64,
     /// Share of the moving mass that swings, from 0 to below 1.
     pub mass_share: f64,

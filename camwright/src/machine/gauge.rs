@@ -14,7 +14,6 @@ pub enum GaugeKind {
 /// A gauge, or two of a kind at different angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaugeDescription {
-    /// What it measures.
     pub kind: GaugeKind,
     /// γ of its contact, or of its first one (rad), in 0..2π.
     pub behind_wheel_rad: f64,

@@ -6,7 +6,6 @@ use crate::machine::wheel_state::WheelNow;
 /// Parts since some moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Tally {
-    /// Finished.
     pub total: u64,
     /// Of those that were judged, within every tolerance.
     pub good: u64,
@@ -82,7 +81,6 @@ impl LastingState {
         self.shift.judge(is_good);
     }
 
-    /// The wheel.
     #[must_use]
     pub const fn wheel(&self) -> WheelNow {
         WheelNow {

@@ -75,7 +75,6 @@ impl Input {
 pub struct Latch {
     /// Tick within which the edge was seen.
     pub tick: u64,
-    /// Which input.
     pub input: Input,
     /// The input closed; false: it opened.
     pub rising: bool,
@@ -90,7 +89,6 @@ crate::kept!(Latch { tick, input, rising, axis, counts } on {});
 /// What the encoders read at a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Measured {
-    /// The tick.
     pub tick: u64,
     /// Positions (counts).
     pub counts: [i64; AXIS_COUNT],

@@ -75,6 +75,5 @@ pub struct WheelTooFast {
     pub surface_speed_m_s: f64,
     /// Speed of its spindle.
     pub speed_rpm: f64,
-    /// Most allowed.
     pub most_rpm: f64,
 }

@@ -12,7 +12,6 @@ pub fn nm_from_mm(mm: f64) -> i64 {
 
 /// A radius of whole nanometres (mm).
 #[must_use]
-#[allow(clippy::cast_precision_loss, reason = "wheels are metres at most")]
 pub fn mm_from_nm(nm: i64) -> f64 {
     nm as f64 / NM_PER_MM
 }

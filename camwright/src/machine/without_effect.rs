@@ -11,7 +11,6 @@ pub enum Effect {
     Deflection,
     /// The wheel loses what it is worn by.
     Wear,
-    /// The wheelhead grows.
     Thermal,
     /// The wheel is thrown about.
     Unbalance,
@@ -20,11 +19,9 @@ pub enum Effect {
 }
 
 impl Effect {
-    /// All of them.
     pub const ALL: [Effect; 6] =
         [Effect::Servo, Effect::Deflection, Effect::Wear, Effect::Thermal, Effect::Unbalance, Effect::Quantisation];
 
-    /// For people.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

@@ -15,12 +15,7 @@ use thiserror::Error;
 pub enum BandError {
     /// Too few unknowns: the band would overlap itself.
     #[error("{unknowns} unknowns, but a cyclic band of this width needs at least {least}")]
-    TooFewUnknowns {
-        /// Number of unknowns.
-        unknowns: usize,
-        /// Smallest number.
-        least: usize,
-    },
+    TooFewUnknowns { unknowns: usize, least: usize },
     /// Not positive definite, in the arithmetic at hand.
     #[error("the matrix is not positive definite at row {row}")]
     NotPositive {
@@ -130,7 +125,6 @@ pub struct CyclicCholesky<const W: usize> {
 }
 
 impl<const W: usize> CyclicCholesky<W> {
-    /// Number of unknowns.
     #[must_use]
     pub fn unknowns(&self) -> usize {
         self.lower.len() + W - 1

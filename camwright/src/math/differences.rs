@@ -5,7 +5,6 @@ use super::twofold::Twofold;
 /// A largest magnitude and where it was met.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Extreme {
-    /// Largest magnitude.
     pub value: f64,
     /// Abscissa at which it was met.
     pub at: f64,
@@ -27,18 +26,13 @@ impl Extreme {
 /// rounding of `f`: 8 ε |f| / step³ in the third.
 pub fn largest_derivatives(f: impl Fn(f64) -> f64, from: f64, to: f64, step: f64) -> [Extreme; 3] {
     let mut found = [Extreme::default(); 3];
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "counts of steps are small and positive"
-    )]
+    #[allow(clippy::cast_possible_truncation, reason = "counts of steps are small and positive")]
     let count = libm::ceil((to - from) / step).max(0.0) as u64;
     let (mut a, mut b, mut c) = (f(from), f(from + step), f(from + 2.0 * step));
     found[0].take((b - a) / step, from);
     found[0].take((c - b) / step, from);
     found[1].take((c - 2.0 * b + a) / (step * step), from + step);
     for k in 3..=count.max(3) {
-        #[allow(clippy::cast_precision_loss, reason = "counts of steps are far below 2^53")]
         let at = from + k as f64 * step;
         let d = f(at);
         found[0].take((d - c) / step, at - 0.5 * step);
@@ -58,14 +52,9 @@ pub fn largest_exact_derivatives(
     step: f64,
 ) -> [Extreme; 3] {
     let mut found = [Extreme::default(); 3];
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "counts of steps are small and positive"
-    )]
+    #[allow(clippy::cast_possible_truncation, reason = "counts of steps are small and positive")]
     let count = libm::ceil(to.minus(from) / step).max(0.0) as u64;
     // Steps of the same length to the last digit.
-    #[allow(clippy::cast_precision_loss, reason = "counts of steps are far below 2^53")]
     let place = |k: u64| from.plus(Twofold::product(k as f64, step));
     let mut before = f(from);
     let (mut last1, mut last2) = (0.0, 0.0);

@@ -25,7 +25,6 @@ const BESIDE_RAD: f64 = 1e-9;
 /// `count` must be at least 3 for a grid to exist; fewer are taken as 3.
 pub fn smallest_over_turn(count: usize, breaks: &[f64], function: impl Fn(f64) -> f64) -> Extremum {
     let count = count.max(3);
-    #[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
     let at = |i: usize| i as f64 * TURN_RAD / count as f64;
     let values: Vec<f64> = (0..count).map(|i| function(at(i))).collect();
     let mut best = Extremum { angle_rad: 0.0, value: values[0] };

@@ -11,24 +11,17 @@ use thiserror::Error;
 pub struct Knot {
     /// Abscissa (s or rad).
     pub at: f64,
-    /// Value.
     pub value: f64,
-    /// First derivative.
     pub first: f64,
-    /// Second derivative.
     pub second: f64,
 }
 
 /// Value and derivatives of a spline at one abscissa.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sample {
-    /// Value.
     pub value: f64,
-    /// First derivative.
     pub first: f64,
-    /// Second derivative.
     pub second: f64,
-    /// Third derivative.
     pub third: f64,
 }
 
@@ -48,9 +41,7 @@ pub enum HermiteError {
     NotIncreasing {
         /// Index of the knot.
         index: usize,
-        /// Its abscissa.
         at: f64,
-        /// The one before.
         previous: f64,
     },
     /// A number is not finite.
@@ -87,19 +78,16 @@ impl HermiteSpline {
         Ok(Self { knots })
     }
 
-    /// Its knots.
     #[must_use]
     pub fn knots(&self) -> &[Knot] {
         &self.knots
     }
 
-    /// First abscissa.
     #[must_use]
     pub fn start(&self) -> f64 {
         self.knots[0].at
     }
 
-    /// Last abscissa.
     #[must_use]
     pub fn end(&self) -> f64 {
         self.knots[self.knots.len() - 1].at

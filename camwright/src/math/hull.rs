@@ -11,12 +11,9 @@ const ROUNDING: f64 = 1e-14;
 /// Largest number of halvings: 2⁻⁴⁰ of an interval.
 const MAX_HALVINGS: u32 = 40;
 
-/// A lowest place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lowest {
-    /// Abscissa.
     pub at: f64,
-    /// Value.
     pub value: f64,
 }
 
@@ -67,7 +64,6 @@ fn below(curve: [f64; 6], (from, to): (f64, f64), rounding: f64, halvings: u32, 
     below(right, (middle, to), rounding, halvings - 1, best)
 }
 
-/// De Casteljau's halves.
 fn halves(curve: [f64; 6]) -> ([f64; 6], [f64; 6]) {
     let (mut row, mut left, mut right) = (curve, [0.0; 6], [0.0; 6]);
     for level in 0..6 {

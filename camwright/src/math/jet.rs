@@ -14,17 +14,14 @@ pub(crate) struct Jet {
 }
 
 impl Jet {
-    /// The same everywhere.
     pub(crate) fn constant(value: f64) -> Self {
         Self { value, ..Self::default() }
     }
 
-    /// The azimuth itself.
     pub(crate) fn azimuth(value: f64) -> Self {
         Self { value, a: 1.0, ..Self::default() }
     }
 
-    /// z itself.
     pub(crate) fn along(value: f64) -> Self {
         Self { value, z: 1.0, ..Self::default() }
     }

@@ -22,7 +22,6 @@ impl Noise {
     }
 
     /// Above 0 and up to 1.
-    #[allow(clippy::cast_precision_loss, reason = "53 bits")]
     pub(crate) fn uniform(&mut self) -> f64 {
         ((self.bits() >> 11) + 1) as f64 / (1_u64 << 53) as f64
     }

@@ -14,7 +14,6 @@ pub struct PeriodicCubic {
 }
 
 impl PeriodicCubic {
-    /// Fewest values.
     pub const MIN_VALUES: usize = 3;
 
     /// The spline through values; `None` for fewer than [`Self::MIN_VALUES`] or one that is not finite.
@@ -24,7 +23,6 @@ impl PeriodicCubic {
         if n < Self::MIN_VALUES || values.iter().any(|value| !value.is_finite()) {
             return None;
         }
-        #[allow(clippy::cast_precision_loss, reason = "tables are far below 2^53 points")]
         let step = TURN_RAD / n as f64;
         let mut seconds: Vec<f64> = (0..n)
             .map(|i| ((values[(i + 1) % n] - values[i]) - (values[i] - values[(i + n - 1) % n])) / (step * step))
@@ -33,7 +31,6 @@ impl PeriodicCubic {
         Some(Self { values, seconds })
     }
 
-    /// Number of values.
     #[must_use]
     pub fn knots(&self) -> usize {
         self.values.len()
@@ -43,7 +40,6 @@ impl PeriodicCubic {
     #[must_use]
     pub fn sample(&self, angle_rad: f64) -> Sample {
         let n = self.values.len();
-        #[allow(clippy::cast_precision_loss, reason = "tables are far below 2^53 points")]
         let step = TURN_RAD / n as f64;
         let x = angle_rad / step;
         let floor = libm::floor(x);

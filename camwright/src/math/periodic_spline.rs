@@ -19,10 +19,7 @@ pub enum PeriodicSplineError {
     },
     /// A coefficient is not finite.
     #[error("coefficient {index} is not a finite number")]
-    NotFinite {
-        /// Its index.
-        index: usize,
-    },
+    NotFinite { index: usize },
 }
 
 /// A uniform periodic quintic B-spline over one turn: f(φ) = Σ cᵢ B₅(φ/h − i), h = 2π/n, with B₅ the centred quintic
@@ -102,10 +99,9 @@ impl PeriodicSpline {
     pub fn sample(&self, angle_rad: f64) -> Sample {
         let x = angle_rad * self.per_rad();
         // Within the turn, as nearly always: the same numbers without rounding and division.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index within the turn")]
+        #[allow(clippy::cast_possible_truncation, reason = "an index within the turn")]
         let inside = if x >= 0.0 { x as usize } else { usize::MAX };
         if inside < self.coefficients.len() {
-            #[allow(clippy::cast_precision_loss, reason = "coefficient counts are far below 2^53")]
             let floor = inside as f64;
             return self.combine(inside, &Weights::at(x - floor));
         }
@@ -119,7 +115,6 @@ impl PeriodicSpline {
     /// [`TURN_RAD`].
     #[must_use]
     pub fn exact_value(&self, angle_rad: Twofold) -> Twofold {
-        #[allow(clippy::cast_precision_loss, reason = "coefficient counts are far below 2^53")]
         let per_rad = Twofold::quotient(self.coefficients.len() as f64, TURN_RAD);
         let (floor, u) = angle_rad.times(per_rad).floor();
         #[allow(clippy::cast_possible_truncation, reason = "angles are far inside i64 knots")]
@@ -179,9 +174,7 @@ impl PeriodicSpline {
         (d4[0].abs().max(d4[1].abs()) * fourth, (d4[1] - d4[0]).abs() * fourth * per_rad)
     }
 
-    /// Knots per rad.
     pub(crate) fn per_rad(&self) -> f64 {
-        #[allow(clippy::cast_precision_loss, reason = "coefficient counts are far below 2^53")]
         let count = self.coefficients.len() as f64;
         count / TURN_RAD
     }

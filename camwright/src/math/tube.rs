@@ -44,30 +44,19 @@ const MAX_ITERATIONS: usize = 100;
 /// Why there is no smoothest spline.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum TubeError {
-    /// Too few points.
     #[error("{count} points, at least {MIN_POINTS} are needed")]
-    TooFewPoints {
-        /// Number of points.
-        count: usize,
-    },
+    TooFewPoints { count: usize },
     /// The half width is not a positive number.
     #[error("half width {half_width} is not a positive number")]
-    BadHalfWidth {
-        /// What was given.
-        half_width: f64,
-    },
+    BadHalfWidth { half_width: f64 },
     /// A point is not finite.
     #[error("point {index} is not a finite number")]
-    NotFinite {
-        /// Its index.
-        index: usize,
-    },
+    NotFinite { index: usize },
     /// Rounding kept the method from coming near the smoothest curve.
     #[error("the curve found may have {relative_gap:.1} times the least energy in excess, allowed are {most}")]
     NotSmoothest {
         /// Excess of ∫ s‴² over the least possible, as a fraction of it.
         relative_gap: f64,
-        /// Allowed.
         most: f64,
     },
     /// Independent evaluation of the result leaves the tube.
@@ -75,9 +64,7 @@ pub enum TubeError {
     OutsideTube {
         /// Index of the point.
         index: usize,
-        /// Distance found.
         deviation: f64,
-        /// Distance allowed.
         half_width: f64,
     },
 }
@@ -115,7 +102,6 @@ pub fn smoothest_within(values: &[f64], half_width: f64) -> Result<TubeSpline, T
     let level = values[0];
     let y: Vec<f64> = values.iter().map(|value| (value - level) / half_width).collect();
     let mut tube = Tube::start(y)?;
-    #[allow(clippy::cast_precision_loss, reason = "tables are far below 2^53 points")]
     let points = n as f64;
     let cubed = libm::pow(crate::math::units::TURN_RAD / points, 3.0);
     let negligible = NEGLIGIBLE * points * cubed * cubed;
@@ -146,7 +132,6 @@ fn from_spline_error(error: PeriodicSplineError) -> TubeError {
 fn verify(spline: &PeriodicSpline, values: &[f64], half_width: f64) -> Result<f64, TubeError> {
     let mut largest = 0.0_f64;
     for (index, value) in values.iter().enumerate() {
-        #[allow(clippy::cast_precision_loss, reason = "tables are far below 2^53 points")]
         let angle = index as f64 * crate::math::units::TURN_RAD / values.len() as f64;
         let deviation = (spline.sample(angle).value - value).abs();
         // The angle itself is rounded: on a steep flank that alone moves the value by some 1e-14 of its size.
@@ -167,7 +152,6 @@ struct Tube {
     lower: Vec<f64>,
 }
 
-/// One Newton direction.
 struct Direction {
     c: Vec<f64>,
     r: Vec<f64>,
@@ -213,7 +197,6 @@ impl Tube {
         Ok(Self { y, c, r, upper, lower })
     }
 
-    /// Energy ½cᵀHc.
     fn energy(&self) -> f64 {
         let third = third_differences(&self.c);
         0.5 * third.iter().zip(apply_basis(&third)).map(|(a, b)| a * b).sum::<f64>()
@@ -227,7 +210,6 @@ impl Tube {
     /// One predictor-corrector step (Mehrotra). `false`: no further progress in this arithmetic.
     fn step(&mut self) -> bool {
         let n = self.r.len();
-        #[allow(clippy::cast_precision_loss, reason = "tables are far below 2^53 points")]
         let pairs = 2.0 * n as f64;
         let mu = self.gap() / pairs;
         let weights: Vec<f64> =
@@ -340,7 +322,6 @@ fn normal_matrix(weights: &[f64]) -> Option<CyclicCholesky<6>> {
     matrix.factor().ok()
 }
 
-/// Bx.
 fn apply_basis(x: &[f64]) -> Vec<f64> {
     let n = x.len();
     (0..n)

@@ -41,7 +41,6 @@ impl Twofold {
         Self::sum(high, rest / b)
     }
 
-    /// The nearest float.
     #[inline]
     #[must_use]
     pub fn value(self) -> f64 {

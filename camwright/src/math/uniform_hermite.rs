@@ -56,7 +56,6 @@ impl UniformHermite {
         self.at(self.knots.len() - 1)
     }
 
-    /// Its knots.
     #[must_use]
     pub fn knots(&self) -> &[KnotValues] {
         &self.knots
@@ -64,7 +63,6 @@ impl UniformHermite {
 
     /// Abscissa of a knot.
     #[must_use]
-    #[allow(clippy::cast_precision_loss, reason = "counts of knots are far below 2^53")]
     pub fn at(&self, index: usize) -> f64 {
         self.start + index as f64 * self.step
     }
@@ -79,7 +77,7 @@ impl UniformHermite {
         if at > self.end() {
             return Sample { value: self.knots[last][0], ..Sample::default() };
         }
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it lies between the ends")]
+        #[allow(clippy::cast_possible_truncation, reason = "it lies between the ends")]
         let left = (((at - self.start) / self.step) as usize).min(last - 1);
         quintic(&self.knot(left), &self.knot(left + 1), at)
     }

@@ -6,25 +6,21 @@ use core::f64::consts::PI;
 /// One turn (rad).
 pub const TURN_RAD: f64 = 2.0 * PI;
 
-/// Degrees to radians.
 #[must_use]
 pub fn rad_from_deg(deg: f64) -> f64 {
     deg * (PI / 180.0)
 }
 
-/// Radians to degrees.
 #[must_use]
 pub fn deg_from_rad(rad: f64) -> f64 {
     rad * (180.0 / PI)
 }
 
-/// Millimetres to micrometres.
 #[must_use]
 pub fn um_from_mm(mm: f64) -> f64 {
     mm * 1000.0
 }
 
-/// Micrometres to millimetres.
 #[must_use]
 pub fn mm_from_um(um: f64) -> f64 {
     um / 1000.0
@@ -63,12 +59,10 @@ pub fn increments(value: f64, decimals: u32) -> Option<i64> {
 
 /// The value of so many units of the last decimal place: the number that its decimal text means.
 #[must_use]
-#[allow(clippy::cast_precision_loss, reason = "what is written has fewer than 16 digits")]
 pub fn from_increments(count: i64, decimals: u32) -> f64 {
     count as f64 / per_unit(decimals)
 }
 
-#[allow(clippy::cast_precision_loss, reason = "exact up to 10^22, and nobody writes as many places")]
 fn per_unit(decimals: u32) -> f64 {
     10_u64.saturating_pow(decimals) as f64
 }

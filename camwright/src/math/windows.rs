@@ -30,7 +30,6 @@ pub fn least_around(values: &[f64], radius: usize) -> Vec<f64> {
 ///
 /// Sums are taken of differences from the first value, so that a row of equal values stays what it is to the last bit.
 #[must_use]
-#[allow(clippy::cast_precision_loss, reason = "windows are far below 2^53")]
 pub fn mean_around(values: &[f64], radius: usize) -> Vec<f64> {
     let (Some(first), Some(last)) = (values.first().copied(), values.len().checked_sub(1)) else { return Vec::new() };
     let off = |place: usize| values[place.min(last)] - first;

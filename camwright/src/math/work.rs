@@ -16,7 +16,6 @@ impl WorkBudget {
         Self { allowed, spent: Cell::new(0) }
     }
 
-    /// Counts some work.
     #[inline]
     pub fn spend(&self, work: u64) {
         self.spent.set(self.spent.get().saturating_add(work));
@@ -35,7 +34,6 @@ impl WorkBudget {
         self.allowed
     }
 
-    /// Work so far.
     #[must_use]
     pub fn spent(&self) -> u64 {
         self.spent.get()

@@ -19,13 +19,9 @@ pub enum Phase {
     Index = 2,
     /// Wheel corrected by the lift at the starting phase.
     Position = 3,
-    /// Rapid advance.
     Approach = 4,
-    /// Generation with infeed.
     Cut = 5,
-    /// Generation without infeed.
     SparkOut = 6,
-    /// Rapid retract.
     Retract = 7,
     /// Back to the home position.
     Return = 8,
@@ -38,7 +34,6 @@ pub enum Phase {
 /// Target of one axis in a [`SegmentKind::Move`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisTarget {
-    /// Which axis.
     pub axis: Axis,
     /// Absolute target (counts).
     pub target_counts: i64,
@@ -124,11 +119,9 @@ pub enum SegmentKind {
         /// Limits of the search; its velocity is that of the search.
         limits: MotionLimits,
     },
-    /// Generate the lobe.
     Cut(CutSegment),
     /// Turn along a spiral.
     Spiral(SpiralSegment),
-    /// Stand still.
     Dwell,
     /// Stand still until a decision comes.
     Wait,
@@ -143,7 +136,6 @@ pub enum SegmentKind {
 pub enum Sought {
     /// Where the input closes.
     Closing,
-    /// Where it opens.
     Opening,
     /// Where it opens, if it was closed when the zero was forgotten; else there is nothing to search for.
     OpeningIfClosed,
@@ -156,11 +148,8 @@ pub enum HomeStep {
     Forget(Axis),
     /// Move until an edge is caught, and stop behind it.
     Seek {
-        /// The axis.
         axis: Axis,
-        /// The input.
         input: crate::machine::setpoint::Input,
-        /// Its edge.
         sought: Sought,
         /// Farthest position relative to the start; reaching it without the edge is an alarm (counts).
         travel_counts: i64,
@@ -171,11 +160,8 @@ pub enum HomeStep {
     },
     /// Move until an input closes or opens, stop, and stand off from its edge; an edge that is not met is none, not an alarm.
     Probe {
-        /// The axis.
         axis: Axis,
-        /// The input.
         input: crate::machine::setpoint::Input,
-        /// Its edge.
         sought: Sought,
         /// Farthest position relative to the start (counts).
         travel_counts: i64,
@@ -188,12 +174,7 @@ pub enum HomeStep {
         reads: Option<(i64, i64)>,
     },
     /// Where the axis stands it reads so many counts.
-    Here {
-        /// The axis.
-        axis: Axis,
-        /// The reading.
-        counts: i64,
-    },
+    Here { axis: Axis, counts: i64 },
 }
 
 /// Orders to the machine within a plan.
@@ -231,13 +212,11 @@ pub enum Command {
 /// One step of a plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segment {
-    /// What to do.
     pub kind: SegmentKind,
     /// What it is for.
     pub phase: Phase,
     /// Index of the lobe, `None` for the whole part.
     pub lobe: Option<usize>,
-    /// For people.
     pub label: String,
     /// Dwell: length. Others: predicted length (ticks).
     pub ticks: u64,
@@ -251,7 +230,6 @@ pub struct Segment {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Half {
-    /// All of it.
     #[default]
     Whole = 0,
     /// Another follows, which is made from what this one finds out.
@@ -296,7 +274,6 @@ pub struct Plan {
     pub time_laws: Vec<HermiteSpline>,
     /// Laws over angle (mm over rad).
     pub angle_laws: Vec<HermiteSpline>,
-    /// The steps.
     pub segments: Vec<Segment>,
     /// Predicted duration (s).
     pub duration_s: f64,

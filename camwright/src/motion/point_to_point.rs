@@ -28,18 +28,10 @@ pub const MOVE_SHARE: f64 = 0.9;
 pub enum PointToPointError {
     /// A limit is not a positive finite number.
     #[error("limits of a move must be positive: velocity {velocity}, acceleration {acceleration}, jerk {jerk}")]
-    Limits {
-        /// Velocity limit given.
-        velocity: f64,
-        /// Acceleration limit given.
-        acceleration: f64,
-        /// Jerk limit given.
-        jerk: f64,
-    },
+    Limits { velocity: f64, acceleration: f64, jerk: f64 },
     /// A distance or velocity is not finite.
     #[error("a move needs finite numbers: distance {distance}, velocities {v0} and {v1}")]
     NotFinite {
-        /// Distance given.
         distance: f64,
         /// Velocity at the start.
         v0: f64,
@@ -53,13 +45,11 @@ pub enum PointToPointError {
         v0: f64,
         /// Velocity at the end.
         v1: f64,
-        /// Velocity limit.
         limit: f64,
     },
     /// The forward check found a limit exceeded or a target missed: a defect of the solver, told rather than driven.
     #[error("a move over {distance} from velocity {v0} to {v1} failed its forward check")]
     Check {
-        /// Distance asked.
         distance: f64,
         /// Velocity at the start.
         v0: f64,
@@ -92,7 +82,6 @@ impl Phase {
     }
 }
 
-/// Ramp, cruise, ramp.
 const MAX_PHASES: usize = 8;
 
 /// A motion of constant-jerk phases from a state to a state. Fixed size, so that it can be made within a tick.
@@ -371,7 +360,6 @@ pub fn velocity_ramp(v0: f64, v1: f64, limits: &MotionLimits) -> Result<HermiteS
 pub struct MoveLaw {
     start_counts: [i64; AXIS_COUNT],
     delta_counts: [i64; AXIS_COUNT],
-    /// Limits of s.
     limits: MotionLimits,
     law: JerkLaw,
 }
@@ -397,7 +385,6 @@ impl MoveLaw {
             if delta == 0 {
                 continue;
             }
-            #[allow(clippy::cast_precision_loss, reason = "travel in counts is below 2^53")]
             let distance = libm::fabs(delta as f64) / axis.scale.counts_per_unit();
             let own = axis.limits;
             limits.velocity = limits.velocity.min(own.velocity.min(target.limits.velocity) / distance);
@@ -453,7 +440,6 @@ impl MoveLaw {
 
     /// Position of an axis at `s` of the line, relative to its start (counts, not rounded).
     #[must_use]
-    #[allow(clippy::cast_precision_loss, reason = "travel in counts is below 2^53")]
     pub fn along(&self, axis: usize, s: f64) -> f64 {
         s * self.delta_counts[axis] as f64
     }
@@ -469,11 +455,7 @@ impl MoveLaw {
 
 /// A duration (s) in whole ticks, rounded up; a rounding error above a whole tick does not cost another one.
 #[must_use]
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "durations are positive and far below 2^53 ticks"
-)]
+#[allow(clippy::cast_possible_truncation, reason = "durations are positive and far below 2^53 ticks")]
 pub fn whole_ticks(duration_s: f64, cycle_time_s: f64) -> u64 {
     libm::ceil(duration_s / cycle_time_s - 1e-6).max(0.0) as u64
 }

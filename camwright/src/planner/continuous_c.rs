@@ -87,7 +87,6 @@ pub(super) fn grind_turning(
             None => (between.leaving_from_rest(begins[index])?, begins[index], 0),
             Some(departure) => {
                 sequence.stand_clear(index, clear_x_mm)?;
-                #[allow(clippy::cast_precision_loss, reason = "a part takes far less than 2^53 ticks")]
                 let away_s = (sequence.ticks() - departure.ticks) as f64 * cycle_s;
                 let (lobe, arrival) = between.arriving(&departure, away_s + margin_s, goes_on)?;
                 (lobe, arrival.begin, whole_ticks(margin_s + arrival.waits_s, cycle_s))

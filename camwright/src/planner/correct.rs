@@ -70,7 +70,6 @@ pub fn decide_corrections(
 /// The second half, planned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedCorrection {
-    /// The plan.
     pub plan: Plan,
     /// What the forward check found.
     pub report: PlanReport,

@@ -20,10 +20,7 @@ use thiserror::Error;
 pub enum DressNowError {
     /// There is nothing to dress with.
     #[error("machine {machine} has no dresser")]
-    NoDresser {
-        /// The machine.
-        machine: String,
-    },
+    NoDresser { machine: String },
     /// A depth that is none (mm).
     #[error("the depth of the dress is {} um; it must be above 0", um_from_mm(*.0))]
     Depth(f64),
@@ -32,25 +29,13 @@ pub enum DressNowError {
         "the dress takes {:.3} um off the wheel's radius ({:.3} um of wear with it); the dresser is allowed {:.3} um",
         um_from_mm(*.depth_mm), um_from_mm(*.wear_mm), um_from_mm(*.allowed_mm)
     )]
-    TooDeep {
-        /// Depth and wear.
-        depth_mm: f64,
-        /// Wear in it.
-        wear_mm: f64,
-        /// Most allowed.
-        allowed_mm: f64,
-    },
+    TooDeep { depth_mm: f64, wear_mm: f64, allowed_mm: f64 },
     /// The wheel is used up (mm).
     #[error(
         "the dress would leave a wheel of radius {radius_mm:.4} mm; wheel.min_radius_mm is {least_mm:.4} mm: a new wheel must be \
          mounted"
     )]
-    WornOut {
-        /// Radius after it.
-        radius_mm: f64,
-        /// Smallest allowed.
-        least_mm: f64,
-    },
+    WornOut { radius_mm: f64, least_mm: f64 },
     /// A wheel so small would turn too fast.
     #[error("after the dress: {0}")]
     TooFast(WheelTooFast),

@@ -25,7 +25,6 @@ pub enum PlanError {
     Contour {
         /// Name of the profile.
         profile: String,
-        /// Why.
         source: ContourError,
     },
     /// The wheel cannot make a profile.
@@ -37,7 +36,6 @@ pub enum PlanError {
         advice: String,
         /// Name of the profile.
         profile: String,
-        /// Why.
         source: ToolPathError,
     },
     /// What was learned of a lobe makes no path.
@@ -47,11 +45,9 @@ pub enum PlanError {
         1e3 * .most_mm
     )]
     Compensated {
-        /// The lobe.
         lobe: String,
         /// Its largest correction (mm).
         most_mm: f64,
-        /// Why.
         source: ToolPathError,
     },
     /// The wheel's centre comes to the axis of the part.
@@ -71,7 +67,6 @@ pub enum PlanError {
          path; with c_between_lobes: stops it needs none"
     )]
     NoArrival {
-        /// The lobe.
         lobe: String,
         /// Where X stands (mm).
         clear_x_mm: f64,
@@ -121,7 +116,6 @@ pub enum PlanError {
     WheelTooFast {
         /// Name of the lobe.
         lobe: String,
-        /// How fast.
         source: WheelTooFast,
     },
     /// The infeed fits no whole turns.
@@ -129,7 +123,6 @@ pub enum PlanError {
     Infeed {
         /// Name of the pass.
         pass: String,
-        /// Why.
         source: InfeedError,
     },
     /// C cannot turn as wanted.
@@ -139,7 +132,6 @@ pub enum PlanError {
         lobe: String,
         /// Name of the pass.
         pass: String,
-        /// Why.
         source: SpeedPlanError,
     },
     /// A position lies beyond a soft limit.
@@ -147,9 +139,7 @@ pub enum PlanError {
     SoftLimit {
         /// `lobe I1: ` or nothing.
         place: String,
-        /// What for.
         what: &'static str,
-        /// The axis.
         axis: Axis,
         /// Position needed (mm).
         position_mm: f64,
@@ -222,7 +212,6 @@ pub enum PlanError {
         highest: String,
         /// How far (mm).
         reach_mm: f64,
-        /// What to enlarge.
         remedy: &'static str,
         /// By how much (mm).
         lacking_mm: f64,
@@ -232,7 +221,6 @@ pub enum PlanError {
     Move {
         /// Label of the step.
         what: String,
-        /// Why.
         source: PointToPointError,
     },
     /// The wheel of a dry run would come too near to a lobe.
@@ -268,7 +256,6 @@ pub enum PlanError {
         depth_mm: f64,
         /// Depth allowed (mm).
         allowed_mm: f64,
-        /// The surface.
         surface: &'static str,
         /// Reason for the allowed depth.
         why: &'static str,

@@ -283,7 +283,6 @@ impl Walk<'_> {
         );
         let (places, allowed_mm) = ((4 * path.coefficients().len()).min(MAX_PATH_PLACES), learned_mm + ROUNDING_MM);
         for place in 0..places {
-            #[allow(clippy::cast_precision_loss, reason = "7200 places at most")]
             let angle = place as f64 * TURN_RAD / places as f64;
             let x_mm = path.sample(angle).value;
             let gap_mm = self.outline(lobe).gap_mm(wheel_mm, x_mm, sense * angle);

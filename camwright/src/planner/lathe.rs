@@ -52,7 +52,6 @@ pub const MAX_SURFACE_LOOKS: u64 = 50_000_000;
 /// Why a part cannot be turned.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum TurningError {
-    /// The machine grinds.
     #[error("the machine grinds with a wheel; turning needs a lathe, which has an insert")]
     NotALathe,
     /// A lathe whose spindle counts up while it turns the part the other way. The edge cuts only what comes towards its rake face, so C would
@@ -62,20 +61,12 @@ pub enum TurningError {
     TurnsBackwards,
     /// A number out of its range.
     #[error("{what} is {value}, it must be {allowed}")]
-    OutOfRange {
-        /// Which.
-        what: &'static str,
-        /// What was given.
-        value: f64,
-        /// What is allowed.
-        allowed: String,
-    },
+    OutOfRange { what: &'static str, value: f64, allowed: String },
     /// The insert finds no path.
     #[error("pass {pass}: {source}")]
     Path {
         /// Pass, from 1.
         pass: usize,
-        /// Why.
         source: InsertPathError,
     },
     /// The passes make no sense.
@@ -87,11 +78,9 @@ pub enum TurningError {
          or fewer angles a turn"
     )]
     TooLong {
-        /// Passes.
         passes: usize,
         /// Angles of all of them.
         knots: f64,
-        /// Allowed.
         most: u32,
     },
     /// A speed that the axes do not keep.
@@ -113,7 +102,6 @@ pub enum TurningError {
     Spline {
         /// Pass, from 1.
         pass: usize,
-        /// Why.
         source: HermiteError,
     },
     /// No room for a stop on the path.
@@ -121,7 +109,6 @@ pub enum TurningError {
     NoStop {
         /// Pass, from 1.
         pass: usize,
-        /// The axis.
         axis: Axis,
     },
     /// The insert's flank would touch the part, or its edge scrape.
@@ -158,7 +145,6 @@ pub struct PlannedPass {
     pub spindle: SpindleLaw,
     /// What holds the fastest constant speed down; where the speed varies, [`SpindleLaw::bounds`] say what holds it along which share.
     pub bound: SpeedBound,
-    /// Turns of C.
     pub turns: f64,
 }
 
@@ -173,9 +159,7 @@ impl PlannedPass {
 /// A part planned to be turned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedTurning {
-    /// The plan.
     pub plan: Plan,
-    /// Its passes.
     pub passes: Vec<PlannedPass>,
     /// How the insert clears the finished part.
     pub clearance: Clearance,

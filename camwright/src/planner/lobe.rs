@@ -56,7 +56,6 @@ impl LobeDesign {
     }
 }
 
-/// A lobe, planned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedLobe {
     /// How it shall be.
@@ -290,7 +289,7 @@ pub(super) fn begin_at(machine: &MachineDescription, phase_rad: f64, c_counts: i
 /// The block that begins at or before an angle. A millionth of a block below the next one counts as the next: an angle
 /// of whole blocks, given in degrees, may round to just below itself.
 pub(super) fn block_at(angle_rad: f64, blocks: u32) -> u32 {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an angle within one turn")]
+    #[allow(clippy::cast_possible_truncation, reason = "an angle within one turn")]
     let block = libm::floor(wrap_turn(angle_rad) / TURN_RAD * f64::from(blocks) + 1e-6) as u32;
     block % blocks
 }

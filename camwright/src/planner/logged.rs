@@ -29,7 +29,6 @@ pub struct Contact {
 pub struct NotCorrected {
     /// Name of the journal.
     pub lobe: String,
-    /// Why.
     pub source: JournalError,
 }
 

@@ -49,7 +49,6 @@ const ROUNDING_MM: f64 = 1e-9;
 /// The plan that measures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedMeasuring {
-    /// The plan.
     pub plan: Plan,
     /// What the forward check found.
     pub report: PlanReport,
@@ -122,7 +121,6 @@ pub fn plan_measuring(
         sequence.index_to(index)?;
         read_to_rad.push(sequence.gauge(index, speed_rad_s)? - UNREAD_RAD);
     }
-    #[allow(clippy::cast_precision_loss, reason = "a part takes far less than 2^53 ticks")]
     let measuring_s = (sequence.ticks() - prepared_ticks) as f64 * machine.cycle_time_s();
     let mut plan = sequence.stand_by()?;
     plan.duration_with_indexing_s = plan.duration_s;
@@ -225,7 +223,6 @@ pub fn plan_measured_job(
         stock_mm: stocks_mm,
         corrections: &[],
     })?;
-    #[allow(clippy::cast_precision_loss, reason = "a part takes far less than 2^53 ticks")]
     let saved_s = (cut_ticks(&whole.plan) as f64 - cut_ticks(&plan) as f64) * machine.cycle_time_s();
     let dresses = whole.dresses.clone();
     let planned = PlannedJob { plan, lobes, dresses, duration_with_stops_s: None, report, start_c_counts };

@@ -96,7 +96,6 @@ impl PlanStart {
 /// A job planned: what to execute, and what it was made of.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedJob {
-    /// The plan.
     pub plan: Plan,
     /// Per lobe: geometry, start and speed, in the order of machining.
     pub lobes: Vec<PlannedLobe>,

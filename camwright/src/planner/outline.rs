@@ -20,7 +20,6 @@ pub(super) struct Outline {
 
 impl Outline {
     pub(super) fn new(contour: &Contour) -> Self {
-        #[allow(clippy::cast_precision_loss, reason = "3600 points")]
         let at = |i: usize| i as f64 * TURN_RAD / POINTS as f64;
         let points: Vec<(f64, f64)> = (0..POINTS).map(|i| contour.point(at(i))).map(|p| (p.x, p.y)).collect();
         let spacing_mm2 = (0..POINTS).step_by(STRIDE).map(|i| {

@@ -48,11 +48,9 @@ pub struct Difference {
     pub old_step: usize,
     /// Index of the step in the new plan.
     pub new_step: usize,
-    /// What moved.
     pub moved: Moved,
     /// As it was, in the unit of what moved; 0 for [`Moved::Words`].
     pub old: f64,
-    /// As it is.
     pub new: f64,
     /// Where it moved most (rad), if it is something over an angle.
     pub at_rad: Option<f64>,
@@ -140,7 +138,6 @@ impl Pair<'_> {
         }
     }
 
-    #[allow(clippy::cast_precision_loss, reason = "ticks of a step are far below 2^53")]
     fn seconds(&self, ticks: u64) -> f64 {
         ticks as f64 * self.machine.cycle_time_s()
     }
@@ -159,7 +156,6 @@ impl Pair<'_> {
         Difference { old_step: self.old_step, new_step: self.new_step, moved, old, new, at_rad }
     }
 
-    #[allow(clippy::cast_precision_loss, reason = "positions of axes are far below 2^53 counts")]
     fn in_units(&self, axis: Axis, counts: i64) -> f64 {
         counts as f64 / self.machine.axis(axis).scale.counts_per_unit()
     }
@@ -272,7 +268,7 @@ impl Pair<'_> {
 }
 
 /// Steps in which a range of angles is looked at.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative, and no more than the most")]
+#[allow(clippy::cast_possible_truncation, reason = "not negative, and no more than the most")]
 fn places(range_rad: f64) -> u32 {
     let wanted = range_rad / TURN_RAD * f64::from(PER_TURN);
     libm::ceil(wanted.clamp(1.0, f64::from(MOST_PLACES))) as u32

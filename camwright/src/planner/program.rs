@@ -36,7 +36,6 @@ pub struct ProgramRequest<'a> {
 /// A lobe that a program may grind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProgramLobe<'a> {
-    /// Its name.
     pub name: &'a str,
     /// Where `z_axis` stands when its middle is before the wheel (mm).
     pub z_mm: f64,
@@ -55,21 +54,16 @@ pub enum ProgramPlanError {
         "{lines}: z_axis is at {z_mm} mm, where no lobe is before the wheel; the nearest, {lobe}, is at {lobe_mm} mm"
     )]
     OffThePart {
-        /// File and lines.
         lines: String,
         /// Where the table is (mm).
         z_mm: f64,
-        /// The nearest lobe.
         lobe: String,
         /// Where that is (mm).
         lobe_mm: f64,
     },
     /// No room for a stop on the path.
     #[error("{} leaves no room for a stop on the path", axis.joint())]
-    NoStop {
-        /// The axis.
-        axis: Axis,
-    },
+    NoStop { axis: Axis },
     /// A step that cannot be made.
     #[error(transparent)]
     Step(Box<PlanError>),
@@ -84,10 +78,8 @@ impl From<PlanError> for ProgramPlanError {
     }
 }
 
-/// A program planned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedProgram {
-    /// The plan.
     pub plan: Plan,
     /// Its runs of feeds, each with its segment of the plan.
     pub runs: Vec<(usize, Run)>,

@@ -184,7 +184,6 @@ impl Steps<'_> {
 
     /// The plan, with its predicted duration.
     pub(super) fn done(mut self) -> Plan {
-        #[allow(clippy::cast_precision_loss, reason = "a part takes far less than 2^53 ticks")]
         let duration_s = self.ticks as f64 * self.machine.cycle_time_s();
         self.plan.duration_s = duration_s;
         self.plan

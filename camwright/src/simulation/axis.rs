@@ -104,7 +104,6 @@ impl AxisState {
         }
     }
 
-    /// A job begins.
     pub(crate) fn begin_job(&mut self) {
         self.servo.begin_job();
     }
@@ -151,7 +150,6 @@ impl AxisState {
         self.encoder_offset = offset;
     }
 
-    /// The present setpoint.
     pub(crate) fn target(&self) -> &Target {
         &self.target
     }

@@ -53,13 +53,11 @@ impl Cell {
         }
     }
 
-    /// The machine.
     #[must_use]
     pub fn machine(&self) -> &Machine {
         &self.machine
     }
 
-    /// The interpolator.
     #[must_use]
     pub fn interpolator(&self) -> &Interpolator {
         &self.interpolator
@@ -198,12 +196,10 @@ impl Cell {
             match self.buffer.accept(&chunk, self.machine.tick()) {
                 Ok(()) | Err(ChunkError::Closed) => {}
                 Err(ChunkError::Lost { first_tick, expected }) => {
-                    #[allow(clippy::cast_precision_loss, reason = "tick numbers for people")]
                     self.machine.raise(AlarmKind::SetpointsLost, first_tick as f64, expected as f64);
                     self.buffer.close();
                 }
                 Err(_) => {
-                    #[allow(clippy::cast_precision_loss, reason = "a tick number for people")]
                     self.machine.raise(AlarmKind::ChunkRefused, first as f64, 0.0);
                     self.buffer.close();
                 }

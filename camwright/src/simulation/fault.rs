@@ -59,44 +59,23 @@ pub enum Fault {
     /// The mains are lost or back.
     PowerLoss(bool),
     /// An input shows this level whatever happens; `None`: it is healthy again.
-    StuckInput {
-        /// Which input.
-        input: Input,
-        /// Its level.
-        level: Option<bool>,
-    },
+    StuckInput { input: Input, level: Option<bool> },
     /// The origin detector sees a second mark at this angle from its own (rad); `None`: it is healthy again.
     DoubleOrigin(Option<f64>),
     /// A station's switch bounces whenever it closes or opens, or no longer.
     BouncingSwitch {
         /// Index of the station.
         station: usize,
-        /// Whether.
         active: bool,
     },
     /// Two inputs lie on one line: each shows the other's level and edges too; `None`: no longer.
     SharedInput(Option<[Input; 2]>),
     /// The encoder of an axis reads this much more than the axis has moved (mm or rad); 0: healthy.
-    EncoderOffset {
-        /// Which axis.
-        axis: Axis,
-        /// By how much.
-        offset: f64,
-    },
+    EncoderOffset { axis: Axis, offset: f64 },
     /// The gains of a drive are this fraction of their settings; 0: the axis stands as if blocked; 1: healthy.
-    DriveGain {
-        /// Which axis.
-        axis: Axis,
-        /// The fraction.
-        factor: f64,
-    },
+    DriveGain { axis: Axis, factor: f64 },
     /// A drive reports a fault, or no longer.
-    DriveFault {
-        /// Which axis.
-        axis: Axis,
-        /// Reported or not.
-        active: bool,
-    },
+    DriveFault { axis: Axis, active: bool },
     /// The next chunks of setpoints, so many, do not arrive. The machine's end of the stream loses them, see
     /// [`crate::simulation::buffer`]; the machine itself knows nothing of it.
     LostChunks(u32),
@@ -137,9 +116,7 @@ impl Default for Fault {
 /// What a fault may strike, for people.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FaultEntry {
-    /// Name.
     pub name: &'static str,
-    /// What it strikes.
     pub target: &'static str,
     /// What its value means.
     pub value: &'static str,
@@ -181,36 +158,16 @@ pub const FAULTS: [FaultEntry; 20] = [
 pub enum FaultError {
     /// There is no such fault.
     #[error("there is no fault {name:?}")]
-    UnknownName {
-        /// The name given.
-        name: String,
-    },
+    UnknownName { name: String },
     /// It cannot strike this.
     #[error("{name} cannot strike {target:?}")]
-    UnknownTarget {
-        /// The fault.
-        name: &'static str,
-        /// The target given.
-        target: String,
-    },
+    UnknownTarget { name: &'static str, target: String },
     /// The machine has nothing that could fail so.
     #[error("{name}: the machine has no door and no chuck (loading)")]
-    NothingThere {
-        /// The fault.
-        name: &'static str,
-    },
+    NothingThere { name: &'static str },
     /// The value is outside what the fault allows.
     #[error("{name}: value {value} is outside {low} to {high}")]
-    Value {
-        /// The fault.
-        name: &'static str,
-        /// The value given.
-        value: f64,
-        /// Smallest allowed.
-        low: f64,
-        /// Largest allowed.
-        high: f64,
-    },
+    Value { name: &'static str, value: f64, low: f64, high: f64 },
 }
 
 /// Most chunks that one fault may lose.
@@ -222,7 +179,7 @@ impl Fault {
     ///
     /// # Errors
     /// Unknown name or target, value out of range.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked against its range before")]
+    #[allow(clippy::cast_possible_truncation, reason = "checked against its range before")]
     pub fn from_name(
         name: &str,
         target: &str,

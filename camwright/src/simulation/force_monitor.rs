@@ -94,7 +94,7 @@ impl ForceMonitor {
         high - low
     }
 
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below the number of sectors")]
+    #[allow(clippy::cast_possible_truncation, reason = "below the number of sectors")]
     const fn place(sector: i64) -> usize {
         sector.rem_euclid(SECTORS as i64) as usize
     }

@@ -19,9 +19,7 @@ pub enum Implausible {
 /// A setpoint that cannot follow the one before.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Misfit {
-    /// Axis at fault.
     pub axis: Axis,
-    /// What is wrong.
     pub what: Implausible,
     /// How much; see [`Implausible`] for the unit.
     pub value: f64,

@@ -51,7 +51,6 @@ pub struct Servo {
     /// Coulomb's friction (counts/s²), and friction per speed (1/s), over the mass.
     friction: (f64, f64),
     noise: Noise,
-    /// Where it begins.
     seed: u64,
     error: f64,
     /// Error as the encoder shows it (counts).
@@ -166,7 +165,6 @@ impl Servo {
         0.5 * self.settings.encoder_step_counts.max(1.0) + self.settings.encoder_noise_counts
     }
 
-    /// The structure rests.
     #[must_use]
     pub fn is_quiet(&self) -> bool {
         self.mechanics.is_quiet(self.window())

@@ -15,7 +15,6 @@ pub const MAX_LATCHES: usize = 16;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum MotionState {
-    /// Drives without power.
     Off = 0,
     /// Every axis clamped at rest, no setpoint in this tick.
     Standstill = 1,
@@ -68,9 +67,7 @@ pub struct IoState {
     pub overtravel_z_min: bool,
     /// Hard limit of the table, positive end.
     pub overtravel_z_max: bool,
-    /// Emergency stop pressed.
     pub estop: bool,
-    /// Drives have power.
     pub drives_on: bool,
     /// The wheel has its surface speed.
     pub wheel_running: bool,

@@ -19,7 +19,7 @@ crate::kept!(WheelSpindle { ordered, stalled, ticks } on { ticks_to_speed, surfa
 impl WheelSpindle {
     /// A wheel at rest.
     #[must_use]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to u32 before the cast")]
+    #[allow(clippy::cast_possible_truncation, reason = "clamped to u32 before the cast")]
     pub fn new(description: &MachineDescription) -> Self {
         let ticks = libm::ceil(description.wheel.spin_up_s / description.cycle_time_s());
         Self {
@@ -41,7 +41,6 @@ impl WheelSpindle {
         self.stalled = stalled;
     }
 
-    /// One tick.
     pub fn step(&mut self) {
         self.ticks = if self.ordered && !self.stalled {
             (self.ticks + 1).min(self.ticks_to_speed)

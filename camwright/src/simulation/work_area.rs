@@ -13,7 +13,6 @@ pub enum Place {
     /// At its end: nothing goes through, or the part is held.
     #[default]
     Closed = 0,
-    /// On its way.
     Opening = 1,
     /// At its other end.
     Open = 2,
@@ -38,7 +37,7 @@ pub(super) struct Leaf {
 crate::kept!(Leaf { place, left, under_way, stuck } on { ticks_to_open, ticks_to_close });
 
 impl Leaf {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to u32 before the cast")]
+    #[allow(clippy::cast_possible_truncation, reason = "clamped to u32 before the cast")]
     fn new((opens_s, closes_s): (f64, f64), cycle_time_s: f64, place: Place) -> Self {
         let ticks = |time_s: f64| libm::ceil(time_s / cycle_time_s).clamp(1.0, f64::from(u32::MAX)) as u32;
         let (ticks_to_open, ticks_to_close) = (ticks(opens_s), ticks(closes_s));
@@ -98,7 +97,6 @@ pub enum LoadingRefused {
     /// The machine has no door and no chuck of its own.
     #[error("the machine has no door and no chuck (loading)")]
     NothingThere,
-    /// Something moves.
     #[error("the axes are not at rest")]
     Moving,
     /// The wheel has not stopped.
@@ -110,16 +108,13 @@ pub enum LoadingRefused {
     /// Nobody can reach the chuck.
     #[error("the door is not open")]
     DoorNotOpen,
-    /// The chuck holds.
     #[error("the chuck is not open")]
     ChuckNotOpen,
-    /// It does not.
     #[error("the chuck is not closed")]
     ChuckNotClosed,
     /// There is one already.
     #[error("there is a part in the chuck")]
     PartThere,
-    /// There is none.
     #[error("there is no part in the chuck")]
     NoPart,
 }
@@ -146,7 +141,6 @@ impl Hindrance {
         }
     }
 
-    /// For people.
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
@@ -160,7 +154,6 @@ impl Hindrance {
 /// What door, chuck and sensors show after a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WorkAreaState {
-    /// The door.
     pub door: Place,
     /// The chuck; closed: it holds.
     pub chuck: Place,

@@ -29,14 +29,7 @@ use thiserror::Error;
 pub enum InsertClearanceError {
     /// A number that is none, or out of its range.
     #[error("{what} is {value}, it must be {allowed}")]
-    BadNumber {
-        /// Which.
-        what: &'static str,
-        /// What was given.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    BadNumber { what: &'static str, value: f64, allowed: &'static str },
     /// The flank touches the surface beside the edge.
     #[error(
         "with the insert {} the flank clears the surface by {clearance_deg:.2} deg, it must be at least \
@@ -106,7 +99,6 @@ pub enum InsertClearanceError {
         /// Allowed (mm).
         bound_mm: f64,
     },
-    /// No height works.
     #[error(
         "no height of the insert works: it must stand {} or lower to clear the surface by {clearance_deg:.2} deg, \
          and {} or higher to meet it at {approach_deg:.2} deg",

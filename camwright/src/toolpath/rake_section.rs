@@ -29,14 +29,7 @@ use thiserror::Error;
 pub enum RakeSectionError {
     /// A number that is none, or out of its range.
     #[error("{what} is {value}, it must be {allowed}")]
-    BadNumber {
-        /// Which.
-        what: &'static str,
-        /// What was given.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    BadNumber { what: &'static str, value: f64, allowed: &'static str },
     /// The plane lies so far from the axis that it passes beside part of the surface.
     #[error(
         "the rake plane lies {height_mm:.3} mm from the axis, but at azimuth {azimuth_deg:.1} deg, z = {z_mm:.3} mm the part has a \
@@ -87,7 +80,6 @@ pub enum RakeSectionError {
     Unresolved {
         /// Turned angle θ (deg).
         turned_deg: f64,
-        /// Knots tried.
         knots: usize,
         /// Remaining error (mm).
         error_mm: f64,
@@ -115,7 +107,6 @@ pub struct SectionPoint {
     pub by_z_and_turn: f64,
     /// ∂²x/∂θ² (mm/rad²).
     pub by_turn_twice: f64,
-    /// The surface there.
     pub surface: SurfacePoint,
 }
 
@@ -222,7 +213,6 @@ impl<'a> RakeSection<'a> {
         Self { budget: Some(budget), ..self }
     }
 
-    /// The surface.
     #[must_use]
     pub fn surface(&self) -> &'a Surface {
         self.surface

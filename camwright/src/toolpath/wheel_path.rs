@@ -309,7 +309,6 @@ pub(crate) fn footprint_ratio(x: Sample, wheel_radius_mm: f64, centre: f64, squa
     length * (1.0 - wheel_radius_mm * curvature)
 }
 
-#[allow(clippy::cast_precision_loss, reason = "grids are far below 2^53")]
 pub(crate) fn angle_of(index: usize, count: usize) -> f64 {
     index as f64 * TURN_RAD / count as f64
 }

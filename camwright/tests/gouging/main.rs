@@ -8,7 +8,7 @@
 //! ```
 //! Kinds are grinding, correcting, turning and programs; without one all of them run.
 #![allow(clippy::print_stdout, reason = "figures for the reader of --nocapture")]
-#![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "indices of tables")]
+#![allow(clippy::cast_possible_truncation, reason = "indices of tables")]
 
 #[path = "../cams/mod.rs"]
 mod cams;

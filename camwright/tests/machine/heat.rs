@@ -37,7 +37,7 @@ fn plunged(
     turns: f64,
     x: impl Fn(f64) -> (f64, f64, f64),
 ) -> Vec<CutAt> {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousand ticks")]
+    #[allow(clippy::cast_possible_truncation, reason = "some thousand ticks")]
     let ticks = (turns * TURN_S / description.cycle_time_s()) as u32;
     let setpoints: Vec<Setpoint> = turned::turning(description, Z_MM, turns, ticks, x);
     let mut machine = machine(description);

@@ -28,7 +28,7 @@ fn soft(machine_n_mm: f64, threshold_n: f64) -> (MachineDescription, ContactLaw)
 }
 
 /// C turns so many times from 0, at 400 ticks a turn in the mean; X over what it has turned, with two derivatives (mm over rad).
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousand ticks")]
+#[allow(clippy::cast_possible_truncation, reason = "some thousand ticks")]
 fn turning(description: &MachineDescription, turns: f64, x: impl Fn(f64) -> (f64, f64, f64)) -> Vec<Setpoint> {
     turned::turning(description, Z_MM, turns, (400.0 * turns) as u32, x)
 }
@@ -218,7 +218,7 @@ fn the_force_on_every_degree_is_the_largest_that_was_told_there() {
     for report in &reports {
         // A round part touches a wheel on the line from its axis to the wheel's.
         let degrees = (report.axes[Axis::C.index()].position / TURN_RAD).rem_euclid(1.0) * DEGREES as f64;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a degree of a turn")]
+        #[allow(clippy::cast_possible_truncation, reason = "a degree of a turn")]
         let degree = (degrees as usize).min(DEGREES - 1);
         told[degree] = told[degree].max(report.normal_force_n);
     }

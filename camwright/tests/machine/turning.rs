@@ -55,7 +55,7 @@ fn spiral(description: &MachineDescription, rpm: f64) -> Vec<Setpoint> {
     let (speed, sense) = (rpm / 60.0 * TAU, f64::from(description.rotation_sense));
     let begin = -insert.radius_mm - 0.5;
     let turns = (LENGTH + 2.0 * insert.radius_mm + 1.0) / FEED;
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some ten thousands")]
+    #[allow(clippy::cast_possible_truncation, reason = "some ten thousands")]
     let ticks = 1000 + (turns * 60.0 / rpm * 1000.0) as u32;
     let setpoints = (0..=ticks).map(|k| {
         let t = f64::from(k) * 1e-3;

@@ -32,7 +32,6 @@ pub(super) enum Foresight {
     At(u64, Start),
     /// It is over by then, or about to end.
     Over,
-    /// It is held.
     Disturbed,
 }
 
@@ -77,7 +76,6 @@ impl Made {
     }
 }
 
-/// To the engine.
 #[derive(Debug)]
 pub(super) enum ToEngine {
     News(Box<News>),
@@ -92,7 +90,6 @@ pub(super) enum ToEngine {
     },
     /// What takes the place, where it was foreseen.
     Splice(Made),
-    /// Nothing does.
     StayOn,
     /// What the axes are told at a tick.
     Query {
@@ -134,7 +131,6 @@ pub(super) struct Ended {
     pub(super) counts: [i64; AXIS_COUNT],
 }
 
-/// From the engine.
 #[derive(Debug)]
 pub(super) enum FromEngine {
     Started {

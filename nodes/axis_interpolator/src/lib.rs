@@ -213,13 +213,11 @@ impl AxisInterpolator {
         })
     }
 
-    /// The node.
     #[must_use]
     pub fn node(&self) -> &Node {
         &self.node
     }
 
-    /// Its life cycle.
     pub fn lifecycle(&self) -> &Lifecycle {
         &self.lifecycle
     }

@@ -72,7 +72,7 @@ fn hold_ticks(goal: &JogGoal, cycle_s: f64) -> Result<Option<u64>, String> {
     if !(seconds > 0.0 && seconds <= LONGEST_HOLD_S) {
         return Err(format!("hold_to_run is {seconds} s; it must be above 0 and at most {LONGEST_HOLD_S} s"));
     }
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few thousand at most")]
+    #[allow(clippy::cast_possible_truncation, reason = "a few thousand at most")]
     Ok(Some((seconds / cycle_s).ceil() as u64))
 }
 
@@ -95,7 +95,7 @@ impl Shared {
         let Some(axis) = Axis::from_joint(&goal.goal().joint) else { return };
         if let Some(cell) = lock(&self.cell).as_ref() {
             let machine = &cell.machine;
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cycle is 1 us at least")]
+            #[allow(clippy::cast_possible_truncation, reason = "a cycle is 1 us at least")]
             let every = (FEEDBACK_S / machine.cycle_time_s()) as u64;
             let at = (message.actual_counts.get(axis.index()), message.actual_velocities.get(axis.index()));
             if let ((Some(counts), Some(velocity)), true) =

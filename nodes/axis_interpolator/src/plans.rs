@@ -12,7 +12,6 @@ const KEPT: usize = 4;
 /// Pages by plan, and the plan that a goal waits for.
 #[derive(Debug, Default)]
 pub(super) struct Plans {
-    /// Oldest first.
     pages: Vec<(String, Vec<PlanPage>)>,
     waiting: Option<String>,
 }

@@ -19,7 +19,6 @@ impl Default for Receipts {
 }
 
 impl Receipts {
-    /// An order leaves.
     pub(super) fn sent(&mut self, sequence: u32, tick: u64) {
         if self.orders.len() == CAPACITY {
             // Never, as the caller stops at `is_full`; the later number stands for both, the earlier tick bounds both.
@@ -36,7 +35,6 @@ impl Receipts {
         self.orders.retain(|(sent, _)| *sent > sequence);
     }
 
-    /// Forgets all.
     pub(super) fn clear(&mut self) {
         self.orders.clear();
     }

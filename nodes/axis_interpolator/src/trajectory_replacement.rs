@@ -7,12 +7,10 @@ use camwright::interpolator::{Foreseen, StartError};
 /// What takes the place of the trajectory in execution.
 #[derive(Debug, Default)]
 pub(super) enum Succession {
-    /// Nothing.
     #[default]
     None,
     /// Something does from this tick on, or it turns out that it cannot.
     Awaited(u64),
-    /// This does.
     Ready(u64, Made),
 }
 

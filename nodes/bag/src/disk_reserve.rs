@@ -85,7 +85,6 @@ impl<W: Write, S> SpareWriter<W, S> {
         self.level.clone()
     }
 
-    /// The stream below.
     pub fn into_inner(self) -> W {
         self.inner
     }

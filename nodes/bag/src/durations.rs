@@ -8,7 +8,6 @@ const PARTS: u64 = 16;
 /// One for each time below `PARTS` nanoseconds, then `PARTS` for each doubling up to 2^64 ns.
 const COUNTERS: usize = 976;
 
-/// The counters.
 pub(super) struct Durations {
     counters: Box<[AtomicU64]>,
     longest_ns: AtomicU64,
@@ -17,7 +16,6 @@ pub(super) struct Durations {
 /// What was counted, in ns. Percentiles are the smallest time that so many do not exceed, up to a sixteenth too long; the longest is exact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DurationsTold {
-    /// How many.
     pub count: u64,
     /// Half of them take no longer (ns).
     pub p50_ns: u64,

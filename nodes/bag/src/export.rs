@@ -10,12 +10,10 @@ use super::writer::REPEATED;
 use super::{Bag, BagError, BagWriter, Preset, WriterOptions};
 use crate::progress;
 
-/// What was made.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Exported {
     /// Files of tables, or the new bag.
     pub paths: Vec<PathBuf>,
-    /// Messages in them.
     pub messages: u64,
     /// Topics that could not be written as tables, and why.
     pub left_out: Vec<(String, String)>,

@@ -10,24 +10,19 @@ use super::{Bag, BagError};
 /// The figures of one topic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TopicInfo {
-    /// Fully qualified name.
     pub name: String,
-    /// ROS type.
     pub type_name: String,
-    /// Messages.
     pub message_count: u64,
 }
 
 /// The figures of a bag.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BagInfo {
-    /// Where it is.
     pub path: String,
     /// Size of its storage files (B).
     pub bytes: u64,
     /// Every storage file was closed properly.
     pub is_closed: bool,
-    /// Storage files.
     pub files: Vec<String>,
     /// Smallest and largest log time (ns since 1970).
     pub log_times_ns: Option<(u64, u64)>,
@@ -75,7 +70,6 @@ impl BagInfo {
         self.log_times_ns.map_or(Duration::ZERO, |(first, last)| Duration::from_nanos(last - first))
     }
 
-    /// For people.
     #[must_use]
     pub fn to_text(&self) -> String {
         let mut t = String::new();

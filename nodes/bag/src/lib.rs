@@ -87,10 +87,7 @@ impl Topic {
 pub enum BagError {
     /// The directory is there already.
     #[error("bag {} already exists, and a recording never overwrites one", path.display())]
-    Exists {
-        /// The directory.
-        path: PathBuf,
-    },
+    Exists { path: PathBuf },
     /// The path cannot name a bag.
     #[error("{} cannot name a bag: it has no last component in UTF-8", path.display())]
     Name {
@@ -110,7 +107,6 @@ pub enum BagError {
     /// No room for the bytes a recording keeps back to close its bag with, or less than it has to leave free.
     #[error("cannot record into {}: fewer than {needed} bytes are free there", path.display())]
     NoRoom {
-        /// The bag.
         path: PathBuf,
         /// How much a recording needs before it begins (B).
         needed: u64,
@@ -118,21 +114,16 @@ pub enum BagError {
     /// The MCAP file is damaged or of a form not supported.
     #[error("{}: {}", path.display(), mcap_reason(source))]
     Mcap {
-        /// The file.
         path: PathBuf,
         /// What the MCAP library said.
         source: mcap::McapError,
     },
     /// `metadata.yaml` is missing.
     #[error("{} has no metadata.yaml", path.display())]
-    NoMetadata {
-        /// The directory.
-        path: PathBuf,
-    },
+    NoMetadata { path: PathBuf },
     /// `metadata.yaml` cannot be understood.
     #[error("{}: {reason}", path.display())]
     Metadata {
-        /// The file.
         path: PathBuf,
         /// What is wrong with it.
         reason: String,
@@ -140,7 +131,6 @@ pub enum BagError {
     /// A topic is added a second time as another type.
     #[error("topic {topic} is in the bag as {was} and cannot also be {now}")]
     TypeChanged {
-        /// The topic.
         topic: String,
         /// Its type in the bag.
         was: String,
@@ -150,7 +140,6 @@ pub enum BagError {
     /// A table cannot be written.
     #[error("cannot write {}: {source}", path.display())]
     Table {
-        /// The file.
         path: PathBuf,
         /// What the Parquet library said.
         source: parquet::errors::ParquetError,

@@ -26,7 +26,6 @@ pub const RECORD_KEY: &str = "serialized_metadata";
 /// One topic and how many of its messages the bag holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TopicEntry {
-    /// Fully qualified name.
     pub name: String,
     /// ROS type, for example `sensor_msgs/msg/JointState`.
     pub type_name: String,

@@ -39,7 +39,6 @@ impl Preset {
         Self::NAMES.iter().find(|(known, _)| *known == name).map(|(_, preset)| *preset)
     }
 
-    /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
         Self::NAMES.iter().find(|(_, known)| *known == self).map_or("default", |(name, _)| name)

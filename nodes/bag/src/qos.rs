@@ -41,7 +41,6 @@ vocabulary! {
         SystemDefault = "system_default" 0,
         /// The last `depth` samples.
         KeepLast = "keep_last" 1,
-        /// All samples.
         KeepAll = "keep_all" 2,
         /// Not known: discovery does not carry it.
         Unknown = "unknown" 3,
@@ -55,9 +54,7 @@ vocabulary! {
         SystemDefault = "system_default" 0,
         /// Sent again until received.
         Reliable = "reliable" 1,
-        /// Sent once.
         BestEffort = "best_effort" 2,
-        /// Not known.
         Unknown = "unknown" 3,
     }
 }
@@ -69,9 +66,7 @@ vocabulary! {
         SystemDefault = "system_default" 0,
         /// It does, up to the publisher's depth.
         TransientLocal = "transient_local" 1,
-        /// It does not.
         Volatile = "volatile" 2,
-        /// Not known.
         Unknown = "unknown" 3,
     }
 }
@@ -85,7 +80,6 @@ vocabulary! {
         Automatic = "automatic" 1,
         /// The publisher does it for each topic.
         ManualByTopic = "manual_by_topic" 3,
-        /// Not known.
         Unknown = "unknown" 4,
     }
 }

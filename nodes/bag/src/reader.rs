@@ -34,13 +34,11 @@ pub struct Message {
 /// What one storage file holds.
 #[derive(Debug, Clone)]
 pub struct FileContent {
-    /// The file.
     pub path: PathBuf,
     /// Its size (B).
     pub bytes: u64,
     /// It was closed: summary and index are there.
     pub is_closed: bool,
-    /// Messages in it.
     pub message_count: u64,
     /// Smallest and largest log time (ns since 1970).
     pub log_times_ns: Option<(u64, u64)>,

@@ -58,9 +58,7 @@ impl Default for RecordingOptions {
 /// snapshots are written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TopicCounts {
-    /// Fully qualified name.
     pub topic: String,
-    /// ROS type.
     pub type_name: String,
     /// Messages handed to the recording.
     pub received: u64,
@@ -91,7 +89,6 @@ pub struct Counts {
     pub passed: u64,
     /// Latched messages that stand at the head of a later file once more.
     pub repeated: u64,
-    /// Storage files.
     pub files: u64,
     /// Size of the storage files on the disk (B).
     pub bytes: u64,
@@ -163,7 +160,6 @@ pub(super) struct Losses {
     pub(super) dropped: u64,
     /// Those of them for which the queue had no room.
     pub(super) queue_full: u64,
-    /// Never handed over.
     pub(super) missed: u64,
 }
 
@@ -205,7 +201,6 @@ pub struct RecordedTopic {
 }
 
 impl RecordedTopic {
-    /// Fully qualified name.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.state.topic
@@ -257,7 +252,6 @@ impl Recording {
         })
     }
 
-    /// The bag's directory.
     #[must_use]
     pub fn directory(&self) -> &Path {
         &self.directory

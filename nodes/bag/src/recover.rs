@@ -20,11 +20,8 @@ use super::{BagError, BagWriter, Message, Topic, TopicId, WriterOptions};
 /// What became of a bag.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Recovery {
-    /// The new bag.
     pub into: PathBuf,
-    /// Messages in it.
     pub message_count: u64,
-    /// Topics in it.
     pub topic_count: usize,
     /// What could not be had, in the order of the files.
     pub losses: Vec<Lost>,
@@ -58,7 +55,6 @@ impl Recovery {
         self.losses.is_empty() && self.missing.is_empty() && !self.was_open
     }
 
-    /// For people.
     #[must_use]
     pub fn to_text(&self) -> String {
         let mut text = String::new();
@@ -171,7 +167,6 @@ impl Names {
 struct Rescue {
     writer: BagWriter,
     recovery: Recovery,
-    /// By topic.
     numbers: BTreeMap<usize, Numbers>,
     custom_data: BTreeMap<String, String>,
 }

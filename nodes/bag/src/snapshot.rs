@@ -49,7 +49,6 @@ impl Ring {
         if is_outdated || self.bytes > self.options.bytes { self.take() } else { None }
     }
 
-    /// The oldest message.
     pub(super) fn take(&mut self) -> Option<Held> {
         let oldest = self.held.pop_front()?;
         self.bytes -= oldest.data.len() as u64;

@@ -86,7 +86,6 @@ impl StorageFile {
         self.level.written()
     }
 
-    /// Messages in it.
     pub(super) fn messages(&self) -> u64 {
         self.messages
     }

@@ -5,7 +5,6 @@ use super::definition::{Count, Definition, Field, Kind};
 /// Elements of an array that is told as a whole, at most: each takes the room of a value.
 const MOST_LISTED: usize = 4 << 20;
 
-/// One value.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Value {
     Bool(bool),

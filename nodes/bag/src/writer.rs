@@ -174,7 +174,6 @@ impl BagWriter {
         self.metadata().write_to(&self.directory)
     }
 
-    /// The bag's directory.
     #[must_use]
     pub fn directory(&self) -> &Path {
         &self.directory

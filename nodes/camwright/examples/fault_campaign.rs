@@ -97,7 +97,6 @@ fn main() -> Result<ExitCode, Box<dyn std::error::Error>> {
         let alarms: BTreeSet<u16> = row.found.iter().map(|found| found.alarm.kind.entry().number).collect();
         let alarms: Vec<String> = alarms.iter().map(ToString::to_string).collect();
         let rest = row.found.iter().map(|found| found.ticks.1).max().unwrap_or(0);
-        #[allow(clippy::cast_precision_loss, reason = "a few thousand ticks")]
         let rest_ms = rest as f64 * description.cycle_time_s() * 1e3;
         // The case with the deepest cut, and how near any came to its bound.
         let deepest = row.found.iter().max_by(|a, b| a.deepest_mm.total_cmp(&b.deepest_mm));

@@ -48,7 +48,6 @@ fn octets(folder: &Path) -> u64 {
         .sum()
 }
 
-#[allow(clippy::cast_precision_loss, reason = "octets for people")]
 fn main() -> Result<(), Box<dyn Error>> {
     let seconds: f64 = std::env::args().nth(1).map_or(Ok(20.0), |text| text.parse())?;
     RosLayer::install();

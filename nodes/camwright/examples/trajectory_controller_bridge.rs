@@ -241,7 +241,6 @@ impl Shared {
         let Ok(chunk) = chunk_from_trajectory(said, &standing.machine, standing.clock) else {
             return standing.refuse(refused(NO_TICK));
         };
-        #[allow(clippy::cast_precision_loss, reason = "tick numbers for people")]
         let first_tick = chunk.first_tick as f64;
         if let Some(beyond) = standing.beyond(&chunk) {
             return standing.refuse(beyond);
@@ -255,7 +254,6 @@ impl Shared {
                 self.warn(self.outlets.controller.publish(&trajectory));
             }
             Err(ChunkError::Closed) => {}
-            #[allow(clippy::cast_precision_loss, reason = "as above")]
             Err(ChunkError::Lost { expected, .. }) => {
                 standing.refuse((AlarmKind::SetpointsLost, first_tick, expected as f64));
             }
@@ -280,7 +278,6 @@ impl Shared {
             return standing.raise(AlarmKind::CommandGap, f64::from(said.sequence), f64::from(expected));
         }
         if said.tick <= standing.tick {
-            #[allow(clippy::cast_precision_loss, reason = "ticks for people")]
             return standing.raise(AlarmKind::LateCommand, (standing.tick + 1 - said.tick) as f64, 0.0);
         }
         standing.commands_received = said.sequence;
@@ -489,7 +486,6 @@ fn feedback(said: &JointTrajectoryControllerState) -> Option<Feedback> {
 
 /// What was between two words of the controller.
 fn between(before: &Feedback, after: &Feedback, ns: i64) -> Feedback {
-    #[allow(clippy::cast_precision_loss, reason = "milliseconds")]
     let share = if after.ns > before.ns { (ns - before.ns) as f64 / (after.ns - before.ns) as f64 } else { 1.0 };
     let share = share.clamp(0.0, 1.0);
     let of = |one: f64, other: f64| one + share * (other - one);

@@ -81,13 +81,9 @@ const QUIET: [(&str, &str); 30] = [
 /// One topic of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TopicSize {
-    /// Its name.
     pub topic: &'static str,
-    /// Its type.
     pub type_name: &'static str,
-    /// How many messages.
     pub messages: u64,
-    /// Bytes of each.
     pub bytes: u64,
 }
 
@@ -283,7 +279,6 @@ fn of_keyframes(prepared: &AnyPrepared) -> Option<TopicSize> {
     let ticks = ticks_between(size, KEYFRAME_PERIOD_S, description.cycle_time_s());
     let pages = size.div_ceil(BYTES_PER_PAGE);
     let page = MachineKeyframe { data: vec![0; size / pages], ..MachineKeyframe::default() };
-    #[allow(clippy::cast_precision_loss, reason = "a time in ticks")]
     let keyframes = prepared.duration_s() / (ticks as f64 * description.cycle_time_s());
     Some(topic::<MachineKeyframe>("machine/keyframes", count(keyframes.floor(), pages as f64), bytes_of(&page)))
 }
@@ -304,16 +299,11 @@ fn bytes_of<T: Message>(message: &T) -> u64 {
 }
 
 /// So many times in so much time.
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a duration of a job and a rate are positive; a cast saturates"
-)]
+#[allow(clippy::cast_possible_truncation, reason = "a duration of a job and a rate are positive; a cast saturates")]
 fn count(duration_s: f64, rate_hz: f64) -> u64 {
     (duration_s * rate_hz).round().max(0.0) as u64
 }
 
-#[allow(clippy::cast_precision_loss, reason = "a size for people")]
 fn megabytes(bytes: u64) -> f64 {
     bytes as f64 / 1e6
 }

@@ -53,11 +53,8 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<AnyJob, Vec<Confi
 /// What a job file is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JobKind {
-    /// Grinding.
     Ground,
-    /// Turning.
     Turned,
-    /// Milling.
     Milled,
 }
 

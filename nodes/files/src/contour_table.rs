@@ -10,7 +10,6 @@ use std::path::Path;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Turn {
     Whole,
-    /// One flank each.
     Half,
 }
 

@@ -26,7 +26,6 @@ impl Digest {
         self.word(number.to_bits());
     }
 
-    /// Takes octets in.
     pub fn octets(&mut self, octets: &[u8]) {
         for eight in octets.chunks(8) {
             let mut word = [0; 8];

@@ -43,7 +43,6 @@ impl AlarmRetractFile {
 pub struct JobFault {
     /// Name in [`camwright::simulation::fault::FAULTS`].
     pub kind: String,
-    /// What it strikes.
     pub target: String,
     /// Its size, in the unit of the service `machine/inject_fault`.
     pub value: f64,
@@ -87,7 +86,7 @@ pub(super) fn read_all(
 
 impl FaultFile {
     /// The fault, or what is wrong with it.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked against a range before")]
+    #[allow(clippy::cast_possible_truncation, reason = "checked against a range before")]
     fn read(&self, document: &Document, index: usize, machine: &MachineDescription) -> Result<JobFault, ConfigError> {
         let refuse = |key: &str, message: String| document.error(&format!("faults.{index}{key}"), message);
         let job_tick = match (self.at_tick, self.at_s) {

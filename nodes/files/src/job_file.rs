@@ -288,7 +288,6 @@ fn least_cut_s(spec: &JobSpec) -> f64 {
         let infeed_turns = pass.total_infeed_mm / (f64::from(spec.blocks_per_turn) * pass.infeed_per_block_mm);
         (infeed_turns + f64::from(pass.spark_out_turns)) * TURN_RAD / pass.speed.most_rad_s()
     };
-    #[allow(clippy::cast_precision_loss, reason = "a few lobes")]
     let lobes = spec.lobes.len() as f64;
     lobes * spec.passes.iter().map(pass_s).sum::<f64>()
 }

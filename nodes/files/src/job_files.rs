@@ -17,7 +17,6 @@ pub struct NamedFile {
     pub kind: String,
     /// As the job names it.
     pub name: String,
-    /// What it holds.
     pub bytes: Arc<[u8]>,
 }
 
@@ -59,7 +58,6 @@ impl JobFiles {
 pub struct AtHand(Arc<[NamedFile]>);
 
 impl AtHand {
-    /// These files.
     #[must_use]
     pub fn new(files: Vec<NamedFile>) -> Self {
         Self(files.into())

@@ -31,7 +31,6 @@ pub(super) struct RawPartFile {
     unknown_um: f64,
 }
 
-/// Waves around it.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawLobeFile {

@@ -53,14 +53,12 @@ use thiserror::Error;
 /// Where in a file something stands.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Place {
-    /// The file.
     pub file: PathBuf,
     /// Line from 1, if it is about a line.
     pub line: Option<u64>,
 }
 
 impl Place {
-    /// A whole file.
     #[must_use]
     pub fn file(file: &Path) -> Self {
         Self { file: file.to_path_buf(), line: None }
@@ -87,9 +85,7 @@ impl fmt::Display for Place {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{place}: {message}")]
 pub struct ConfigError {
-    /// Where it stands.
     pub place: Place,
-    /// What is wrong.
     pub message: String,
 }
 

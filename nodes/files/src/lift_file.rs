@@ -70,7 +70,6 @@ enum ReadingFile {
 /// The lift of a profile as understood.
 #[derive(Debug, Clone)]
 pub struct ProfileLift {
-    /// The law.
     pub law: LiftLaw,
     /// The table it was read from; none for a formula.
     pub table: Option<LiftTable>,
@@ -94,11 +93,9 @@ impl ProfileLift {
 /// The profile a lift belongs to.
 #[derive(Debug, Clone, Copy)]
 pub struct OfProfile<'a> {
-    /// The job file.
     pub document: &'a Document,
     /// Where its `lift` stands, for example `profiles.0.lift`; empty if the document is nothing but a lift.
     pub key: &'a str,
-    /// Its name.
     pub name: &'a str,
     /// Its follower and the radius of its base circle (mm); none where only the table is looked at.
     pub follower: Option<(Follower, f64)>,
@@ -247,12 +244,13 @@ fn refuse_misplaced(file: &LiftFile, profile: &OfProfile<'_>) -> Result<(), Vec<
 
 /// Files of a table.
 enum Source {
-    /// One turn.
     Whole(Located),
     /// One flank, for both.
     Half(Located),
-    /// Both flanks.
-    Halves { closing: Located, opening: Located },
+    Halves {
+        closing: Located,
+        opening: Located,
+    },
 }
 
 impl LiftFile {

@@ -45,7 +45,6 @@ pub(super) struct EccentricFile {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum DiameterFile {
-    /// The disc.
     Disc,
     /// The circle that it sweeps about the axis: disc and twice the eccentricity.
     Largest,

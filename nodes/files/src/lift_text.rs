@@ -90,7 +90,6 @@ pub struct Printed {
     pub angle: AngleUnit,
     /// The last digit printed (mm).
     pub last_digit_mm: f64,
-    /// Number of lines.
     pub lines: usize,
     /// Cells and rows that are none.
     pub findings: Vec<ConfigError>,
@@ -111,7 +110,6 @@ enum Column {
     Radius(LengthUnit),
     /// The first coordinate of its points, towards azimuth 0.
     X(LengthUnit),
-    /// The second.
     Y(LengthUnit),
     Ignored,
 }
@@ -233,7 +231,6 @@ struct Sorted<'a> {
     titles: Vec<(u64, &'a str)>,
     /// Comments, and lines that the job skips.
     said: Vec<(u64, &'a str)>,
-    /// Rows.
     body: Vec<(u64, &'a str)>,
 }
 
@@ -293,7 +290,6 @@ fn read_rows(
             printed.points.push(ContourPoint { line, x_mm, y_mm });
             continue;
         }
-        #[allow(clippy::cast_precision_loss, reason = "row counts are far below 2^53")]
         let stepped = || format.step_deg.map(|step| index as f64 * step);
         printed.rows.push(LiftRow {
             line,

@@ -37,7 +37,6 @@ pub const MOST_TEXT_BYTES: u64 = 16 << 20;
 pub struct Located {
     /// Where it was found; `built-in:machines/…` for the copy inside the binary.
     pub path: PathBuf,
-    /// What it says.
     pub text: String,
     /// Files that it names and that are found before any on the disk.
     pub at_hand: AtHand,
@@ -56,7 +55,6 @@ impl Located {
 pub struct LocatedBytes {
     /// Where it was found.
     pub path: PathBuf,
-    /// What it holds.
     pub bytes: Vec<u8>,
 }
 
@@ -197,7 +195,6 @@ pub fn list(kind: &str) -> Vec<String> {
     names
 }
 
-/// Folders of params.
 pub(super) fn roots() -> Vec<PathBuf> {
     let mut roots = vec![PathBuf::from("params")];
     // <prefix>/lib/camwright/<binary> of an installed package

@@ -336,7 +336,6 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
         );
     }
     let c = &file.c_axis;
-    #[allow(clippy::cast_precision_loss, reason = "only compared with a range")]
     within("c_axis.counts_per_turn", c.counts_per_turn as f64, 1000.0, 1e9)?;
     within("c_axis.max_speed_rpm", c.max_speed_rpm, 1e-3, 10_000.0)?;
     within("c_axis.max_acceleration_rad_s2", c.max_acceleration_rad_s2, 1e-3, 1e6)?;
@@ -350,7 +349,6 @@ fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
     c.good_drive.as_ref().map_or(Ok(()), |drive| drive.check("c_axis.good_drive", &within))?;
     for (name, axis) in [("x_axis", &file.x_axis), ("z_axis", &file.z_axis)] {
         let within = |key: &str, value: f64, low: f64, high: f64| within(&format!("{name}.{key}"), value, low, high);
-        #[allow(clippy::cast_precision_loss, reason = "only compared with a range")]
         within("counts_per_mm", axis.counts_per_mm as f64, 100.0, 1e7)?;
         within("soft_min_mm", axis.soft_min_mm, -1e5, 1e5)?;
         within("soft_max_mm", axis.soft_max_mm, axis.soft_min_mm, 1e5)?;

@@ -45,7 +45,6 @@ struct ShiftFile {
     bad_count: u64,
 }
 
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it so")]
 fn is_no_part(count: &u64) -> bool {
     *count == 0
 }
@@ -54,7 +53,6 @@ fn is_new_shift(shift: &ShiftFile) -> bool {
     *shift == ShiftFile::default()
 }
 
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it so")]
 fn is_none(wear_mm: &f64) -> bool {
     *wear_mm <= 0.0
 }
@@ -67,7 +65,6 @@ fn grown(mm: f64) -> Option<f64> {
     (mm.abs() > 0.0).then_some(mm)
 }
 
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it so")]
 fn is_zero(count: &u32) -> bool {
     *count == 0
 }

@@ -13,7 +13,6 @@ const PROGRAMS: &str = "programs";
 /// A program that was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JobProgram {
-    /// What it does.
     pub motion: Motion,
     /// Its files, the main program first.
     pub files: Vec<ProgramFile>,

@@ -39,11 +39,8 @@ struct PlaceFile {
 /// A place and where it comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeptPlace {
-    /// What was measured.
     pub place: StiffnessPlace,
-    /// Journal on which.
     pub lobe: String,
-    /// Job in which.
     pub job: String,
     /// Which part it was, of those on which stiffness was measured.
     pub part: u64,
@@ -63,7 +60,6 @@ pub struct KeptStiffness {
 }
 
 impl KeptStiffness {
-    /// Nothing is known.
     #[must_use]
     pub fn new(machine: &str) -> Self {
         Self { machine: machine.into(), parts: 0, places: Vec::new(), map: StiffnessMap::default() }

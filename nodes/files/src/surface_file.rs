@@ -240,7 +240,6 @@ struct TwoEnds {
     to: f64,
 }
 
-#[allow(clippy::cast_precision_loss, reason = "a whole number written where a length or an angle stands")]
 impl<'de> Visitor<'de> for EndsVisitor {
     type Value = Ends;
 

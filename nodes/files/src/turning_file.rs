@@ -32,7 +32,6 @@ const AZIMUTHS: usize = 720;
 /// Columns of that grid within one feed: as many as show the height of a cusp to a fiftieth.
 const COLUMNS_PER_FEED: f64 = 10.0;
 
-/// Most azimuths.
 const MOST_AZIMUTHS: usize = 7200;
 
 /// How far the form may be off besides the cusps of the feed (µm).
@@ -47,7 +46,6 @@ struct TurningFile {
     #[serde(default)]
     title: String,
     machine: String,
-    /// Read by itself.
     #[serde(rename = "surface")]
     _surface: IgnoredAny,
     turned: TurnedFile,
@@ -78,7 +76,6 @@ struct TurnedFile {
 }
 
 impl TurnedFile {
-    /// The lower first.
     fn range_mm(self) -> (f64, f64) {
         (self.from_mm.min(self.to_mm), self.from_mm.max(self.to_mm))
     }
@@ -347,10 +344,9 @@ fn grid(document: &Document, file: &TurningFile, feed: Feed) -> Result<PartGrid,
     let azimuths = file.form_grid.azimuths.unwrap_or(AZIMUTHS);
     let column_mm = file.form_grid.column_mm.unwrap_or(feed_mm / COLUMNS_PER_FEED);
     let columns = ((to_mm - from_mm) / column_mm).ceil() + 1.0;
-    #[allow(clippy::cast_precision_loss, reason = "a few thousand")]
     let cells = columns * azimuths as f64;
     if columns >= 2.0 && cells <= MOST_CELLS as f64 {
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the bounds above")]
+        #[allow(clippy::cast_possible_truncation, reason = "within the bounds above")]
         return Ok(PartGrid { azimuths, columns: columns as usize, from_mm, to_mm });
     }
     if columns >= 2.0 {

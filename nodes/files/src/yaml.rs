@@ -16,24 +16,17 @@ use std::path::{Path, PathBuf};
 pub struct Node {
     /// Line from 1; 0 for a value that came from an override.
     pub line: u64,
-    /// The value.
     pub value: Value,
 }
 
 /// What a YAML value can be.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
-    /// Nothing.
     Null,
-    /// true or false.
     Bool(bool),
-    /// A whole number.
     Integer(i64),
-    /// A number.
     Float(f64),
-    /// Text.
     Text(String),
-    /// A list.
     List(Vec<Node>),
     /// A mapping, in the order of the file.
     Map(Vec<(String, Node)>),
@@ -194,7 +187,6 @@ pub struct Document {
     pub path: PathBuf,
     /// What it says after the overrides; the file's own text where there are none.
     pub text: String,
-    /// Line by line.
     pub root: Node,
     overrides: Vec<String>,
     /// Files that it names and that are found before any on the disk.

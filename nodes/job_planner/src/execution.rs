@@ -30,7 +30,6 @@ const OUT_OF_SIGHT: Duration = Duration::from_secs(5);
 /// What a running job is told.
 #[derive(Debug)]
 pub(super) enum Event {
-    /// Come to rest.
     Cancel,
     /// The interpolator has ended the plan.
     Ended(GoalStatus, ExecutePlanResult),
@@ -38,7 +37,6 @@ pub(super) enum Event {
 
 /// How a job ended that did not reach its end.
 pub(super) enum Failure {
-    /// Somebody wished so.
     Cancelled(String),
     /// It could not go on.
     Failed(String),
@@ -65,11 +63,8 @@ pub(super) enum Asker {
 /// What of a job one plan is (s, as predicted).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Share {
-    /// Before it.
     pub(super) done_s: f64,
-    /// Itself.
     pub(super) own_s: f64,
-    /// The whole job.
     pub(super) whole_s: f64,
 }
 
@@ -174,7 +169,6 @@ impl Execution {
     }
 
     /// Machine time of so many ticks (s).
-    #[allow(clippy::cast_precision_loss, reason = "a job of 2^53 ticks would last 285 000 years")]
     pub(super) fn seconds(&self, ticks: u64) -> f64 {
         ticks as f64 * self.cycle_time_s
     }

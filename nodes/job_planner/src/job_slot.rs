@@ -25,7 +25,6 @@ const MEETING: Duration = Duration::from_secs(5);
 /// What the planner is doing about running jobs.
 #[derive(Debug, Default)]
 pub(super) enum Course {
-    /// Nothing.
     #[default]
     Idle,
     /// A goal is being decided on.

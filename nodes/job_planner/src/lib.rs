@@ -227,13 +227,11 @@ impl JobPlanner {
         })
     }
 
-    /// The node.
     #[must_use]
     pub fn node(&self) -> &Node {
         &self.node
     }
 
-    /// Its life cycle.
     pub fn lifecycle(&self) -> &Lifecycle {
         &self.lifecycle
     }

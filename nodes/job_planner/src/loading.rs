@@ -15,7 +15,6 @@ const BETWEEN_ATTEMPTS: Duration = Duration::from_millis(50);
 /// Why a part was not put in.
 #[derive(Debug)]
 pub(super) enum NotPutIn {
-    /// Somebody wished so.
     Cancelled,
     /// The machine does not take it, or does not answer.
     Refused(String),

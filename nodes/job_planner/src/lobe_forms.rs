@@ -103,7 +103,6 @@ fn place<'a>(frames: &'a Frames, ns: &'a str, id: i32) -> Place<'a> {
 
 /// The design, and where the lobe has been measured what it is off there.
 fn form(job: &str, machine: &MachineDescription, design: &LobeDesign, measured: Option<&PartLobe>) -> LobeForm {
-    #[allow(clippy::cast_precision_loss, reason = "some hundred azimuths")]
     let azimuth = |index: usize| index as f64 * TURN_RAD / AZIMUTHS as f64;
     let phase_rad = measured.map_or(design.phase_rad, |part| design.phase_on_rad(part.key_way));
     let contour = (0..AZIMUTHS).map(|i| m_from_mm(design.contour.radius_at(azimuth(i) - phase_rad))).collect();

@@ -6,7 +6,6 @@ use std::collections::BTreeMap;
 use std::sync::{Condvar, Mutex};
 use std::time::Duration;
 
-/// Lobes by name.
 #[derive(Debug, Default)]
 pub struct Parts {
     lobes: Mutex<BTreeMap<String, PartLobe>>,

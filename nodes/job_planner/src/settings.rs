@@ -24,7 +24,6 @@ pub(super) const FILE_FOLDERS: &str = "file_folders";
 /// What a value may be.
 #[derive(Debug, Clone, Copy)]
 enum Allowed {
-    /// From, to.
     Range(f64, f64),
     OneOf(&'static [&'static str]),
     Any,

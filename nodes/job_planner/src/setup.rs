@@ -339,7 +339,6 @@ impl Work {
             format!("lobe {} was not measured, there is no part between the centres; say its radius", request.lobe)
         })?;
         let largest = outline.radius.iter().copied().fold(0.0, f64::max);
-        #[allow(clippy::cast_precision_loss, reason = "some thousand radii")]
         let mean = outline.radius.iter().sum::<f64>() / outline.radius.len() as f64;
         Ok((z_mm, mm_from_m(mean), mm_from_m(largest)))
     }

@@ -11,20 +11,14 @@ use thiserror::Error;
 /// Why there is no finished part.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub(crate) enum NoTurnedPart {
-    /// Nobody reported it.
     #[error("the machine did not report the finished part {name}")]
-    Missing {
-        /// Its name.
-        name: String,
-    },
+    Missing { name: String },
     /// It arrived in part.
     #[error("of the finished part {name} {missing} of {pages} pages have not arrived")]
     Pages {
-        /// Its name.
         name: String,
         /// Pages that are missing.
         missing: usize,
-        /// Pages in all.
         pages: usize,
     },
     /// What arrived is no part.
@@ -102,7 +96,6 @@ impl TurnedParts {
         self.changed.notify_all();
     }
 
-    /// Another part comes.
     pub(crate) fn clear(&self) {
         *lock(&self.newest) = None;
     }

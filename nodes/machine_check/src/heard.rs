@@ -99,7 +99,6 @@ impl Facts {
     }
 
     /// Length of a tick (s).
-    #[allow(clippy::cast_precision_loss, reason = "nanoseconds of a cycle")]
     pub(super) fn cycle_s(&self) -> f64 {
         self.cycle_ns as f64 * 1e-9
     }

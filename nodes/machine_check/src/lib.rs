@@ -34,7 +34,6 @@ pub type Tell<'a> = &'a dyn Fn(&str);
 /// The axis that may be moved, and by how much (m or rad).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Moving {
-    /// Its joint.
     pub joint: String,
     /// From where it rests.
     pub distance: f64,
@@ -60,7 +59,6 @@ pub enum CheckError {
     /// The machine is in use, or cannot be moved as was asked.
     #[error("nothing is moved: {0}")]
     Refused(String),
-    /// ROS said no.
     #[error(transparent)]
     Node(#[from] NodeError),
 }
@@ -68,7 +66,6 @@ pub enum CheckError {
 /// What came of it.
 #[derive(Debug)]
 pub struct Checked {
-    /// Clause by clause.
     pub report: Report,
     /// Somebody ended it before its end.
     pub interrupted: bool,

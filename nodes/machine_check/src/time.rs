@@ -201,7 +201,6 @@ fn joint_states(heard: &Heard, facts: &Facts, epoch_ns: i64, report: &mut Report
 }
 
 /// M40 and M41.
-#[allow(clippy::cast_precision_loss, reason = "ticks of a run")]
 fn pace(heard: &Heard, facts: &Facts, publishes_clock: bool, report: &mut Report) {
     let (Some(first), Some(last)) = (heard.streams.first(), heard.streams.last()) else { return };
     if heard.streams.iter().any(|said| said.pace == MachineStream::PACE_FAST) {
@@ -239,7 +238,6 @@ fn pace(heard: &Heard, facts: &Facts, publishes_clock: bool, report: &mut Report
 /// By how much the ticks gained on the clock (s). A message comes late where somebody else has the processor, and never early: so the message
 /// that came earliest for its tick counts, of the first quarter of what was heard and of the last; of a machine that gains evenly they lie three
 /// quarters of it apart.
-#[allow(clippy::cast_precision_loss, reason = "ticks of a run")]
 fn gained_s(heard: &Heard, facts: &Facts, began: Instant, first_tick: u64) -> f64 {
     let late_s = |(said, came): (&MachineStream, &Instant)| {
         came.duration_since(began).as_secs_f64() - said.tick.saturating_sub(first_tick) as f64 * facts.cycle_s()

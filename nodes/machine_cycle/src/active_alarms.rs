@@ -26,12 +26,10 @@ impl ActiveAlarms {
         state.alarms_reset || !report.raised.is_empty()
     }
 
-    /// Their numbers.
     pub fn numbers(&self) -> Vec<u16> {
         self.0.iter().map(|alarm| alarm.kind.entry().number).collect()
     }
 
-    /// As messages.
     pub fn messages(&self, clock: TickClock) -> Vec<Alarm> {
         self.0.iter().map(|alarm| message(alarm, clock)).collect()
     }

@@ -117,7 +117,6 @@ impl Ticker {
                 self.send(Outbound::Used(writer, chunk));
             }
             Err(error @ ChunkError::Lost { first_tick, expected }) => {
-                #[allow(clippy::cast_precision_loss, reason = "tick numbers for people")]
                 self.machine.raise(AlarmKind::SetpointsLost, first_tick as f64, expected as f64);
                 self.buffer.close();
                 self.send(Outbound::Refused(error, writer, chunk));
@@ -125,7 +124,6 @@ impl Ticker {
             Err(error) => {
                 // A closed buffer says that an alarm is active already: not another one.
                 if error != ChunkError::Closed {
-                    #[allow(clippy::cast_precision_loss, reason = "a tick number for people")]
                     self.machine.raise(AlarmKind::ChunkRefused, chunk.first_tick as f64, 0.0);
                     self.buffer.close();
                 }
@@ -166,7 +164,6 @@ impl Ticker {
         }
         let executed = self.machine.tick();
         if command.tick <= executed {
-            #[allow(clippy::cast_precision_loss, reason = "a number of ticks for people")]
             self.machine.raise(AlarmKind::LateCommand, (executed + 1 - command.tick) as f64, 0.0);
             return;
         }

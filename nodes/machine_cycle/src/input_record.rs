@@ -26,7 +26,6 @@ pub struct BeginRecord {
 /// Form of the inputs: it grows when what they say or how they are taken becomes something else, so that they cannot be taken again.
 pub const FORMAT: u32 = 1;
 
-/// This program.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 pub fn chunk_message(writer: [u8; 16], chunk: &ChunkBuffer) -> MachineInput {

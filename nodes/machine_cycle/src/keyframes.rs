@@ -20,12 +20,7 @@ const MOST_MOVING: usize = 4 << 20;
 const SLACK: usize = 64 << 10;
 
 /// Ticks between two keyframes of a state of this size (B) that are `period_s` apart (s) at least; 0: there are none.
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    clippy::cast_precision_loss,
-    reason = "hours of ticks"
-)]
+#[allow(clippy::cast_possible_truncation, reason = "hours of ticks")]
 pub fn ticks_between(size: usize, period_s: f64, cycle_s: f64) -> u64 {
     if period_s <= 0.0 {
         return 0;

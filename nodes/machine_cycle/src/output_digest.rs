@@ -18,7 +18,6 @@ pub struct Told {
     pub tick: u64,
     /// Ticks of the job in it; 0 where no job runs.
     pub job_ticks: u64,
-    /// The digest.
     pub digest: u64,
 }
 

@@ -107,7 +107,6 @@ impl Pacing {
         moment.system_ns.saturating_sub(self.clock.ns(moment.tick.saturating_add(1)))
     }
 
-    /// What is due.
     pub fn next(&mut self, moment: &Moment) -> Step {
         let cycle_ns = i64::from(self.clock.cycle_time_ns);
         let behind_ns = self.behind_ns(moment);

@@ -181,7 +181,6 @@ impl MachineAgain {
         Ok(())
     }
 
-    /// One tick.
     pub fn tick(&mut self) -> Option<Ticked> {
         self.ticker.tick();
         let (report, state) = self.drain()?;

@@ -41,7 +41,6 @@ impl BufferAdvice {
 
     /// Reports the buffer; logs the advice once, and once more where it turns out too short.
     pub(super) fn report(&mut self, bounds: &Bounds) -> DiagnosticStatus {
-        #[allow(clippy::cast_precision_loss, reason = "a time for people")]
         let pause_ms = bounds.longest_pause_us.load(Ordering::Relaxed) as f64 / US_PER_MS;
         let (buffer_ms, wanted_ms) = (self.buffer_ms, recommended_ms(pause_ms));
         let is_short = wanted_ms > buffer_ms;

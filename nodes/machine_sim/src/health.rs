@@ -150,7 +150,6 @@ fn telemetry(dropped: u64, before: &mut u64) -> DiagnosticStatus {
 fn clock(bounds: &Bounds, slips_before: &mut u64) -> DiagnosticStatus {
     let (slips, behind_us) = (bounds.slips.load(Ordering::Relaxed), bounds.behind_us.load(Ordering::Relaxed));
     let slips_now = slips - std::mem::replace(slips_before, slips);
-    #[allow(clippy::cast_precision_loss, reason = "a time for people")]
     let behind_ms = behind_us as f64 / US_PER_MS;
     let level =
         if slips_now > 0 || behind_us.abs() > SLIPPED_US { DiagnosticStatus::WARN } else { DiagnosticStatus::OK };
@@ -165,7 +164,6 @@ fn setpoints(bounds: &Bounds, machine: &MachineDescription, pace: Pace) -> Diagn
     if least == u64::MAX {
         return diagnostic_status(DiagnosticStatus::OK, "setpoints", "none in the last second", &[]);
     }
-    #[allow(clippy::cast_precision_loss, reason = "ticks of a delay")]
     let share = least as f64 / ahead as f64;
     // At pace fast ticks wait for their setpoints.
     let level = if pace == Pace::Fast { DiagnosticStatus::OK } else { below(share, LATE) };

@@ -21,7 +21,6 @@ use camwright_ros::{Node, Publisher, Qos, RosError};
 /// Inputs that a late reader still gets: a recorder that comes when the machine runs already.
 const DEPTH: u32 = 4000;
 
-/// The topic.
 #[derive(Debug)]
 pub(super) struct InputOutlet {
     publisher: Publisher<MachineInput>,
@@ -39,7 +38,6 @@ impl InputOutlet {
         Ok(Self { publisher, machine, clock, sequence: 0, tick: 0, digest })
     }
 
-    /// The machine begins.
     pub(super) fn begin(&mut self, lasting: &LastingState) -> Result<(), RosError> {
         let (version, machine_hash) = (VERSION.to_owned(), self.machine.hash.clone());
         let content =

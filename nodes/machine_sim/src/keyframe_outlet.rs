@@ -8,7 +8,6 @@ use camwright_ros::{Node, Parameter, Parameters, Publisher, Qos, RosError};
 /// Pages that a recorder may be behind: 8 MB.
 const DEPTH: u32 = 256;
 
-/// The topic.
 #[derive(Debug)]
 pub(super) struct KeyframeOutlet {
     publisher: Publisher<MachineKeyframe>,

@@ -274,13 +274,11 @@ impl MachineSim {
         Ok(Self { node, lifecycle, threads, bounds, waker, _spin: spin, _endpoints: endpoints })
     }
 
-    /// The node.
     #[must_use]
     pub fn node(&self) -> &Node {
         &self.node
     }
 
-    /// Its life cycle.
     pub fn lifecycle(&self) -> &Lifecycle {
         &self.lifecycle
     }
@@ -295,17 +293,13 @@ impl MachineSim {
 }
 
 /// Ticks of a buffer of so many ms; `None`: as the machine file says.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most a second")]
+#[allow(clippy::cast_possible_truncation, reason = "at most a second")]
 fn buffer_ticks(buffer_ms: f64, machine: &MachineDescription) -> Option<u32> {
     (buffer_ms > 0.0).then(|| (buffer_ms * 1e6 / f64::from(machine.cycle_time_ns)).round() as u32)
 }
 
 /// Ticks between two joint states at rest; at pace fast every tick is one that something happens in.
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a rate of 1 to 10000 Hz of ticks of at most 10 ms"
-)]
+#[allow(clippy::cast_possible_truncation, reason = "a rate of 1 to 10000 Hz of ticks of at most 10 ms")]
 fn rest_period_ticks(rate_hz: f64, machine: &MachineDescription, pace: Pace) -> u64 {
     match pace {
         Pace::Realtime => (1.0 / (rate_hz * machine.cycle_time_s())).round().max(1.0) as u64,

@@ -290,7 +290,6 @@ impl Pump {
     }
 
     fn log_slip(&self, slip: Slip) {
-        #[allow(clippy::cast_precision_loss, reason = "a time for people")]
         let seconds = |ns: i64| ns as f64 * 1e-9;
         let logger = self.context.node.logger();
         match slip {

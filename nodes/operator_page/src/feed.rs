@@ -171,7 +171,6 @@ impl Feed {
         (status, shape)
     }
 
-    /// All of it.
     pub(super) fn snapshot(&self) -> String {
         let (status, shape) = self.events(&mut None);
         format!("{{\"status\":{status},\"shape\":{}}}\n", shape.unwrap_or_else(|| "null".to_owned()))

@@ -31,7 +31,6 @@ const COMMON: &str = "Connection: close\r\nCache-Control: no-store\r\nX-Content-
      Referrer-Policy: no-referrer\r\nContent-Security-Policy: default-src 'none'; style-src 'unsafe-inline'; \
      script-src 'unsafe-inline'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'\r\n";
 
-/// A running server.
 #[derive(Debug)]
 pub(super) struct Server {
     address: SocketAddr,
@@ -53,7 +52,6 @@ impl Server {
         Ok(Self { address, stop, thread: Some(thread) })
     }
 
-    /// Where it listens.
     pub(super) fn address(&self) -> SocketAddr {
         self.address
     }

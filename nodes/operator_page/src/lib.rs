@@ -48,7 +48,6 @@ pub fn look(args: &RosArgs, patience: Duration) -> Result<Status, NodeError> {
     Ok(status)
 }
 
-/// A running page.
 #[derive(Debug)]
 pub struct OperatorPage {
     node: Node,

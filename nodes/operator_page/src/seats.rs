@@ -51,7 +51,6 @@ struct Taken {
     ending: usize,
 }
 
-/// All seats.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Seats(Arc<Mutex<Taken>>);
 

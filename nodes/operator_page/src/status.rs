@@ -46,7 +46,6 @@ pub(super) struct AlarmLine {
     pub(super) remedy: String,
 }
 
-/// The job.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct JobLine {
     pub(super) name: String,
@@ -68,7 +67,6 @@ pub(super) struct LobeLine {
     pub(super) stock_um: f64,
 }
 
-/// What came out.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct ResultLine {
     pub(super) name: String,
@@ -79,7 +77,6 @@ pub(super) struct ResultLine {
     pub(super) duration_s: f64,
 }
 
-/// An axis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct AxisLine {
     pub(super) name: String,
@@ -91,7 +88,6 @@ pub(super) struct AxisLine {
     pub(super) behind_unit: &'static str,
 }
 
-/// The wheel.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct WheelLine {
     pub(super) radius_mm: f64,
@@ -103,7 +99,6 @@ pub(super) struct WheelLine {
     pub(super) line_deg: Option<f64>,
 }
 
-/// The recorder.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct RecorderLine {
     pub(super) tone: Tone,
@@ -148,7 +143,6 @@ fn lease(known: &Known) -> String {
     }
 }
 
-#[allow(clippy::cast_precision_loss, reason = "ticks are far below 2^53")]
 fn machine_time_s(known: &Known) -> f64 {
     let cycle_s = known.machine.as_ref().map_or(0.0, |machine| f64::from(machine.cycle_time_ns) * 1e-9);
     known.stream.as_ref().map_or(0.0, |stream| stream.said.tick as f64 * cycle_s)
@@ -288,7 +282,6 @@ fn position(known: &Known, joint: &str) -> Option<f64> {
     axes.interface_values.get(at)?.values.first().copied()
 }
 
-#[allow(clippy::cast_precision_loss, reason = "a bag is far below 2^53 bytes")]
 fn recorder(known: &Known, now: Instant) -> Option<RecorderLine> {
     let heard = known.recorder.as_ref()?;
     let said = &heard.said;

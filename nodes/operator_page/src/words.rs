@@ -14,15 +14,12 @@ pub(super) const SILENCE: Duration = Duration::from_secs(3);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Tone {
-    /// Nothing goes on.
     Quiet,
-    /// The cell works.
     Works,
     /// It came out well.
     Good,
     /// Somebody is waited for.
     Waits,
-    /// Something is wrong.
     Wrong,
 }
 

@@ -10,7 +10,6 @@ use camwright_msgs::camwright_msgs::msg::PartLobe;
 /// A lobe of one part of a batch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredLobe {
-    /// Its name.
     pub name: String,
     /// Mean deviation of its base circle; of a journal, or where there is none, of all of it (mm).
     pub size_mm: f64,
@@ -21,7 +20,6 @@ pub struct MeasuredLobe {
 /// A lobe of a whole batch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LobeCapability {
-    /// Its name.
     pub name: String,
     /// Of its size, against ± the tolerance.
     pub size: Capability,

@@ -11,7 +11,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 pub struct Without {
     /// The effects that are left out.
     pub effects: Vec<Effect>,
-    /// The lobes.
     pub lobes: Vec<LobeResult>,
 }
 
@@ -28,7 +27,6 @@ impl Without {
 pub struct Instead {
     /// What is other: "good drives".
     pub name: &'static str,
-    /// The lobes.
     pub lobes: Vec<LobeResult>,
 }
 

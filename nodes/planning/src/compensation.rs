@@ -87,7 +87,6 @@ impl LearnedLobe {
 }
 
 impl LearnedJob {
-    /// Nothing is known.
     #[must_use]
     pub fn new(machine: &str, job: &str) -> Self {
         Self { schema: SCHEMA.into(), machine: machine.into(), job: job.into(), parts: 0, lobes: Vec::new() }

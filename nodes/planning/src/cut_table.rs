@@ -13,7 +13,7 @@ const MAX_ROWS: u64 = 1_000_000;
 fn stride(prepared: &PreparedJob) -> u64 {
     let cut_s: f64 = prepared.planned.lobes.iter().flat_map(|lobe| &lobe.passes).map(|pass| pass.law().end()).sum();
     let periods = cut_s * 1e9 / f64::from(prepared.machine.cycle_time_ns);
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it saturates")]
+    #[allow(clippy::cast_possible_truncation, reason = "it saturates")]
     let periods = periods as u64;
     periods.div_ceil(MAX_ROWS).max(1)
 }
@@ -51,11 +51,10 @@ pub(super) fn pass_rows<'a>(
         let before_mm = if pass == 0 { blank_mm } else { blank_mm.min(motion.infeed.sample(0.0).value) };
         let (start_s, end_s) = (motion.start_s(), motion.end_s());
         let turns_rad = f64::from(turns) * TURN_RAD;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the duration of a cut is positive")]
+        #[allow(clippy::cast_possible_truncation, reason = "the duration of a cut is positive")]
         let last = ((end_s - start_s) * 1e9 / cycle_ns as f64).ceil() as u64;
         (0..=last).step_by(stride).map(move |tick| {
             // Whole nanoseconds first, so that tick 3 of a millisecond is 0.003 and not 0.0030000000000000001.
-            #[allow(clippy::cast_precision_loss, reason = "far below 2^53 ns")]
             let t_s = (tick * cycle_ns) as f64 / 1e9;
             let sample = motion.at((start_s + t_s).min(end_s));
             let angle = sample.c.value;

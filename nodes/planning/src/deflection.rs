@@ -17,9 +17,7 @@ const MOST_TURNS: u32 = 30;
 pub struct GivingWay {
     /// Share of a deviation that a turn without infeed leaves, kg/(kg + km).
     pub left_by_a_turn: f64,
-    /// Largest deflection.
     pub largest_um: f64,
-    /// Normal force there.
     pub largest_n: f64,
     /// Largest material above the contour at the end.
     pub left_um: f64,

@@ -11,7 +11,6 @@ use std::fmt;
 pub struct DressSummary {
     /// Lobe that it comes before.
     pub before_lobe: String,
-    /// Why.
     pub reason: String,
     /// Radius at the dress before.
     pub old_radius_mm: f64,
@@ -34,7 +33,6 @@ pub struct KeptPathSummary {
     pub profile: String,
     /// Form error along the normal, positive where material would be left.
     pub error_um: f64,
-    /// Where.
     pub cam_angle_deg: f64,
 }
 

@@ -72,13 +72,10 @@ pub struct Summary {
 /// What `summary.json` says about a lobe.
 #[derive(Debug, Clone, Serialize)]
 pub struct LobeSummary {
-    /// Name.
     pub name: String,
     /// Limit switch of its station.
     pub station: String,
-    /// Profile.
     pub profile: String,
-    /// Phase angle α.
     pub phase_deg: f64,
     /// Cam angle at which cutting begins and ends.
     pub start_deg: f64,
@@ -88,7 +85,6 @@ pub struct LobeSummary {
     pub duration_s: f64,
     /// Turns of all passes, spark-out included.
     pub turns: u32,
-    /// Largest lift.
     pub max_lift_mm: f64,
     /// How far the lift law lies from the printed table at most; none for a formula.
     pub lift_deviation_mm: Option<f64>,
@@ -110,15 +106,12 @@ pub struct LobeSummary {
 /// What `summary.json` says about one pass over a lobe.
 #[derive(Debug, Clone, Serialize)]
 pub struct PassSummary {
-    /// Name.
     pub name: String,
     /// Its speed law, as job files name it.
     pub speed_law: &'static str,
     /// Time of the cut.
     pub cut_s: f64,
-    /// Turns, spark-out included.
     pub turns: u32,
-    /// Turns with infeed.
     pub infeed_turns: u32,
     /// Time of one turn at the programmed speed.
     pub turn_s: f64,
@@ -143,17 +136,14 @@ pub struct PassSummary {
 /// Use of one limit.
 #[derive(Debug, Clone, Serialize)]
 pub struct LimitSummary {
-    /// Joint name.
     pub axis: &'static str,
     /// velocity, acceleration or jerk.
     pub quantity: &'static str,
     /// Unit of the two values.
     pub unit: &'static str,
-    /// Largest magnitude.
     pub value: f64,
     /// Most allowed while planning.
     pub allowed: f64,
-    /// Their ratio.
     pub ratio: f64,
     /// Cam angle at which it is met.
     pub cam_angle_deg: f64,
@@ -169,7 +159,6 @@ pub fn lobe_times_s(prepared: &PreparedJob) -> Vec<f64> {
         let segments = before.chain(&prepared.planned.plan.segments).chain(second);
         segments.filter(|segment| segment.lobe == Some(index)).map(|segment| segment.ticks).sum()
     };
-    #[allow(clippy::cast_precision_loss, reason = "a job of 2^53 ticks would last 285 000 years")]
     (0..prepared.planned.lobes.len()).map(|index| ticks(index) as f64 * cycle_s).collect()
 }
 
@@ -191,7 +180,6 @@ pub fn summary(prepared: &PreparedJob) -> Summary {
         saved_s: prepared.planned.saved_by_not_indexing_s(),
         rotary_indexing: prepared.job.spec.rotary_indexing,
         saved_by_order_s: prepared.job.lobe_order.as_ref().map(|order| {
-            #[allow(clippy::cast_precision_loss, reason = "some seconds of ticks")]
             let ticks = order.saved_ticks as f64;
             ticks * prepared.machine.cycle_time_s()
         }),
@@ -232,7 +220,6 @@ fn pass_summary(prepared: &PreparedJob, index: usize, lobe: &PlannedLobe, pass: 
     let speed = &lobe.passes[pass];
     let rpm = |rad_s: f64| rad_s * 60.0 / TURN_RAD;
     let (slowest, fastest) = speed.speed_range_rad_s();
-    #[allow(clippy::cast_precision_loss, reason = "a stop is a few hundred ticks")]
     let stop_s = speed.stop_ticks() as f64 * prepared.machine.cycle_time_s();
     let limit = |found: &LimitUse| LimitSummary {
         axis: found.axis.joint(),

@@ -64,13 +64,11 @@ pub struct Report {
 }
 
 impl Report {
-    /// The worst finding.
     #[must_use]
     pub fn worst(&self) -> Option<Severity> {
         self.findings.iter().map(|finding| finding.severity).max()
     }
 
-    /// The first error.
     #[must_use]
     pub fn first_error(&self) -> Option<&ConfigError> {
         self.findings.iter().find(|finding| finding.severity == Severity::Error).map(|finding| &finding.error)

@@ -61,7 +61,6 @@ pub struct PreparedCorrection {
     pub measured: MeasuredContacts,
     /// What was decided for each journal.
     pub decided: Vec<JournalCorrection>,
-    /// Its plan.
     pub planned: PlannedCorrection,
     /// The plan as messages, the header first.
     pub pages: Vec<PlanPage>,

@@ -99,7 +99,6 @@ pub struct PreparedJob {
     pub machine: MachineDescription,
     /// Radius of the wheel that it was planned for, before its first dress (mm).
     pub wheel_radius_mm: f64,
-    /// That wheel.
     pub wheel: WheelNow,
     /// What the plan was made from.
     pub provenance: Provenance,

@@ -18,7 +18,6 @@ use std::fmt;
 /// What `summary.json` says about a lift table.
 #[derive(Debug, Clone, Serialize)]
 pub struct LiftSummary {
-    /// The profile.
     pub profile: String,
     /// Files of the table.
     pub files: Vec<String>,

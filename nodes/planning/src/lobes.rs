@@ -18,7 +18,6 @@ pub const BLANK_POINTS: usize = 3600;
 pub struct LobeFormError {
     /// Name of the lobe.
     pub lobe: String,
-    /// Why.
     pub source: FormError,
 }
 
@@ -41,7 +40,6 @@ pub(super) fn blank(design: &LobeDesign, stock_mm: f64, key_way_rad: f64, above_
     }
 }
 
-#[allow(clippy::cast_precision_loss, reason = "a few thousand points")]
 fn azimuth(index: usize) -> f64 {
     index as f64 * TURN_RAD / BLANK_POINTS as f64
 }

@@ -25,7 +25,6 @@ use thiserror::Error;
 pub struct RehearsalFailed {
     /// Name of the job.
     pub job: String,
-    /// Why.
     pub reason: String,
 }
 

@@ -82,7 +82,6 @@ mod tests {
         for job in ["four_lobe_camshaft", "rough_and_finish"] {
             let prepared = prepare(job, &[], None).unwrap();
             let (rehearsed, _) = rehearse_job(&prepared, &[], |_, _| {}).unwrap();
-            #[allow(clippy::cast_precision_loss, reason = "a minute of ticks")]
             let actual_s = (rehearsed.last_tick - rehearsed.first_tick) as f64 * prepared.machine.cycle_time_s();
             let rest_s = actual_s - prepared.planned.plan.duration_s - 42.75 / 120.0;
             assert!((0.0..0.06).contains(&rest_s), "{job}: {rest_s} s");

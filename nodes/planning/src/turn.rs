@@ -10,7 +10,6 @@ use camwright::motion::speed_plan::{Bound, Cutting, TurnBounds};
 /// Points of a turn: 0.1°, a tenth of what a plan can change within.
 const POINTS: u32 = 3600;
 
-/// A turn.
 #[derive(Debug, Clone)]
 pub(super) struct Turn<'a> {
     /// In the order of their angle of C, from the smallest on.

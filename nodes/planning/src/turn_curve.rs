@@ -11,7 +11,6 @@ pub struct TurnCurvePoint {
     pub c_deg: f64,
     /// Speed of the headstock.
     pub c_rpm: f64,
-    /// Specific removal rate.
     pub removal_mm2_s: f64,
 }
 

@@ -18,7 +18,6 @@ const SHORTEST_ARC: usize = 30;
 /// A class of the specific removal rate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RemovalClass {
-    /// From here.
     pub from_mm2_s: f64,
     /// To here; the next class begins here.
     pub to_mm2_s: f64,
@@ -78,11 +77,10 @@ pub(super) fn removal_classes(turn: &Turn<'_>) -> Vec<RemovalClass> {
         return Vec::new();
     }
     let width = round_step(peak, MOST_CLASSES);
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most ten classes")]
+    #[allow(clippy::cast_possible_truncation, reason = "at most ten classes")]
     let class = |rate: f64| (rate / width).floor() as usize;
     let count = class(peak) + 1;
     let edge = |index: usize| {
-        #[allow(clippy::cast_precision_loss, reason = "at most ten classes")]
         let edge = index as f64 * width;
         // 3 · 0.1 is 0.30000000000000004.
         (edge * 1e9).round() / 1e9

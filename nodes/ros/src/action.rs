@@ -11,7 +11,6 @@ use super::{error::RosError, names::NameKind, node::Node};
 pub struct GoalId(pub [u8; 16]);
 
 impl GoalId {
-    /// A random one.
     pub fn random() -> Self {
         GoalId(*ros2_client::action::GoalId::new_random().uuid.as_bytes())
     }
@@ -39,15 +38,11 @@ impl fmt::Display for GoalId {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(i8)]
 pub enum GoalStatus {
-    /// Not known.
     Unknown = GoalStatusMsg::STATUS_UNKNOWN,
-    /// Accepted, not begun.
     Accepted = GoalStatusMsg::STATUS_ACCEPTED,
-    /// Being worked on.
     Executing = GoalStatusMsg::STATUS_EXECUTING,
     /// Being brought to an end at the client's wish.
     Canceling = GoalStatusMsg::STATUS_CANCELING,
-    /// Ended as wanted.
     Succeeded = GoalStatusMsg::STATUS_SUCCEEDED,
     /// Ended at the client's wish.
     Canceled = GoalStatusMsg::STATUS_CANCELED,

@@ -29,7 +29,6 @@ use super::{
 pub enum CancelOutcome {
     /// The goal is being brought to an end.
     Accepted,
-    /// It goes on.
     Rejected,
     /// The server does not know the goal.
     UnknownGoal,

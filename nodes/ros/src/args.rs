@@ -15,38 +15,20 @@ use super::{
 pub enum ArgsError {
     /// A flag without its value.
     #[error("{flag} needs a value")]
-    MissingValue {
-        /// The flag.
-        flag: String,
-    },
+    MissingValue { flag: String },
     /// A value that breaks its grammar.
     #[error("{flag} {value}: {reason}")]
-    Malformed {
-        /// The flag.
-        flag: String,
-        /// Its value.
-        value: String,
-        /// What is wrong.
-        reason: String,
-    },
+    Malformed { flag: String, value: String, reason: String },
     /// A parameter file that cannot be read.
     #[error("parameter file {path}: {reason}")]
     ParamsFile {
         /// The file, with the line if one is at fault.
         path: String,
-        /// What is wrong.
         reason: String,
     },
     /// An environment variable that cannot be meant.
     #[error("environment variable {variable}={value}: {reason}")]
-    Environment {
-        /// The variable.
-        variable: String,
-        /// Its value.
-        value: String,
-        /// What is wrong.
-        reason: String,
-    },
+    Environment { variable: String, value: String, reason: String },
 }
 
 /// Which hosts may find this one.
@@ -241,7 +223,6 @@ impl RosArgs {
         &self.unparsed
     }
 
-    /// DDS domain.
     pub fn domain_id(&self) -> u16 {
         self.domain_id
     }

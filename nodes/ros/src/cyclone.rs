@@ -21,7 +21,6 @@ const LENGTH: usize = 16;
 /// What stands before the fields of a request and of its reply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Header {
-    /// Who asks.
     pub(super) client: u64,
     /// Which of its requests it is.
     pub(super) number: i64,

@@ -47,7 +47,6 @@ pub(super) struct ParticipantEntities {
 /// An endpoint on a topic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EndpointInfo {
-    /// DDS GUID.
     pub guid: Guid,
     /// Fully qualified name of its node, once that is known (it comes up to a second after the endpoint).
     pub node: Option<String>,
@@ -64,9 +63,7 @@ pub struct TopicInfo {
     pub name: String,
     /// ROS type, `sensor_msgs/msg/JointState`.
     pub type_name: String,
-    /// Publishers.
     pub publishers: Vec<EndpointInfo>,
-    /// Subscriptions.
     pub subscriptions: Vec<EndpointInfo>,
 }
 

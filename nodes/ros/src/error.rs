@@ -26,10 +26,7 @@ pub enum RosError {
     },
     /// There is no room for a message: a peer does not acknowledge those before it, or the network is congested.
     #[error("cannot publish on {topic}: a subscriber does not acknowledge, and no room is left for another message")]
-    Congested {
-        /// Resolved topic name.
-        topic: String,
-    },
+    Congested { topic: String },
     /// A peer did not answer or did not appear in time.
     #[error("{what}: no answer within {waited_s:.3} s")]
     Timeout {
@@ -40,10 +37,7 @@ pub enum RosError {
     },
     /// A blocking call was made on the thread that would have to deliver its answer.
     #[error("{what}: a blocking call from a callback of the same node would wait for itself")]
-    WouldDeadlock {
-        /// What was called.
-        what: String,
-    },
+    WouldDeadlock { what: String },
     /// The node has left the graph.
     #[error("node {node} is shut down")]
     Closed {
@@ -55,13 +49,11 @@ pub enum RosError {
     Parameter {
         /// Name of the parameter.
         name: String,
-        /// Why.
         reason: String,
     },
     /// A peer refused what was asked.
     #[error("{what} was refused: {reason}")]
     Refused {
-        /// What was asked.
         what: String,
         /// Why, as far as the peer said.
         reason: String,
@@ -74,12 +66,7 @@ pub enum RosError {
     },
     /// The operating system refused a thread, a socket or a signal handler.
     #[error("{what}: {source}")]
-    Io {
-        /// What was attempted.
-        what: String,
-        /// The system's answer.
-        source: std::io::Error,
-    },
+    Io { what: String, source: std::io::Error },
 }
 
 impl RosError {

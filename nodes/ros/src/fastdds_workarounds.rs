@@ -38,7 +38,6 @@ fn domain_port(domain_id: u16) -> u16 {
     7400 + 250 * domain_id
 }
 
-/// Sends these messages.
 pub(super) struct Beside {
     socket: UdpSocket,
     domain_id: u16,
@@ -83,7 +82,6 @@ impl Beside {
         }
     }
 
-    /// Our participant leaves.
     pub(super) fn farewell(&self) {
         let message = disposal(&self.participant.to_bytes());
         self.to_local_participants(10, &message);

@@ -59,7 +59,6 @@ impl<A: Action> GoalHandle<A> {
         self.token.id
     }
 
-    /// What is wanted.
     pub fn goal(&self) -> &A::Goal {
         &self.token.goal
     }

@@ -34,23 +34,15 @@ use super::{
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum LifecycleState {
-    /// Not set up.
     Unconfigured = 1,
     /// Set up, not working.
     Inactive = 2,
-    /// Working.
     Active = 3,
-    /// Done for good.
     Finalized = 4,
-    /// Being set up.
     Configuring = 10,
-    /// Being taken down.
     CleaningUp = 11,
-    /// Being ended.
     ShuttingDown = 12,
-    /// Beginning to work.
     Activating = 13,
-    /// Ceasing to work.
     Deactivating = 14,
     /// Dealing with an error.
     ErrorProcessing = 15,
@@ -96,13 +88,9 @@ impl LifecycleState {
 /// Transitions that may be asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Transition {
-    /// Unconfigured to inactive.
     Configure,
-    /// Inactive to active.
     Activate,
-    /// Active to inactive.
     Deactivate,
-    /// Inactive to unconfigured.
     Cleanup,
     /// Any of the three to finalized.
     Shutdown,

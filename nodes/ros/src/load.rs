@@ -4,7 +4,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use camwright_msgs::diagnostic_msgs::msg::KeyValue;
 
-/// One count.
 #[derive(Debug, Default)]
 pub(super) struct Count(AtomicU64);
 

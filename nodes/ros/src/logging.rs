@@ -27,9 +27,7 @@ use camwright_threads::system_time::system_time_ns;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Level {
-    /// Take the default.
     Unset = 0,
-    /// For developers.
     Debug = 10,
     /// What an operator likes to know.
     Info = 20,
@@ -174,7 +172,6 @@ impl Logger {
         level as u8 >= self.inner.threshold.load(Ordering::Relaxed)
     }
 
-    /// Logs a line.
     #[track_caller]
     pub fn log(&self, level: Level, text: &str) {
         let caller = std::panic::Location::caller();

@@ -114,7 +114,6 @@ pub(super) fn expand(name: &str, node: &str, namespace: &str) -> Result<String, 
 /// Topics and services have rules of their own (`rostopic://`, `rosservice://`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum NameKind {
-    /// A topic.
     Topic,
     /// A service (also one of those an action is made of).
     Service,
@@ -141,7 +140,6 @@ pub(super) enum RemapTarget {
 pub(super) struct RemapRule {
     /// Only for the node of this name.
     pub(super) node: Option<String>,
-    /// What it changes.
     pub(super) target: RemapTarget,
     /// The right side, as written.
     pub(super) to: String,

@@ -69,14 +69,12 @@ impl NodeOptions {
         }
     }
 
-    /// Declares a parameter.
     #[must_use]
     pub fn parameter(mut self, parameter: Parameter) -> Self {
         self.parameters.push(parameter);
         self
     }
 
-    /// Declares several parameters.
     #[must_use]
     pub fn parameters(mut self, parameters: impl IntoIterator<Item = Parameter>) -> Self {
         self.parameters.extend(parameters);
@@ -374,7 +372,6 @@ impl Node {
         self.inner.names.namespace()
     }
 
-    /// Namespace and name.
     pub fn fully_qualified_name(&self) -> String {
         self.inner.names.fully_qualified()
     }
@@ -395,12 +392,10 @@ impl Node {
         Ok(self.inner.names.resolve(name, NameKind::Service)?)
     }
 
-    /// The node's parameters.
     pub fn parameters(&self) -> &Parameters {
         self.inner.parameters.get().expect("Node::new returns only after declaring them")
     }
 
-    /// The node's logger.
     pub fn logger(&self) -> &Logger {
         &self.inner.logger
     }
@@ -502,7 +497,6 @@ fn raise_descriptor_limit() {
     ONCE.call_once(|| drop(rlimit::increase_nofile_limit(ENOUGH_DESCRIPTORS)));
 }
 
-/// Some hundred nodes.
 const ENOUGH_DESCRIPTORS: u64 = 20_000;
 
 /// A node that may have gone.

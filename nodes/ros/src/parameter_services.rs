@@ -23,7 +23,6 @@ use super::{
     topics::Publisher,
 };
 
-/// Publishes changes.
 pub(super) struct ParameterEvents {
     publisher: Publisher<ParameterEvent>,
     name: OnceLock<String>,

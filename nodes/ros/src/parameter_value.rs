@@ -63,7 +63,6 @@ impl ParameterValue {
     /// The value as the type of `like`, where a file or a command line can mean nothing else: `1` for a double, `[]` for any
     /// array. (A change by service must have the exact type, as with rclcpp.)
     pub(super) fn meant_as(self, like: &ParameterValue) -> ParameterValue {
-        #[allow(clippy::cast_precision_loss, reason = "a whole number beyond 2^53 is not meant exactly")]
         match (self, like) {
             (ParameterValue::Integer(value), ParameterValue::Double(_)) => ParameterValue::Double(value as f64),
             (ParameterValue::IntegerArray(values), ParameterValue::DoubleArray(_)) => {

@@ -16,18 +16,14 @@ use super::{
 pub enum ParameterRange {
     /// For doubles, both ends included.
     Double {
-        /// Smallest value.
         from: f64,
-        /// Greatest value.
         to: f64,
         /// Distance of allowed values from `from` on.
         step: f64,
     },
     /// For integers, both ends included.
     Integer {
-        /// Smallest value.
         from: i64,
-        /// Greatest value.
         to: i64,
         /// Distance of allowed values from `from` on.
         step: u64,
@@ -77,22 +73,18 @@ impl Parameter {
         self.default == ParameterValue::NotSet
     }
 
-    /// A bool.
     pub fn bool(name: &str, default: bool) -> Self {
         Self::new(name, ParameterValue::Bool(default))
     }
 
-    /// An integer.
     pub fn integer(name: &str, default: i64) -> Self {
         Self::new(name, ParameterValue::Integer(default))
     }
 
-    /// A double.
     pub fn double(name: &str, default: f64) -> Self {
         Self::new(name, ParameterValue::Double(default))
     }
 
-    /// A string.
     pub fn string(name: &str, default: &str) -> Self {
         Self::new(name, ParameterValue::String(default.to_string()))
     }

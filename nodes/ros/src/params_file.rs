@@ -76,7 +76,6 @@ impl<'de> Deserialize<'de> for Yaml {
             fn visit_i64<E>(self, value: i64) -> Result<Yaml, E> {
                 Ok(Yaml::Integer(value))
             }
-            #[allow(clippy::cast_precision_loss, reason = "so does rcl, and no integer parameter takes it")]
             fn visit_u64<E>(self, value: u64) -> Result<Yaml, E> {
                 Ok(i64::try_from(value).map_or(Yaml::Float(value as f64), Yaml::Integer))
             }

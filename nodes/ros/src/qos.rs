@@ -43,16 +43,13 @@ pub enum History {
 /// Whether lost samples are sent again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reliability {
-    /// Never again.
     BestEffort,
-    /// Until acknowledged.
     Reliable,
 }
 
 /// Whether a late joiner gets what was published before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Durability {
-    /// No.
     Volatile,
     /// The history, as long as the publisher lives ("latched").
     TransientLocal,
@@ -61,7 +58,6 @@ pub enum Durability {
 /// Who says that a publisher is alive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Liveliness {
-    /// The middleware.
     Automatic,
     /// The publisher, by publishing.
     ManualByTopic,
@@ -80,7 +76,6 @@ pub struct Qos {
     pub deadline: Option<Duration>,
     /// How long a sample is worth delivering; `None` is for ever.
     pub lifespan: Option<Duration>,
-    /// Who asserts liveliness.
     pub liveliness: Liveliness,
     /// Liveliness lease; `None` is for ever.
     pub liveliness_lease: Option<Duration>,

@@ -91,7 +91,6 @@ impl<K: Ord + Copy, T> ReplyPace<K, T> {
         due
     }
 
-    /// Whether anything waits.
     pub(super) fn has_waiting(&self) -> bool {
         self.clients.values().any(|client| !client.waiting.is_empty())
     }

@@ -340,7 +340,6 @@ impl<S: Service> Responder<S> {
         self.sender.to_bytes()
     }
 
-    /// Answers.
     pub fn send(mut self, response: &S::Response) {
         self.answer(response);
     }

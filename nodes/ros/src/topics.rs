@@ -118,7 +118,6 @@ impl<M: Serialize> Publisher<M> {
         &self.core.topic
     }
 
-    /// DDS GUID.
     pub fn guid(&self) -> Guid {
         self.core.guid.to_bytes()
     }

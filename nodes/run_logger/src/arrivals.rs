@@ -18,7 +18,6 @@ pub(super) enum Arrival {
 /// The numbers seen of each publisher.
 #[derive(Debug, Default)]
 pub(super) struct Arrivals {
-    /// First and greatest.
     seen: BTreeMap<Guid, (i64, i64)>,
 }
 

@@ -24,7 +24,6 @@ pub(super) enum Known {
     Yes(Definition),
     /// Its publisher has been asked, or will be once it can be.
     NotYet,
-    /// Why not.
     No(String),
 }
 

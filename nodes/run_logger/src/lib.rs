@@ -65,7 +65,6 @@ struct Shared {
     has_failed: AtomicBool,
 }
 
-/// The recorder's node.
 pub struct RunLogger {
     shared: Arc<Shared>,
     lifecycle: Lifecycle,
@@ -231,7 +230,6 @@ impl Shared {
     }
 }
 
-/// Active is recording.
 struct Callbacks(Arc<Shared>);
 
 impl LifecycleCallbacks for Callbacks {
@@ -338,7 +336,6 @@ impl RunLogger {
         &self.shared.node
     }
 
-    /// Its life cycle.
     pub fn lifecycle(&self) -> &Lifecycle {
         &self.lifecycle
     }

@@ -147,7 +147,6 @@ impl Session {
         Ok(session)
     }
 
-    /// The bag's directory.
     pub(super) fn bag(&self) -> &Path {
         self.recording.directory()
     }
@@ -330,7 +329,6 @@ impl Session {
         }
     }
 
-    /// Takes one message.
     fn take(&self, topic: &RecordedTopic, meaning: Meaning, cdr: &[u8], message: &MessageInfo) {
         if self.is_stopped.load(Ordering::Acquire) {
             return;
@@ -392,7 +390,6 @@ impl Session {
         }
     }
 
-    /// Publishes the status.
     pub(super) fn tell(&self) {
         let mut status = RecorderStatus {
             stamp: self.node.now(),
@@ -447,10 +444,8 @@ impl Session {
 /// Why a recording could not begin.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum SessionError {
-    /// The bag.
     #[error(transparent)]
     Bag(#[from] BagError),
-    /// The graph.
     #[error(transparent)]
     Ros(#[from] RosError),
 }

@@ -23,7 +23,6 @@ pub(super) struct Settings {
     pub(super) exclude: Filter,
     /// Take topics of actions' own types too.
     pub(super) include_feedback: bool,
-    /// Begin paused.
     pub(super) start_paused: bool,
     /// Ticks after which the machine hears how far the bag is, besides ten times a second.
     pub(super) credit_ticks: u64,
@@ -42,7 +41,6 @@ pub(super) struct Settings {
 /// What is left free on the disk unless somebody says otherwise (MB).
 pub const MIN_FREE_MB: u64 = 100;
 
-/// The declarations.
 pub(super) fn parameters() -> Vec<Parameter> {
     vec![
         Parameter::string("bag_dir", "")

@@ -19,9 +19,7 @@ pub type Colour = [f32; 4];
 /// no transform of the moment in which a latched marker was made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place<'a> {
-    /// Its frame.
     pub frame: &'a str,
-    /// Its namespace.
     pub ns: &'a str,
     /// Its number there, the same for the same thing for ever.
     pub id: i32,

@@ -6,18 +6,15 @@ use camwright_msgs::geometry_msgs::msg::Point;
 /// Distance from the axis at an azimuth, from radii at equal steps of a turn.
 pub(super) fn radius_at(radii: &[f64], azimuth_rad: f64) -> f64 {
     let Some(last) = radii.len().checked_sub(1) else { return 0.0 };
-    #[allow(clippy::cast_precision_loss, reason = "outlines have some thousand radii")]
     let place = azimuth_rad.rem_euclid(TURN_RAD) / TURN_RAD * radii.len() as f64;
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is in 0..=len")]
+    #[allow(clippy::cast_possible_truncation, reason = "it is in 0..=len")]
     let index = (place as usize).min(last);
     let (here, next) = (radii[index], radii[(index + 1) % radii.len()]);
-    #[allow(clippy::cast_precision_loss, reason = "as above")]
     let share = place - index as f64;
     here + share * (next - here)
 }
 
 /// Azimuth i of n.
-#[allow(clippy::cast_precision_loss, reason = "a few hundred azimuths")]
 pub(super) fn azimuth(index: usize, count: usize) -> f64 {
     TURN_RAD * index as f64 / count as f64
 }

@@ -41,33 +41,20 @@ pub struct Link {
 /// A solid of one colour in the frame of its link.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Visual {
-    /// Shape.
     pub solid: Solid,
-    /// Its middle.
     pub at: [f64; 3],
     /// Red, green, blue, opacity (0..1).
     pub colour: [f64; 4],
 }
 
-/// A primitive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Solid {
     /// Its edges along X, Y, Z.
     Box([f64; 3]),
     /// A cylinder along Z.
-    AlongZ {
-        /// Radius.
-        radius: f64,
-        /// Length.
-        length: f64,
-    },
+    AlongZ { radius: f64, length: f64 },
     /// A cylinder along Y.
-    AlongY {
-        /// Radius.
-        radius: f64,
-        /// Length.
-        length: f64,
-    },
+    AlongY { radius: f64, length: f64 },
 }
 
 /// Mass and its moments about the middle, along X, Y, Z.
@@ -86,13 +73,10 @@ pub struct Inertial {
 pub struct Joint {
     /// Name, that of joint states.
     pub name: String,
-    /// Link above.
     pub parent: String,
-    /// Link below.
     pub child: String,
     /// Where the child stands in the parent at position 0.
     pub at: [f64; 3],
-    /// How it moves.
     pub motion: Motion,
 }
 
@@ -101,7 +85,6 @@ pub struct Joint {
 pub enum Motion {
     /// Not at all; turned by roll, pitch and yaw.
     Fixed([f64; 3]),
-    /// Along a direction.
     Slide([f64; 3], Limit),
     /// Round a direction, without end.
     Turn([f64; 3], Limit),

@@ -14,7 +14,6 @@ impl Drops {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// Counts one more.
     pub fn add(&self) {
         self.0.fetch_add(1, Ordering::Relaxed);
     }

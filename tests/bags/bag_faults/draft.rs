@@ -1,6 +1,5 @@
 //! A bag that can be made wrong in one way: all that a recorder would write, open to be changed before it is written.
 
-#![allow(missing_docs, reason = "a helper of a test")]
 #![allow(missing_debug_implementations, reason = "as above")]
 #![allow(unreachable_pub, reason = "a module of a test binary has no outside")]
 

@@ -1,7 +1,6 @@
 //! Bags that somebody made to harm whoever opens them, and bags with some bytes changed: every command ends, says something, and takes no more
 //! memory than it should.
 
-#![allow(missing_docs, reason = "a helper of a test")]
 #![allow(unreachable_pub, reason = "a module of a test binary has no outside")]
 
 use super::draft::{Draft, PAGES, patch_last, records, without_crc};

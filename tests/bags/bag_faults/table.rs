@@ -1,6 +1,5 @@
 //! Every fault that a bag can have: how it is made, and what `camwright bag check` says of it.
 
-#![allow(missing_docs, reason = "a helper of a test")]
 #![allow(missing_debug_implementations, reason = "as above")]
 #![allow(unreachable_pub, reason = "a module of a test binary has no outside")]
 

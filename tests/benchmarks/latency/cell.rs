@@ -181,7 +181,6 @@ pub fn send_chunks(asker: &mut Asker, watch: &Watch, chunk: &JointTrajectory, [o
 /// Where the axes rest (rad, m): by the encoder's scales of the machine that is used.
 fn rest_positions(stream: &MachineStream) -> Vec<f64> {
     const PER_UNIT: [f64; 3] = [3_600_000.0 / std::f64::consts::TAU, 1e8, 1e7];
-    #[allow(clippy::cast_precision_loss, reason = "encoder counts of a machine's travel")]
     stream.setpoint_counts.iter().zip(PER_UNIT).map(|(counts, per_unit)| *counts as f64 / per_unit).collect()
 }
 

@@ -27,8 +27,7 @@ impl Row {
     /// The smallest time that this share of the samples does not exceed, those that were lost being slower than all others: `None` if it
     /// lies among them.
     fn quantile(sorted: &[Duration], lost: usize, share: f64) -> Option<Duration> {
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
-        #[allow(clippy::cast_precision_loss, reason = "some thousand samples")]
+        #[allow(clippy::cast_possible_truncation, reason = "a share of a length")]
         let index = (share * (sorted.len() + lost) as f64).ceil() as usize;
         sorted.get(index.saturating_sub(1)).copied()
     }

@@ -2,7 +2,7 @@
 //!
 //! Options after `--`: `--quick` (few samples), `--only-cell` (no responders), `--seed N`. Ctrl-C prints what there is. What each row is
 //! stands in `tests/benchmarks/README.md`. Ends with 1 where a row lacks samples; how long anything took is nobody's condition.
-#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command")]
+#![allow(clippy::print_stdout, reason = "a command")]
 #![allow(unreachable_pub, reason = "a binary has no outside")]
 
 mod asker;

@@ -2,7 +2,7 @@
 //!
 //! What each column is stands in `tests/benchmarks/README.md`. Ends with 1 where a message is not accounted for, or with `--cell` where
 //! one is missing; how long anything took is nobody's condition.
-#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command")]
+#![allow(clippy::print_stdout, reason = "a command")]
 #![allow(unreachable_pub, reason = "a binary has no outside")]
 
 mod account;
@@ -162,7 +162,6 @@ fn into_twin(load: Load, env: &PeerEnv, bag: &Path) -> Row {
     }
 }
 
-#[allow(clippy::cast_precision_loss, reason = "sizes and times for people")]
 fn print(rows: &[Row]) {
     println!(
         "| recorder | publisher | QoS | sent | in s | received | lost on the way | by the socket | written | dropped | CPU s | \

@@ -1,5 +1,4 @@
 //! A machine with one fault: a node that passes on what a sound one says and hears, all but one thing.
-#![allow(missing_docs, reason = "a helper of tests")]
 #![allow(missing_debug_implementations, reason = "as above")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 

@@ -1,7 +1,6 @@
 //! In the place of `ros2_control`'s `joint_trajectory_controller` with drives that follow: it samples the newest trajectory at its own time,
 //! by the spline through the positions, velocities and accelerations of two points, from where it was where the first point lies ahead, and
 //! says 200 times a second where it is.
-#![allow(missing_docs, reason = "a helper of tests")]
 #![allow(missing_debug_implementations, reason = "as above")]
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 

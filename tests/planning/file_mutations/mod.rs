@@ -10,9 +10,8 @@
 //! time, `CAMWRIGHT_UNCHANGED=1` changes nothing, to see that what is changed is accepted as it is, `CAMWRIGHT_PROGRAM` names another build of the program. What fails is kept under `target/tmp/file_mutations`, with the command.
 
 #![allow(clippy::print_stdout, reason = "a campaign reports its progress")]
-#![allow(missing_docs, reason = "a test")]
 #![allow(unreachable_pub, reason = "a test has no outside")]
-#![allow(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "small numbers of a test")]
+#![allow(clippy::cast_possible_truncation, reason = "small numbers of a test")]
 
 mod bags;
 mod bounds;

@@ -4,7 +4,6 @@
 //! `CAMWRIGHT_INTEROP=words` runs only the scenarios whose names hold one of the words; `CAMWRIGHT_INTEROP=write` writes the table anew.
 
 #![allow(unreachable_pub, reason = "a test binary has no outside")]
-#![allow(clippy::print_stderr, reason = "how long each scenario takes is worth seeing")]
 
 use crate::support;
 

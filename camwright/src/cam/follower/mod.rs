@@ -65,7 +65,6 @@ pub struct Pivot {
 pub enum ArmSide {
     /// In the direction of increasing cam angle.
     Ahead,
-    /// Against it.
     Behind,
 }
 
@@ -115,7 +114,6 @@ pub enum FollowerError {
     /// A number of the follower is out of its range.
     #[error("{what} {value} mm is not {bound}")]
     BadNumber {
-        /// Which number.
         what: &'static str,
         /// What was given (mm).
         value: f64,

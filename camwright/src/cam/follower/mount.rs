@@ -41,7 +41,6 @@ pub(super) struct Swing {
     pub(super) pivot_mm: f64,
     /// σ: +1 if the arm reaches ahead, −1 if behind.
     pub(super) sense: f64,
-    /// ψ₀.
     pub(super) rest_rad: f64,
     /// dψ/ds.
     pub(super) rad_per_lift: f64,

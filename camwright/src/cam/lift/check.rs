@@ -120,7 +120,6 @@ pub(super) fn values(
         }
     };
     let bound_mm = 0.5 * declaration.resolution_mm;
-    #[allow(clippy::cast_precision_loss, reason = "a report")]
     if let Some((units, misclosure_mm)) =
         misclosure.map(|units| (units, units as f64 * digit_mm)).filter(|(_, mm)| mm.abs() >= bound_mm)
     {
@@ -129,7 +128,6 @@ pub(super) fn values(
     }
     let digits = declaration.resolution_mm / digit_mm;
     // A sum that does not come back is told as that; its seam is no jump.
-    #[allow(clippy::cast_precision_loss, reason = "a size")]
     let closed = match declaration.form {
         LiftForm::Absolute => whole,
         LiftForm::Increments => misclosure.is_some_and(|units| units.unsigned_abs() as f64 * digit_mm < bound_mm),
@@ -164,7 +162,6 @@ fn sum(read: &mut [Option<i64>], lines: &[usize], digit_mm: f64, findings: &mut 
         // Both are below 2^53 before the sum, so it cannot overflow.
         sum += increment.unwrap_or(0);
         if sum.abs() > most {
-            #[allow(clippy::cast_precision_loss, reason = "a report")]
             let value_mm = sum as f64 * digit_mm;
             findings.push(LiftError::TooLarge { line: *line, value_mm, most_mm: LARGEST_MM });
             return None;
@@ -197,7 +194,6 @@ fn last_digit(rows: &[LiftRow], declaration: &LiftDeclaration, findings: &mut Ve
         }
         if digit_mm <= 9.0 * FINEST_DIGIT_MM {
             let off: Vec<&LiftRow> = rows.iter().filter(usable).filter(|row| is_off(row, digit_mm)).collect();
-            #[allow(clippy::cast_precision_loss, reason = "row counts are far below 2^53")]
             if off.len() as f64 <= ALL_DIGITS * rows.len() as f64 {
                 findings.extend(off.iter().map(|row| LiftError::OffDigit {
                     line: row.line,

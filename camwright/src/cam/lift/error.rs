@@ -7,20 +7,10 @@ use thiserror::Error;
 pub enum LiftError {
     /// Too few rows to be a lift table.
     #[error("{count} rows are too few, at least {least} are needed for one turn")]
-    TooFewRows {
-        /// Number of rows.
-        count: usize,
-        /// Smallest number.
-        least: usize,
-    },
+    TooFewRows { count: usize, least: usize },
     /// More rows than the arithmetic is made for.
     #[error("{count} rows are too many, at most {most} are allowed for one turn")]
-    TooManyRows {
-        /// Number of rows.
-        count: usize,
-        /// Largest number.
-        most: usize,
-    },
+    TooManyRows { count: usize, most: usize },
     /// The declared resolution is not usable.
     #[error("resolution {resolution_mm} mm is not within {least_mm} mm to {most_mm} mm")]
     BadResolution {
@@ -36,9 +26,7 @@ pub enum LiftError {
     NotFinite {
         /// Line of the file.
         line: usize,
-        /// Which number.
         what: &'static str,
-        /// Its value.
         value: f64,
     },
     /// A value too large to be a lift.
@@ -106,9 +94,7 @@ pub enum LiftError {
     BlockCount {
         /// Last line of the table.
         line: usize,
-        /// Blocks found.
         count: usize,
-        /// Blocks declared.
         declared: usize,
     },
     /// An angle off the even division of the turn.
@@ -210,7 +196,6 @@ pub enum LiftError {
     /// A half table whose first row is not the nose.
     #[error("line {line}: a half table begins at the nose, at 0 deg, not at {angle_deg:.4} deg")]
     HalfStart {
-        /// Its first line.
         line: usize,
         /// Angle there (deg).
         angle_deg: f64,
@@ -218,7 +203,6 @@ pub enum LiftError {
     /// A half table beyond half a turn.
     #[error("line {line}: a half table covers at most {most_deg} deg, this angle is {angle_deg:.4} deg")]
     HalfSpan {
-        /// First line beyond.
         line: usize,
         /// Angle there (deg).
         angle_deg: f64,
@@ -245,7 +229,6 @@ pub enum LiftError {
         "line {line}: the flank ends at a lift of {lift_mm:.6} mm; on the base circle at most {bound_mm} mm remain"
     )]
     FlankEndsHigh {
-        /// Last line.
         line: usize,
         /// Lift there (mm).
         lift_mm: f64,
@@ -295,7 +278,6 @@ pub enum LiftError {
         azimuth_deg: f64,
         /// That of the point before (deg).
         previous_deg: f64,
-        /// Where that stands.
         previous_line: usize,
     },
     /// Points of a contour that are far apart.
@@ -317,7 +299,6 @@ pub enum LiftError {
         "line {line}: up to here and back to the first the points go {covered_deg:.4} deg round the axis; it must be 360 deg"
     )]
     NotOnceRound {
-        /// Last line.
         line: usize,
         /// Azimuth covered (deg).
         covered_deg: f64,

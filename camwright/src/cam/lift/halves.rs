@@ -67,7 +67,6 @@ pub fn whole_turn(
     let turn = declaration.angle_unit.turn_deg();
     let cam_step = step * 360.0 / turn;
     let nose = block_of(nose_deg, cam_step);
-    #[allow(clippy::cast_precision_loss, reason = "block counts are far below 2^53")]
     let off_deg = nose_deg - nose as f64 * cam_step;
     if off_deg.is_nan() || off_deg.abs() > super::row_spacing::ANGLE_TOLERANCE * cam_step {
         findings.push(LiftError::ZeroOffStep { zero_deg: nose_deg, off_deg, step_deg: cam_step });
@@ -76,7 +75,6 @@ pub fn whole_turn(
         return Err(sorted(findings));
     }
     let nose = usize::try_from(nose.rem_euclid(i64::try_from(blocks).unwrap_or(i64::MAX))).unwrap_or(0);
-    #[allow(clippy::cast_precision_loss, reason = "block counts are far below 2^53")]
     let base = |block: usize| LiftRow { line: 0, angle_deg: Some(turn * block as f64 / blocks as f64), value_mm: 0.0 };
     let mut rows: Vec<LiftRow> = (0..blocks).map(base).collect();
     let mut put = |block: usize, half: &Half<'_>, slot: usize, mirrored: bool| {

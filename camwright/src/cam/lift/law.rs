@@ -34,9 +34,7 @@ pub enum LiftLawError {
     /// A number of a formula is out of its range.
     #[error("{what} is {value}, it must be {bound}")]
     BadNumber {
-        /// Which number.
         what: &'static str,
-        /// Its value.
         value: f64,
         /// What it must be.
         bound: &'static str,
@@ -275,7 +273,6 @@ impl LiftLaw {
     pub fn breaks(&self) -> Vec<f64> {
         match &self.shape {
             Shape::Program(program) => program.joints().collect(),
-            #[allow(clippy::cast_precision_loss, reason = "at most as many knots as rows")]
             Shape::Cubic(spline) => {
                 (0..spline.knots()).map(|knot| knot as f64 * TURN_RAD / spline.knots() as f64).collect()
             }

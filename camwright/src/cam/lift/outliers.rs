@@ -19,22 +19,17 @@ use alloc::vec::Vec;
 /// Something off the trend, in units of the last digit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Deviation {
-    /// One row.
     Row {
-        /// Its slot.
         at: usize,
         /// How far it lies off.
         off: f64,
-        /// Allowed.
         bound: f64,
     },
     /// Everything from a slot on.
     Jump {
         /// The first slot after the jump.
         at: usize,
-        /// Its height.
         height: f64,
-        /// Allowed.
         bound: f64,
     },
 }
@@ -59,10 +54,8 @@ pub(super) fn deviations(lifts: &[Option<i64>], closed: bool, digits: f64) -> Ve
     if lifts.len() < super::table::LiftTable::MIN_BLOCKS {
         return found;
     }
-    #[allow(clippy::cast_precision_loss, reason = "units are far below 2^53")]
     let values = lifts.iter().map(|lift| lift.map_or(f64::NAN, |units| units as f64)).collect();
     let mut series = Series { values, cut: vec![false; lifts.len()], closed };
-    #[allow(clippy::cast_precision_loss, reason = "row counts are far below 2^53")]
     let coarse = (FINE / lifts.len() as f64).max(1.0);
     while found.len() < MOST {
         let Some(worst) = series.worst(digits, SHARE * coarse * coarse) else { break };

@@ -61,7 +61,6 @@ pub fn rows_of(points: &[ContourPoint]) -> Result<Vec<LiftRow>, Vec<LiftError>> 
     };
     let blocks = DIVISIONS.into_iter().find(|blocks| *blocks >= 2 * points.len()).unwrap_or(LiftTable::MAX_BLOCKS);
     let first_rad = polar[0].0;
-    #[allow(clippy::cast_precision_loss, reason = "at most MAX_BLOCKS")]
     let row = |block: usize| {
         let angle_deg = 360.0 * block as f64 / blocks as f64;
         let angle = rad_from_deg(angle_deg);

@@ -22,20 +22,13 @@ pub struct MotionSegment {
 pub enum ProgramError {
     /// No segments, or too many.
     #[error("a motion program has {count} segments, 1 to {most} are allowed")]
-    SegmentCount {
-        /// Number of segments.
-        count: usize,
-        /// Largest number.
-        most: usize,
-    },
+    SegmentCount { count: usize, most: usize },
     /// A number that is not finite, or an angle that is not positive.
     #[error("segment {segment}: {what} is {value}")]
     BadNumber {
         /// Number of the segment, from 1.
         segment: usize,
-        /// Which number.
         what: &'static str,
-        /// Its value.
         value: f64,
     },
     /// A dwell with a rise.

@@ -58,7 +58,6 @@ impl TableReading {
     /// Measures a law against the points of its table; solver's figures are added by who has them.
     pub(super) fn measure(law: &LiftLaw, table: &LiftTable, reading: Reading, allowed_mm: f64) -> Self {
         let (mut max_deviation_mm, mut max_deviation_rad, mut squares) = (0.0, 0.0, 0.0);
-        #[allow(clippy::cast_precision_loss, reason = "at most MAX_BLOCKS")]
         for block in 0..table.blocks() {
             let angle = block as f64 * table.block_rad();
             let deviation = (law.sample(angle).value - table.lift_mm(block)).abs();
@@ -67,7 +66,6 @@ impl TableReading {
                 (max_deviation_mm, max_deviation_rad) = (deviation, angle);
             }
         }
-        #[allow(clippy::cast_precision_loss, reason = "at most MAX_BLOCKS")]
         let rms_deviation_mm = libm::sqrt(squares / table.blocks() as f64);
         Self {
             reading,

@@ -128,7 +128,6 @@ pub(super) fn walk(rows: &[LiftRow], turn: f64, declared: Option<usize>, finding
     let blocks = whole((turn / step).min(1e9));
     findings.extend(angles_missing(rows));
     // A row without a usable angle has its own finding; it is taken to stand where the even division has it.
-    #[allow(clippy::cast_precision_loss, reason = "row counts are far below 2^53")]
     let leading = rows.iter().take_while(|row| usable(row).is_none()).count() as f64;
     let mut expected = known.first().copied().unwrap_or(0.0) - leading * step;
     let angles: Vec<f64> = rows
@@ -175,7 +174,6 @@ fn angles_missing(rows: &[LiftRow]) -> impl Iterator<Item = LiftError> {
 /// The block: as declared, else the whole division of the turn nearest to the median difference, which neither a missing
 /// row nor a duplicate moves.
 fn nominal_step(angles: &[f64], turn: f64, declared: Option<usize>) -> f64 {
-    #[allow(clippy::cast_precision_loss, reason = "block counts are far below 2^53")]
     if let Some(blocks) = declared.filter(|blocks| *blocks > 0) {
         return turn / blocks as f64;
     }
@@ -187,10 +185,8 @@ fn nominal_step(angles: &[f64], turn: f64, declared: Option<usize>) -> f64 {
     let median = differences[differences.len() / 2].max(turn / 1e9);
     let by_median = turn / libm::round(turn / median).max(1.0);
     // Angles rounded to few digits spoil the median of narrow blocks; the whole span of an unbroken table does not.
-    #[allow(clippy::cast_precision_loss, reason = "row counts are far below 2^53")]
     let mean = (angles[angles.len() - 1] - angles[0]).abs().max(turn / 1e9) / (angles.len() - 1) as f64;
     let by_mean = turn / libm::round(turn / mean).max(1.0);
-    #[allow(clippy::cast_precision_loss, reason = "row counts are far below 2^53")]
     let fits = |step: f64| {
         angles
             .iter()
@@ -208,7 +204,7 @@ pub(super) fn block_of(angle_deg: f64, step_deg: f64) -> i64 {
 }
 
 fn whole(value: f64) -> usize {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of blocks, saturating")]
+    #[allow(clippy::cast_possible_truncation, reason = "a count of blocks, saturating")]
     let count = libm::round(value) as usize;
     count
 }

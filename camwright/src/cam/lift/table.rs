@@ -130,10 +130,8 @@ impl LiftTable {
     /// # Errors
     /// An angle that is no multiple of the block.
     pub fn turned_by(mut self, zero_deg: f64) -> Result<Self, LiftError> {
-        #[allow(clippy::cast_precision_loss, reason = "at most MAX_BLOCKS")]
         let step_deg = 360.0 / self.blocks() as f64;
         let turned = block_of(zero_deg, step_deg);
-        #[allow(clippy::cast_precision_loss, reason = "a few turns of blocks")]
         let off_deg = zero_deg - turned as f64 * step_deg;
         if off_deg.is_nan() || off_deg.abs() > ANGLE_TOLERANCE * step_deg {
             return Err(LiftError::ZeroOffStep { zero_deg, off_deg, step_deg });
@@ -152,7 +150,6 @@ impl LiftTable {
     /// Angle of one block (rad).
     #[must_use]
     pub fn block_rad(&self) -> f64 {
-        #[allow(clippy::cast_precision_loss, reason = "at most MAX_BLOCKS")]
         let blocks = self.lifts.len() as f64;
         TURN_RAD / blocks
     }
@@ -203,7 +200,6 @@ impl LiftTable {
 /// A length of whole digits (mm). A decimal digit is not a binary number, but its inverse is a whole one, in mm or in
 /// inches: dividing rounds once and gives the number that the printed figure parses to.
 pub(super) fn mm_from_units(units: i64, digit_mm: f64) -> f64 {
-    #[allow(clippy::cast_precision_loss, reason = "units are checked to be below 2^53")]
     let units = units as f64;
     for unit in [LengthUnit::Millimetre, LengthUnit::Inch] {
         let per_unit = libm::round(unit.mm() / digit_mm);

@@ -51,7 +51,6 @@ pub enum LiftDoubt {
         usual_low_deg: f64,
         /// Most usual (cam deg).
         usual_high_deg: f64,
-        /// cam or crank.
         other: &'static str,
         /// Cam angle if the degrees were the other ones (deg).
         other_deg: f64,

@@ -11,7 +11,6 @@ use alloc::vec::Vec;
 /// polynomial, which begins and ends without slope and bend: the surface is C² along z.
 #[derive(Debug, Clone, Copy)]
 pub struct CamAlong<'a> {
-    /// Its outline.
     pub contour: &'a Contour,
     /// Azimuth of its cam angle 0, from the key-way (rad).
     pub phase_rad: f64,
@@ -30,7 +29,6 @@ const WANTED_ERROR_MM: f64 = 1e-8;
 /// Error that is still accepted with the most knots (mm): only laws whose acceleration jumps come near it.
 const ALLOWED_ERROR_MM: f64 = 2e-6;
 
-/// Most cams.
 const MOST: usize = 1000;
 
 /// Most rows on which bounds are looked for.
@@ -86,7 +84,7 @@ impl CamStack {
         let knots = self.cams.iter().map(|cam| cam.outline.coefficients().len()).max().unwrap_or(0);
         let (from, to) = self.ends_mm();
         let shortest = self.cams.windows(2).map(|pair| pair[1].from_mm - pair[0].to_mm).fold(f64::INFINITY, f64::min);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it saturates, and is cut off")]
+        #[allow(clippy::cast_possible_truncation, reason = "it saturates, and is cut off")]
         let rows = (16.0 * (to - from) / shortest) as u32;
         (u32::try_from(2 * knots).unwrap_or(KNOTS.1).min(1440), rows.min(MOST_ROWS))
     }

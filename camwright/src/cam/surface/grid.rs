@@ -110,11 +110,7 @@ impl GridSpline {
         let x = (azimuth_rad - self.start_rad) * per_rad;
         // Into the turn without a whole-number remainder, which takes longer than the rest.
         let x = x - n as f64 * libm::floor(x / n as f64);
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "within the turn; what is none gives 0"
-        )]
+        #[allow(clippy::cast_possible_truncation, reason = "within the turn; what is none gives 0")]
         let knot = (x as usize).min(n - 1);
         let round = Weights::of_coefficients(x - knot as f64);
         // The two rows of six coefficients, and what they are in value, slope and bend along z.
@@ -148,7 +144,7 @@ impl GridSpline {
     fn along(&self, z_mm: f64) -> (usize, [[f64; 4]; 3]) {
         let last = self.z_mm.len() - 1;
         let inside = z_mm.clamp(self.z_mm[0], self.z_mm[last]);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it lies between the ends")]
+        #[allow(clippy::cast_possible_truncation, reason = "it lies between the ends")]
         let mut row = (((inside - self.z_mm[0]) * self.rows_per_mm) as usize).min(last - 1);
         if !(self.z_mm[row] <= inside && inside <= self.z_mm[row + 1]) {
             row = self.z_mm.partition_point(|z| *z <= inside).clamp(1, last) - 1;

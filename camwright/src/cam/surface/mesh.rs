@@ -33,7 +33,6 @@ pub struct MeshReading {
     pub faces_off_mm: f64,
 }
 
-/// Most triangles.
 const MOST_TRIANGLES: usize = 3_000_000;
 
 /// Largest coordinate (mm).
@@ -242,7 +241,7 @@ fn resolution(faces: &[[Corner; 3]], length_mm: f64) -> (usize, usize) {
             .sum();
         sum / faces.len() as f64
     };
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive, and cut off")]
+    #[allow(clippy::cast_possible_truncation, reason = "positive, and cut off")]
     let steps = |whole: f64, one: f64| libm::round(whole / one) as usize;
     let angles = steps(TURN_RAD, extent(|corner| corner.azimuth_rad));
     let rows = steps(length_mm, extent(|corner| corner.z_mm)).saturating_add(1);

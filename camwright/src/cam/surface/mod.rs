@@ -30,14 +30,7 @@ use thiserror::Error;
 pub enum SurfaceError {
     /// A number that describes the surface is out of its range.
     #[error("{what} is {value}, it must be {allowed}")]
-    BadNumber {
-        /// Which.
-        what: &'static str,
-        /// What was given.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    BadNumber { what: &'static str, value: f64, allowed: &'static str },
     /// The ends of the part are not in order.
     #[error("the part ends at z = {to_mm} mm, it must end above z = {from_mm} mm, where it begins")]
     NoLength {
@@ -49,27 +42,15 @@ pub enum SurfaceError {
     /// Too few, or too many, of something.
     #[error("{count} {what}, there must be {least} to {most}")]
     Count {
-        /// Of what.
         what: &'static str,
         /// How many were given.
         count: usize,
-        /// Fewest.
         least: usize,
-        /// Most.
         most: usize,
     },
     /// A grid is not as large as its axes say.
     #[error("a grid of {angles} azimuths and {rows} rows has {count} radii, not {wanted}")]
-    GridSize {
-        /// Azimuths.
-        angles: usize,
-        /// Rows.
-        rows: usize,
-        /// Radii given.
-        count: usize,
-        /// Radii wanted.
-        wanted: usize,
-    },
+    GridSize { angles: usize, rows: usize, count: usize, wanted: usize },
     /// A radius of a grid is not a positive number.
     #[error("row {row}, azimuth {azimuth_deg:.3} deg: radius {radius_mm} mm is not a positive number")]
     BadRadius {
@@ -131,7 +112,6 @@ pub enum SurfaceError {
     RoughCam {
         /// Which cam, from 0.
         cam: usize,
-        /// Knots tried.
         knots: usize,
         /// Remaining error (mm).
         error_mm: f64,

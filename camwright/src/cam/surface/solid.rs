@@ -9,7 +9,6 @@ use alloc::vec::Vec;
 pub struct Along {
     /// At z = 0.
     pub at_zero: f64,
-    /// Change per mm.
     pub per_mm: f64,
 }
 
@@ -70,7 +69,6 @@ pub enum Solid {
     Lobed {
         /// Mean radius (mm).
         mean_mm: Along,
-        /// The waves.
         harmonics: Vec<Harmonic>,
     },
 }

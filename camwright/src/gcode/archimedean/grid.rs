@@ -59,7 +59,7 @@ impl Grid {
         let way_rad = request.to_rad - request.from_rad;
         let cells = libm::ceil(way_rad / TURN_RAD * CELLS_PER_TURN).max(1.0);
         let cell_rad = way_rad / cells;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 720 000 cells")]
+        #[allow(clippy::cast_possible_truncation, reason = "at most 720 000 cells")]
         let cells = cells as u32;
         let mut steps = Vec::with_capacity(cells as usize);
         let mut points = 1_u64;
@@ -67,12 +67,7 @@ impl Grid {
             let bend = Self::largest_second(request, f64::from(cell) * cell_rad, cell_rad)?;
             let step_rad = libm::sqrt(8.0 * SHARE * usable_mm / bend.max(f64::MIN_POSITIVE));
             let count = f64::from(finer) * libm::ceil(cell_rad / step_rad).max(LEAST);
-            #[allow(
-                clippy::cast_precision_loss,
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "a count below 2^53"
-            )]
+            #[allow(clippy::cast_possible_truncation, reason = "a count below 2^53")]
             let whole = count.min(MOST_POINTS as f64) as u64;
             steps.push(whole);
             points = points.saturating_add(whole);
@@ -101,7 +96,6 @@ impl Grid {
     }
 
     /// The travels at evenly spread places of every cell.
-    #[allow(clippy::cast_precision_loss, reason = "counts far below 2^53")]
     fn at(request: &Request<'_>, cell_rad: f64, steps: &[u64]) -> Result<Self, ChainError> {
         let mut angles_rad = Vec::new();
         for (cell, count) in steps.iter().enumerate() {

@@ -71,7 +71,6 @@ pub enum ChainError {
         from_deg: f64,
         /// Where it ends (deg).
         to_deg: f64,
-        /// Axes that move.
         axes: usize,
         /// Longest way (turns).
         most_turns: u32,
@@ -85,11 +84,9 @@ pub enum ChainError {
     /// So fine that it would take too long.
     #[error("the travel must be looked at in {points} places for a tolerance of {tolerance_um} um; at most {most} are")]
     TooFine {
-        /// Places.
         points: u64,
         /// The tolerance (um).
         tolerance_um: f64,
-        /// Most places.
         most: u64,
     },
 }
@@ -114,7 +111,6 @@ pub struct Deviation {
     pub error_at_rad: f64,
     /// Largest change of slope from a piece to the next (mm/rad).
     pub slope_jump_mm_rad: f64,
-    /// The axis.
     pub slope_axis: usize,
     /// Turned angle there (rad).
     pub slope_at_rad: f64,
@@ -141,7 +137,6 @@ impl Chain {
         })
     }
 
-    /// Pieces.
     #[must_use]
     pub fn pieces(&self) -> usize {
         self.angles_rad.len().saturating_sub(1)

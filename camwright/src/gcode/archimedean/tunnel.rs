@@ -113,14 +113,12 @@ impl Lines {
         if low <= high {
             return Line { at: self.at, height: 0.5 * (low + high), slope: 0.0 };
         }
-        #[allow(clippy::cast_precision_loss, reason = "a handful of corners")]
         let share = 1.0 / self.corners.len() as f64;
         let (slope, height) = self.corners.iter().fold((0.0, 0.0), |sum, c| (sum.0 + share * c.0, sum.1 + share * c.1));
         Line { at: self.at, height, slope }
     }
 }
 
-/// The tunnel.
 struct Tunnel<'a> {
     angles: &'a [f64],
     values: &'a [f64],

@@ -17,10 +17,8 @@ pub struct Ran {
     pub time_s: Option<f64>,
 }
 
-/// What was found.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Compared {
-    /// Motions.
     pub moves: usize,
     /// Calls, each a run of feeds between rapids.
     pub calls: usize,

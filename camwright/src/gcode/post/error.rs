@@ -25,25 +25,18 @@ pub enum PostError {
     TooLongTurn {
         /// Blocks that the turn takes at least.
         blocks: u64,
-        /// Allowed.
         allowed: u64,
     },
     /// A number that makes no program.
     #[error("{what} is {value}; {allowed}")]
     BadNumber {
-        /// Which number.
         what: String,
-        /// Its value.
         value: f64,
         /// What it may be.
         allowed: &'static str,
     },
-    /// Nothing to make.
     #[error("there is nothing to make: {what}")]
-    Nothing {
-        /// What is missing.
-        what: String,
-    },
+    Nothing { what: String },
     /// The path cannot be cut into pieces.
     #[error(transparent)]
     Chain(#[from] ChainError),
@@ -52,23 +45,14 @@ pub enum PostError {
     Format(#[from] FormatError),
     /// Something of a pass.
     #[error("{feature}, pass {pass}: {source}")]
-    Of {
-        /// The feature.
-        feature: String,
-        /// The pass.
-        pass: String,
-        /// What.
-        source: Box<PostError>,
-    },
+    Of { feature: String, pass: String, source: Box<PostError> },
     /// More blocks than the control reads.
     #[error(
         "{feature}, pass {pass}: {blocks_s:.0} blocks a second with a tolerance of {tolerance_um:.3} um; the control reads {most_s:.0}. It \
          would at {fits_rpm:.3} rpm, or with a larger tolerance"
     )]
     TooManyBlocks {
-        /// The feature.
         feature: String,
-        /// The pass.
         pass: String,
         /// Blocks in a second.
         blocks_s: f64,
@@ -81,10 +65,7 @@ pub enum PostError {
     },
     /// More subprograms than there are numbers.
     #[error("{count} subprograms are more than there are numbers")]
-    TooManySubprograms {
-        /// How many.
-        count: usize,
-    },
+    TooManySubprograms { count: usize },
     /// What was made is not within its tolerance.
     #[error("the pieces are {error_um:.4} um off at {at_deg:.3} deg, allowed are {allowed_um:.4} um")]
     OffThePath {
@@ -100,16 +81,10 @@ pub enum PostError {
     RaisedFeed(RaisedFeed),
     /// Another number of calls came back.
     #[error("{found} runs of feeds, but {expected} calls")]
-    OtherCalls {
-        /// Runs of feeds.
-        found: usize,
-        /// Calls.
-        expected: usize,
-    },
+    OtherCalls { found: usize, expected: usize },
     /// A rapid beside the part that is not clear of it.
     #[error("{feature}: a rapid at {at_mm:.4} mm; it is clear at {clear_mm:.4} mm")]
     RapidNotClear {
-        /// The feature.
         feature: String,
         /// Where the infeed axis is (mm).
         at_mm: f64,
@@ -140,7 +115,6 @@ pub(super) fn check(request: &ProgramRequest<'_>) -> Result<(), PostError> {
         return Err(PostError::Nothing { what: "no cam and no groove".into() });
     }
     let calls = request.features.iter().flat_map(|of| &of.passes).map(|pass| pass.leaves_mm.len()).sum::<usize>();
-    #[allow(clippy::cast_precision_loss, reason = "for people")]
     bad_unless(calls <= MOST_CALLS, "the number of calls", calls as f64, "at most 100000 are made")?;
     for of in &request.features {
         check_feature(of)?;

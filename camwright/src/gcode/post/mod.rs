@@ -38,9 +38,7 @@ const MOST_NAME: usize = 20;
 /// The control that runs a program.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Control {
-    /// What it reads.
     pub dialect: Dialect,
-    /// Its least increments.
     pub format: Format,
     /// Blocks that it reads in a second for as long as it takes.
     pub most_blocks_s: f64,
@@ -71,7 +69,6 @@ pub enum TurnSpeed<'a> {
 #[derive(Clone)]
 #[allow(missing_debug_implementations, reason = "a speed may be a function")]
 pub struct PassRequest<'a> {
-    /// Name, for people.
     pub name: String,
     /// What is left to the full depth in each of its calls, along the infeed axis (mm), in their order.
     pub leaves_mm: Vec<f64>,
@@ -102,7 +99,6 @@ pub struct Lead {
 #[derive(Clone)]
 #[allow(missing_debug_implementations, reason = "a speed may be a function")]
 pub struct FeatureRequest<'a> {
-    /// Name, for people.
     pub name: String,
     /// α, from the part's zero to angle 0 of the path (rad).
     pub phase_rad: f64,
@@ -122,19 +118,16 @@ pub struct FeatureRequest<'a> {
 #[derive(Clone)]
 #[allow(missing_debug_implementations, reason = "a speed may be a function")]
 pub struct ProgramRequest<'a> {
-    /// Its name.
     pub name: String,
     /// Its number; subprograms have those that follow.
     pub number: u32,
     /// Lines for people at its head.
     pub header: Vec<String>,
-    /// The cutter.
     pub tool: Tool,
     /// How its spindle turns, if the program says.
     pub spindle: Option<(Direction, u32)>,
     /// Whether there is coolant.
     pub coolant: bool,
-    /// The control.
     pub control: Control,
     /// What is made, in its order.
     pub features: Vec<FeatureRequest<'a>>,
@@ -157,7 +150,6 @@ pub struct PostedTurn {
     pub pieces_of_turn: usize,
     /// How many theory asks for.
     pub theoretical_pieces: f64,
-    /// Blocks in all.
     pub blocks: usize,
     /// Blocks that take longer than the speed of C asks for, because the control has no shorter ones.
     pub lengthened: usize,
@@ -176,7 +168,6 @@ pub struct PostedTurn {
 /// A program and what is known of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Posted {
-    /// The program.
     pub program: Program,
     /// Every turn that it has a subprogram for.
     pub turns: Vec<PostedTurn>,

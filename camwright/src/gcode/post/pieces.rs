@@ -273,7 +273,6 @@ impl Pieces {
         }
         // What the smallest of them goes: none is slower than the least rate.
         let of_step = (increments / steps.max(1)).max(1);
-        #[allow(clippy::cast_precision_loss, reason = "increments of one piece")]
         let step_s = STEP_SHARE * least_mm * of_step as f64 * 60.0 / LEAST_RATE_MM_MIN;
         let (begins, ends) = (self.format.value(NcAxis::C, from.c), self.format.value(NcAxis::C, to.c));
         let position = |step: i64| -> Vec<i64> {
@@ -281,7 +280,6 @@ impl Pieces {
             let at = |start: &i64, way: &i64| start + (2 * way * step + steps * way.signum()) / (2 * steps);
             from.positions.iter().zip(&ways).map(|(start, way)| at(start, way)).collect()
         };
-        #[allow(clippy::cast_precision_loss, reason = "increments of one piece")]
         for step in 0..steps {
             // In the middle of its share of the angle, so that it is half an increment off on either side.
             let middle = begins + (ends - begins) * (step as f64 + 0.5) / steps as f64;
@@ -314,7 +312,6 @@ impl Pieces {
 
     fn count_rate(&mut self) {
         let over = RATE_OVER.min(self.times_s.len()).max(1);
-        #[allow(clippy::cast_precision_loss, reason = "ten blocks")]
         let rate = |window: &[f64]| window.len() as f64 / window.iter().sum::<f64>();
         self.blocks_s = self.times_s.windows(over).map(rate).fold(0.0, f64::max);
     }

@@ -117,7 +117,7 @@ impl<'a> Turn<'a> {
             return (to_rad - from_rad) / speed;
         }
         let way = to_rad - from_rad;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a way within the turns of a call")]
+        #[allow(clippy::cast_possible_truncation, reason = "a way within the turns of a call")]
         let steps = libm::ceil(way * STEPS_PER_TURN / TURN_RAD).clamp(1.0, 1e9) as u32;
         let step = way / f64::from(steps);
         let slowness = |at: f64| 1.0 / self.speed_rad_s(from_rad + at * step);

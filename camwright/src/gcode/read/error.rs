@@ -12,7 +12,6 @@ pub struct ReadError {
     pub file: String,
     /// Line, from 1.
     pub line: u32,
-    /// What is wrong.
     pub fault: ReadFault,
 }
 
@@ -39,126 +38,63 @@ pub enum ReadFault {
     UnclosedComment,
     /// A comment that the control executes.
     #[error("the comment ({word},…) is executed by the control; what it does is not known here")]
-    ActiveComment {
-        /// Its first word.
-        word: String,
-    },
+    ActiveComment { word: String },
     /// Something that is no word.
     #[error("{text:?} is no word that is read here")]
-    NoWord {
-        /// The text.
-        text: String,
-    },
+    NoWord { text: String },
     /// A word that means nothing in its block.
     #[error("the word {word} is not understood here")]
-    UnknownWord {
-        /// The word.
-        word: String,
-    },
+    UnknownWord { word: String },
     /// A word that is there twice.
     #[error("{word} is there twice in one block")]
-    Twice {
-        /// The word.
-        word: String,
-    },
+    Twice { word: String },
     /// Two words of one modal group.
     #[error("{first} and {second} exclude each other in one block")]
-    OneGroup {
-        /// The first.
-        first: String,
-        /// The second.
-        second: String,
-    },
+    OneGroup { first: String, second: String },
     /// A number that cannot be read.
     #[error("{text:?} is no decimal number below 100000000 with at most 9 places")]
-    Number {
-        /// The text.
-        text: String,
-    },
+    Number { text: String },
     /// A number without a point, on a control where that means another number.
     #[error("{word} has no decimal point; on this control that counts increments or units, as a parameter says")]
-    NoPoint {
-        /// The word.
-        word: String,
-    },
+    NoPoint { word: String },
     /// A value that must be a whole number in a range.
     #[error("{word}: a whole number within {least} to {most} is needed")]
-    NotWhole {
-        /// The word.
-        word: String,
-        /// Smallest.
-        least: u32,
-        /// Largest.
-        most: u32,
-    },
+    NotWhole { word: String, least: u32, most: u32 },
     /// A parameter that was not passed.
     #[error("{name} was not passed by the call")]
-    NotPassed {
-        /// The parameter.
-        name: String,
-    },
+    NotPassed { name: String },
     /// A word that needs another one.
     #[error("{word} needs {needs}")]
-    Needs {
-        /// The word.
-        word: String,
-        /// What is missing.
-        needs: &'static str,
-    },
+    Needs { word: String, needs: &'static str },
     /// A word that is understood but not allowed.
     #[error("{word}: {why}")]
-    Refused {
-        /// The word.
-        word: String,
-        /// Why.
-        why: &'static str,
-    },
+    Refused { word: String, why: &'static str },
     /// A call of something that is not there.
     #[error("subprogram {name} is not there")]
-    NoSubprogram {
-        /// Its name.
-        name: String,
-    },
+    NoSubprogram { name: String },
     /// A subprogram that is there twice.
     #[error("program {name} is there twice")]
-    SameProgram {
-        /// Its name.
-        name: String,
-    },
+    SameProgram { name: String },
     /// A subprogram that nobody calls, so that nobody has read it.
     #[error("subprogram {name} is never called, so it was not read")]
-    NeverCalled {
-        /// Its name.
-        name: String,
-    },
+    NeverCalled { name: String },
     /// A call with another number of parameters than are declared.
     #[error("{name} is called with {passed} parameters, {declared} are declared")]
     Parameters {
-        /// What is called.
         name: String,
         /// How many are passed.
         passed: usize,
         /// How many are declared, or at most.
         declared: usize,
     },
-    /// Calls within calls.
     #[error("subprogram {name} would be called {MOST_DEPTH} calls deep, that is too deep")]
-    TooDeep {
-        /// Its name.
-        name: String,
-    },
+    TooDeep { name: String },
     /// A subprogram that calls itself.
     #[error("subprogram {name} is called while it is running")]
-    Recursion {
-        /// Its name.
-        name: String,
-    },
+    Recursion { name: String },
     /// A program or subprogram without its end.
     #[error("the program ends here without {end}")]
-    NoEnd {
-        /// What is missing.
-        end: &'static str,
-    },
+    NoEnd { end: &'static str },
     /// Something behind the end.
     #[error("there is text behind the end of the program")]
     AfterEnd,

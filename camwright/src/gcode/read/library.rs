@@ -24,7 +24,6 @@ pub(super) struct Stored {
     pub(super) start: Place,
     /// Where the line begins that ends it.
     pub(super) end: usize,
-    /// Behind that line.
     pub(super) after: Place,
     /// Names of its parameters, where the dialect declares them.
     pub(super) parameters: Vec<String>,

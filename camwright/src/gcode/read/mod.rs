@@ -65,7 +65,6 @@ pub fn read(dialect: Dialect, x_values: XValues, files: &[ProgramFile]) -> Resul
 #[derive(Debug)]
 struct Frame {
     program: usize,
-    /// Its next line.
     place: Place,
     parameters: Parameters,
     call: Option<u32>,

@@ -14,7 +14,6 @@ pub(super) struct Parameters {
     pub(super) values: Vec<Fixed>,
 }
 
-/// One word.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Word<'a> {
     /// A letter with a number, and whether that has a point or was computed.

@@ -11,9 +11,7 @@ const DEPTH: usize = 10;
 pub enum Value {
     /// A whole number, a yes or no (1 or 0), a case by its number.
     Whole(i64),
-    /// Any other number.
     Number(f64),
-    /// A text.
     Text,
 }
 
@@ -38,21 +36,13 @@ pub enum TapeError {
     Ended,
     /// There are octets after the state's end.
     #[error("{octets} octets follow its end")]
-    Rest {
-        /// How many.
-        octets: usize,
-    },
+    Rest { octets: usize },
     /// A value that no machine has.
     #[error("{0}")]
     Impossible(&'static str),
     /// Compared, a value is another one.
     #[error("it was {recorded}, it is {now}")]
-    Differs {
-        /// On the tape.
-        recorded: Value,
-        /// In the state.
-        now: Value,
-    },
+    Differs { recorded: Value, now: Value },
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -126,7 +116,6 @@ impl<'a> Tape<'a> {
         Self::new(Mode::Comparing(octets))
     }
 
-    /// Octets so far.
     #[must_use]
     pub fn octets(&self) -> usize {
         self.octets

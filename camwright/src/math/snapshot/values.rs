@@ -9,7 +9,6 @@ use alloc::vec::Vec;
 const MOST_WHOLE: u64 = 1 << 53;
 /// Largest number of a state, whatever its unit.
 const MOST_NUMBER: f64 = 1e15;
-/// Longest text.
 const MOST_TEXT: usize = 4096;
 
 impl Tape<'_> {

@@ -27,7 +27,6 @@ pub enum Bound {
 }
 
 impl Bound {
-    /// All of them.
     pub const ALL: [Bound; 9] = [
         Bound::WorkSpeed,
         Bound::Process,

@@ -59,7 +59,7 @@ impl Envelope {
     pub(super) fn square_at(&self, angle_rad: f64) -> f64 {
         let n = self.square.len();
         let x = wrap_turn(angle_rad) / spacing(n);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an angle within the turn")]
+        #[allow(clippy::cast_possible_truncation, reason = "an angle within the turn")]
         let i = (x as usize).min(n - 1);
         let u = x - to_f64(i);
         self.square[i] * (1.0 - u) + self.square[(i + 1) % n] * u
@@ -80,7 +80,7 @@ impl Envelope {
             left = right;
         }
         sums.push(sum);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some hundred knots")]
+        #[allow(clippy::cast_possible_truncation, reason = "some hundred knots")]
         let n = (libm::ceil(sum) as usize).clamp(LEAST_KNOTS, MOST_KNOTS);
         let mut at = Vec::with_capacity(n);
         let mut cell = 0;

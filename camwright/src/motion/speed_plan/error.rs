@@ -15,7 +15,6 @@ pub enum SpeedPlanError {
         figures(*.work_speed_rad_s), rpm(*.work_speed_rad_s), reserve(*.worst), largest(*.largest_rad_s)
     )]
     TooFast {
-        /// Speed wanted.
         work_speed_rad_s: f64,
         /// The limit exceeded most.
         worst: LimitUse,
@@ -29,7 +28,6 @@ pub enum SpeedPlanError {
         figures(*.work_speed_rad_s), rpm(*.work_speed_rad_s), largest(*.largest_rad_s)
     )]
     NoPlateau {
-        /// Speed wanted.
         work_speed_rad_s: f64,
         /// Angle of both ramps.
         ramps_deg: f64,
@@ -45,7 +43,6 @@ pub enum SpeedPlanError {
         figures(*.work_speed_rad_s), rpm(*.work_speed_rad_s), figures(*.allowed_rad_s), largest(*.largest_rad_s)
     )]
     WheelPower {
-        /// Speed wanted.
         work_speed_rad_s: f64,
         /// Where the power allows least (deg).
         angle_deg: f64,
@@ -76,15 +73,11 @@ pub enum SpeedPlanError {
         turns: u32,
         /// Knots of its law.
         knots: f64,
-        /// Most allowed.
         most: f64,
     },
     /// No stop on the path within ten seconds keeps the limits.
     #[error("no stop of up to {longest_s} s on the path keeps the limits of the axes")]
-    NoStop {
-        /// Longest stop tried.
-        longest_s: f64,
-    },
+    NoStop { longest_s: f64 },
     /// The forward check found a limit exceeded: a defect of the planner, told rather than driven.
     #[error("the speed plan failed its forward check: {0}")]
     Check(LimitUse),
@@ -103,7 +96,6 @@ pub enum SpeedPlanError {
         figures(*.speed_rad_s)
     )]
     NoLead {
-        /// Speed of C.
         speed_rad_s: f64,
         /// Where X rests (mm).
         clear_x_mm: f64,

@@ -11,20 +11,16 @@ use crate::math::periodic_spline::PeriodicSpline;
 use crate::math::units::TURN_RAD;
 use crate::motion::cut_motion::CutMotion;
 
-/// What is planned.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WayRequest<'a> {
     /// Base of the way (mm over rad).
     pub(crate) path: &'a PeriodicSpline,
     /// What is added over the angle since the start (mm over rad).
     pub(crate) offset: &'a HermiteSpline,
-    /// Turns of C.
     pub(crate) turns: u32,
     /// Largest speed of C wanted (rad/s).
     pub(crate) most_rad_s: f64,
-    /// Limits of C.
     pub(crate) c: MotionLimits,
-    /// Limits of X.
     pub(crate) x: MotionLimits,
     /// Interpolation period (s).
     pub(crate) cycle_time_s: f64,
@@ -97,7 +93,6 @@ impl WayRequest<'_> {
         let motion =
             CutMotion { path: self.path, path_start_rad: 0.0, infeed: self.offset, ratio: None, lead: None, law: &law };
         let (turn_s, stretches) = (TURN_RAD / speed_rad_s, [(law.start(), law.end())]);
-        #[allow(clippy::cast_precision_loss, reason = "a few thousand points")]
         let step = (turn_s / PLANNING_GRID as f64 / CHECK_FACTOR).max(SHORTEST_CHECK_STEP_S);
         let path_limits = |limits: MotionLimits| limits.with_share(PATH_SHARE);
         let found = uses_by_differences(&motion, &stretches, step, &path_limits(self.c), &path_limits(self.x));

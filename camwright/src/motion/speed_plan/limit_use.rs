@@ -8,14 +8,10 @@ use crate::motion::cut_motion::{CutMotion, ExactCut};
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// What is limited.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
-    /// First derivative.
     Velocity,
-    /// Second derivative.
     Acceleration,
-    /// Third derivative.
     Jerk,
 }
 
@@ -33,7 +29,6 @@ impl Quantity {
         }
     }
 
-    /// For people.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -60,9 +55,7 @@ impl Quantity {
 /// Largest use of one limit of one axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LimitUse {
-    /// The axis.
     pub axis: Axis,
-    /// What is limited.
     pub quantity: Quantity,
     /// Largest magnitude met (mm or rad, s).
     pub value: f64,
@@ -99,7 +92,7 @@ impl core::fmt::Display for LimitUse {
 
 /// A number at five significant digits, without an exponent.
 pub(crate) fn figures(value: f64) -> String {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and 9")]
+    #[allow(clippy::cast_possible_truncation, reason = "between 0 and 9")]
     let decimals = (4.0 - libm::floor(libm::log10(value.abs().max(1e-9)))).clamp(0.0, 9.0) as usize;
     let text = alloc::format!("{value:.decimals$}");
     match text.contains('.') {
@@ -166,10 +159,9 @@ pub(super) fn uses_by_chain_rule(
 ) -> Vec<LimitUse> {
     let mut found = [[Extreme::default(); 3]; 2];
     for (from, to) in windows {
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a grid of at most millions")]
+        #[allow(clippy::cast_possible_truncation, reason = "a grid of at most millions")]
         let count = libm::ceil((to - from) / step) as u64;
         for k in 0..=count {
-            #[allow(clippy::cast_precision_loss, reason = "a grid of at most millions")]
             let at = (from + k as f64 * step).min(*to);
             let sample = motion.at(at);
             for (extremes, s) in found.iter_mut().zip([sample.c, sample.x]) {

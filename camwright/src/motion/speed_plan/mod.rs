@@ -98,7 +98,6 @@ pub struct SpeedRequest<'a> {
     pub spark_out_turns: u32,
     /// The wheel leaves the part at the end of the last turn, while it still turns.
     pub leaves_turning: bool,
-    /// Speed wanted.
     pub speed: SpeedLaw,
     /// How C comes to the cut if it turns; else from rest.
     pub comes: Option<Turning>,
@@ -112,9 +111,7 @@ pub struct SpeedRequest<'a> {
     pub wheel_radius_mm: f64,
     /// Speed of its surface (m/s).
     pub wheel_speed_m_s: f64,
-    /// Limits of C.
     pub c: MotionLimits,
-    /// Limits of X.
     pub x: MotionLimits,
     /// Interpolation period (s).
     pub cycle_time_s: f64,
@@ -313,7 +310,6 @@ impl<'a> SpeedRequest<'a> {
     /// Step in time of the planning grid (s).
     fn step(&self, turn_s: f64) -> f64 {
         // Two points in each interval of the path: its third derivative is a parabola there.
-        #[allow(clippy::cast_precision_loss, reason = "a few thousand points")]
         let points = PLANNING_GRID.max(2 * self.path.coefficients().len()) as f64;
         turn_s / points
     }

@@ -238,7 +238,7 @@ impl Parabola {
 /// The knots of the path before and after an interval; the latter may be beyond the turn.
 fn knots_of_path(request: &TurnRequest<'_>, begin: f64, length: f64) -> (usize, usize) {
     let per_rad = request.path.per_rad();
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some ten thousand knots")]
+    #[allow(clippy::cast_possible_truncation, reason = "some ten thousand knots")]
     let knot = |angle: f64| (angle * per_rad) as usize;
     (knot(begin), knot(begin + length) + 1)
 }

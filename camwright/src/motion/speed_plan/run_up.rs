@@ -11,7 +11,6 @@ use crate::motion::cut_motion::chain;
 use crate::motion::path_stop::{rate_step, rate_step_area, rate_step_bend, rate_step_slope};
 use alloc::vec::Vec;
 
-/// A run-up.
 pub(super) struct RunUp {
     /// The knot of the turn that it meets.
     pub(super) knot: usize,

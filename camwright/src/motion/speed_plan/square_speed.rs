@@ -18,7 +18,6 @@ pub(super) struct SquareSample {
 pub(super) type Weights = [f64; 3];
 
 /// A number of points or knots.
-#[allow(clippy::cast_precision_loss, reason = "thousands of them")]
 pub(super) fn to_f64(count: usize) -> f64 {
     count as f64
 }

@@ -66,7 +66,6 @@ pub(super) fn shortest(
 ) -> Option<u64> {
     let points = derivatives(motion, windows, turn_s / POINTS_PER_TURN);
     let rates = rates();
-    #[allow(clippy::cast_precision_loss, reason = "a few thousand ticks")]
     let seconds = |ticks: u64| ticks as f64 * cycle_time_s;
     let keeps = |ticks: u64| keeps_limits(&points, &rates, seconds(ticks), limits);
     let mut high = SHORTEST_TICKS;
@@ -95,7 +94,7 @@ pub(super) fn shortest(
 fn derivatives(motion: &CutMotion<'_>, windows: &[(f64, f64)], step: f64) -> Vec<[[f64; 3]; 2]> {
     let mut points = Vec::new();
     for (from, to) in windows {
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some turns of some hundred points")]
+        #[allow(clippy::cast_possible_truncation, reason = "some turns of some hundred points")]
         let count = libm::ceil((to - from) / step) as u32;
         points.extend((0..=count).map(|k| {
             let s = motion.at((from + f64::from(k) * step).min(*to));

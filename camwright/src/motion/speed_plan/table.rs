@@ -48,7 +48,7 @@ impl Table {
     /// What is known of an interval between its ends: the angle from the first, and 1/bound²; first the points at equal angles.
     pub(super) fn within(&self, begin: f64, length: f64) -> impl Iterator<Item = (f64, f64)> {
         let (spacing, per_bounds) = (self.spacing(), &self.per_bound);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some ten thousand points")]
+        #[allow(clippy::cast_possible_truncation, reason = "some ten thousand points")]
         let first = (begin / spacing) as usize + 1;
         let mut index = first % per_bounds.len();
         let even = (first..).map(move |point| to_f64(point) * spacing - begin).take_while(move |along| *along < length);
@@ -97,7 +97,7 @@ fn notches(request: &TurnRequest<'_>, per_bound: &[f64], spacing: f64) -> Result
         if arc <= FLAT {
             continue;
         }
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most some ten parts")]
+        #[allow(clippy::cast_possible_truncation, reason = "at most some ten parts")]
         let parts = libm::ceil(libm::sqrt(arc / FLAT)).min(MOST_PARTS) as u32;
         for part in 1..parts {
             let angle = (to_f64(i) + f64::from(part) / f64::from(parts)) * spacing;

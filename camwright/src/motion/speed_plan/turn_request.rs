@@ -14,9 +14,7 @@ pub struct TurnRequest<'a> {
     pub infeed_slope_mm_rad: f64,
     /// Largest speed of C that the process allows (rad/s), over the path angle and the path there, infeed not included.
     pub bound: &'a dyn Fn(f64, Sample) -> f64,
-    /// Limits of C.
     pub c: MotionLimits,
-    /// Limits of X.
     pub x: MotionLimits,
 }
 
@@ -54,7 +52,6 @@ pub enum TurnError {
         "the speed law allows {speed_rad_s:.3} rad/s at {angle_deg:.1} deg of the path; it must be a number above 0"
     )]
     NoSpeed {
-        /// Where.
         angle_deg: f64,
         /// What the law of the process gives there (rad/s).
         speed_rad_s: f64,
@@ -64,8 +61,5 @@ pub enum TurnError {
     NoStart,
     /// A limit is not a positive number.
     #[error("{} has a limit that is not a number above 0", .axis.joint())]
-    BadLimit {
-        /// Whose.
-        axis: Axis,
-    },
+    BadLimit { axis: Axis },
 }

@@ -68,7 +68,7 @@ impl TurnSpeed {
         let knots = envelope.knots(step_s, rad_from_deg(WIDEST_DEG));
         let between = Between::new(request, &table, &knots);
         let mut problem = Problem::new(request, &envelope, &between, knots);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some ten intervals")]
+        #[allow(clippy::cast_possible_truncation, reason = "some ten intervals")]
         let round = libm::ceil(2.0 * change_s / step_s) as usize;
         let mut fastest = solve(&problem, problem.start(round), &Begin::COLD).ok_or(TurnError::NoStart)?;
         let mut peaks = between.peaks(&fastest);
@@ -152,7 +152,7 @@ impl TurnSpeed {
         let start = wrap_turn(start_rad);
         let mut knots: Vec<Knot> = Vec::new();
         let mut first_s = 0.0;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousand turns")]
+        #[allow(clippy::cast_possible_truncation, reason = "some thousand turns")]
         let turns = libm::ceil((start + to) / TURN_RAD) as u32;
         for turn in 0..=turns {
             for i in 0..n {

@@ -98,7 +98,10 @@ pub(super) fn variable_speed(request: &SpeedRequest<'_>) -> Result<(Candidate, T
 /// Finds the acceleration or jerk that exceeds its limit most on a ramp, by differencing positions as the check of the whole cut does.
 fn exceeded_on_ramps(request: &SpeedRequest<'_>, candidate: &Candidate) -> Option<LimitUse> {
     let motion = request.motion(candidate);
-    let ramps = [(motion.start_s(), candidate.plateau_s.0), (candidate.plateau_s.1, motion.end_s())];
+    // Where C comes or goes turning, the way of X onto the path is added later.
+    let up = request.comes.is_none().then(|| (motion.start_s(), candidate.plateau_s.0));
+    let down = request.goes.is_none().then(|| (candidate.plateau_s.1, motion.end_s()));
+    let ramps: Vec<(f64, f64)> = up.into_iter().chain(down).collect();
     let step = request.check_step(candidate.turn_s);
     let uses = request.seen_from_lobe(super::uses_by_differences(&motion, &ramps, step, &request.c, &request.x));
     let exceeded = uses.into_iter().filter(|found| found.quantity != Quantity::Velocity && found.ratio() > 1.0);

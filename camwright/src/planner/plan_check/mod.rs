@@ -40,9 +40,7 @@ impl PlanReport {
 pub struct PlanCheckError {
     /// Index of the segment.
     pub segment: usize,
-    /// Its label.
     pub label: String,
-    /// What is wrong.
     pub fault: PlanFault,
 }
 
@@ -57,14 +55,10 @@ pub enum PlanFault {
     UnknownSpline,
     /// It names an input that the machine does not have.
     #[error("the machine has no input {input}")]
-    UnknownInput {
-        /// The input.
-        input: String,
-    },
+    UnknownInput { input: String },
     /// It begins elsewhere than the one before ended.
     #[error("{} begins at {begins} counts, the segment before ended at {ended}", axis.joint())]
     Jump {
-        /// The axis.
         axis: Axis,
         /// Where it begins (counts).
         begins: i64,
@@ -74,7 +68,6 @@ pub enum PlanFault {
     /// A cut does not end where it should.
     #[error("{} ends {counts} counts off the place it should come back to", axis.joint())]
     NotClosed {
-        /// The axis.
         axis: Axis,
         /// By how much (counts).
         counts: i64,
@@ -87,24 +80,17 @@ pub enum PlanFault {
     BadLead {
         /// How far from the path (mm).
         beside_mm: f64,
-        /// When.
         time_s: f64,
     },
     /// A cut begins or ends with C neither at rest nor turning on, or turns back.
     #[error("c_axis turns at {speed_rad_s} rad/s at {time_s} s of the cut")]
-    BadSpeed {
-        /// The speed.
-        speed_rad_s: f64,
-        /// When.
-        time_s: f64,
-    },
+    BadSpeed { speed_rad_s: f64, time_s: f64 },
     /// A limit is exceeded.
     #[error("{0}")]
     Limit(LimitUse),
     /// A soft limit is exceeded.
     #[error("{} goes to {position} mm; its soft limits are {low} to {high} mm", axis.joint())]
     SoftLimit {
-        /// The axis.
         axis: Axis,
         /// Position (mm).
         position: f64,

@@ -53,7 +53,6 @@ impl Stretch {
     }
 
     /// Step at which an axis is differenced here (s).
-    #[allow(clippy::cast_precision_loss, reason = "counts of knots are far below 2^53")]
     fn step_s(&self, axis: Axis, motion: &SpiralMotion<'_>) -> f64 {
         if axis == Axis::C {
             return (motion.duration_s() / MIN_STEPS).min(self.knots_s / PARTS).max(SHORTEST_STEP_S);

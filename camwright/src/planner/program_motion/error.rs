@@ -14,7 +14,6 @@ pub struct ProgramMotionError {
     pub file: String,
     /// Line, from 1.
     pub line: u32,
-    /// What it is.
     pub fault: ProgramMotionFault,
 }
 
@@ -23,14 +22,7 @@ pub struct ProgramMotionError {
 pub enum ProgramMotionFault {
     /// A number of the setup that is none.
     #[error("{what} is {value}, it must be {allowed}")]
-    OutOfRange {
-        /// Which.
-        what: &'static str,
-        /// What was given.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    OutOfRange { what: &'static str, value: f64, allowed: &'static str },
     /// A program for a machine whose part turns the other way.
     #[error(
         "the program is for a rotation sense of {program}, this machine's is {machine}: it would make the part's mirror image"
@@ -38,7 +30,6 @@ pub enum ProgramMotionFault {
     OtherSense {
         /// What it is for.
         program: i8,
-        /// The machine's.
         machine: i8,
     },
     /// An axis that the machine does not have.
@@ -47,12 +38,10 @@ pub enum ProgramMotionFault {
         /// Where to (mm).
         position_mm: f64,
     },
-    /// A second tool.
     #[error("tool {wanted} is asked for after tool {mounted}; the machine has one tool and changes none")]
     OtherTool {
         /// What is asked for.
         wanted: u32,
-        /// What was before.
         mounted: u32,
     },
     /// A feed in which C does not turn forwards.
@@ -68,7 +57,6 @@ pub enum ProgramMotionFault {
     /// A place that no axis has.
     #[error("{} goes to {position}, beyond what can be counted", axis.joint())]
     TooFar {
-        /// The axis.
         axis: Axis,
         /// Where to (mm or rad).
         position: f64,
@@ -80,7 +68,6 @@ pub enum ProgramMotionFault {
         unit = Quantity::Velocity.unit(*axis)
     )]
     TooFast {
-        /// The axis.
         axis: Axis,
         /// Time of the block (s).
         time_s: f64,
@@ -97,9 +84,7 @@ pub enum ProgramMotionFault {
         um_from_mm(*.tolerance_mm), unit = quantity.unit(*axis)
     )]
     Limit {
-        /// The axis.
         axis: Axis,
-        /// What of it.
         quantity: Quantity,
         /// How much (mm or rad, s).
         value: f64,
@@ -117,7 +102,6 @@ pub enum ProgramMotionFault {
     TooManyBlocks {
         /// How many there are.
         count: usize,
-        /// Most.
         most: usize,
     },
     /// Blocks that are much shorter than what they are averaged over.
@@ -125,17 +109,14 @@ pub enum ProgramMotionFault {
         "{count} blocks end within {window_deg:.4} deg, over which corners are rounded; at most {most} are averaged"
     )]
     TooDense {
-        /// How many.
         count: usize,
         /// Both sides of the window (deg).
         window_deg: f64,
-        /// Most.
         most: usize,
     },
     /// A line of no spline: angles or times that are equal in their last bit.
     #[error(transparent)]
     Spline(#[from] crate::math::hermite::HermiteError),
-    /// Nothing feeds.
     #[error("no block of the program feeds")]
     NoFeed,
 }

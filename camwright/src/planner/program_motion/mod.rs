@@ -55,7 +55,6 @@ pub struct Run {
     pub start_counts: i64,
     /// Where the axes are at its end (counts).
     pub end_counts: [i64; AXIS_COUNT],
-    /// Its blocks.
     pub blocks: usize,
     /// What its corners may be rounded by (mm).
     pub tolerance_mm: f64,

@@ -192,7 +192,6 @@ impl RoundedLine<'_> {
         knots
     }
 
-    /// As a spline.
     pub(super) fn spline(&self) -> Result<HermiteSpline, HermiteError> {
         HermiteSpline::new(self.knots())
     }

@@ -35,7 +35,6 @@ impl Use {
 struct Stretch {
     from_rad: f64,
     to_rad: f64,
-    /// Speed, acceleration, jerk.
     most: [f64; 3],
 }
 

@@ -178,7 +178,6 @@ fn random_between(mut state: u64) -> impl FnMut(f64, f64) -> f64 {
         state ^= state << 13;
         state ^= state >> 7;
         state ^= state << 17;
-        #[allow(clippy::cast_precision_loss, reason = "53 random bits")]
         let unit = (state >> 11) as f64 / (1_u64 << 53) as f64;
         low + unit * (high - low)
     }

@@ -28,7 +28,6 @@ fn run(planned: &PlannedJob, machine: &MachineDescription) -> Run {
 
 impl Run {
     fn duration_s(&self, machine: &MachineDescription) -> f64 {
-        #[allow(clippy::cast_precision_loss, reason = "ticks of a job")]
         let ticks = (self.ticks.last_tick - self.ticks.first_tick) as f64;
         ticks * machine.cycle_time_s()
     }
@@ -54,12 +53,10 @@ fn c_never_stops_from_the_first_lobe_to_the_last_and_the_job_is_faster() {
         for (tick, setpoint) in run.while_turning().iter().enumerate() {
             assert!(setpoint.velocity[0] > 0.0, "{tick}: {setpoint:?}");
         }
-        #[allow(clippy::cast_precision_loss, reason = "ticks of a job")]
         let turning_s = run.while_turning().len() as f64 * machine.cycle_time_s();
         let stop = planned.plan.segments.iter().rposition(|s| s.phase == Phase::Cut).expect("a cut");
         let start = planned.plan.segments.iter().position(|s| s.phase == Phase::Cut).expect("a cut");
         let predicted: u64 = planned.plan.segments[start..=stop].iter().map(|segment| segment.ticks).sum();
-        #[allow(clippy::cast_precision_loss, reason = "ticks of a job")]
         let predicted_s = predicted as f64 * machine.cycle_time_s();
         assert!((turning_s - predicted_s).abs() < 0.03, "{turning_s} {predicted_s}");
     }
@@ -86,7 +83,6 @@ fn setpoints_keep_the_limits_while_c_turns_on() {
                 let per_unit = axis.scale.counts_per_unit();
                 let way = 0.5 * (a.velocity[index] + b.velocity[index]) * dt * per_unit;
                 let bend = limits.jerk * dt * dt * dt / 12.0 * per_unit;
-                #[allow(clippy::cast_precision_loss, reason = "the way of a tick in counts")]
                 let moved = (b.counts[index] - a.counts[index]) as f64;
                 assert!((moved - way).abs() <= 1.0 + bend, "{index}: {moved} {way}");
             }

@@ -53,16 +53,10 @@ pub enum ChunkError {
     Empty,
     /// It begins with a tick that has been executed.
     #[error("the chunk begins at tick {first_tick}, tick {executed} has been executed")]
-    Late {
-        /// Its first tick.
-        first_tick: u64,
-        /// Last tick executed.
-        executed: u64,
-    },
+    Late { first_tick: u64, executed: u64 },
     /// Setpoints before it are missing: the stream has begun, is not final, and was sent up to another tick.
     #[error("the chunk begins at tick {first_tick}, tick {expected} was to come next")]
     Lost {
-        /// Its first tick.
         first_tick: u64,
         /// The first tick that is missing.
         expected: u64,
@@ -72,25 +66,16 @@ pub enum ChunkError {
     BeyondCredit {
         /// Its last dense tick.
         last_tick: u64,
-        /// Largest tick allowed.
         credit: u64,
     },
     /// More points than there is room for.
     #[error("{count} {what}, at most {capacity}")]
-    TooLong {
-        /// Of what.
-        what: &'static str,
-        /// How many.
-        count: usize,
-        /// Room.
-        capacity: usize,
-    },
+    TooLong { what: &'static str, count: usize, capacity: usize },
     /// The ticks of the tail do not increase.
     #[error("tail point {index}: tick {tick} does not increase")]
     TailOrder {
         /// Index of the point.
         index: usize,
-        /// Its tick.
         tick: u64,
     },
     /// It does not end at rest.
@@ -107,7 +92,6 @@ pub enum ChunkError {
     Misfit {
         /// Tick of the setpoint.
         tick: u64,
-        /// What is wrong.
         misfit: Misfit,
     },
 }

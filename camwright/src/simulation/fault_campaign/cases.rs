@@ -11,9 +11,7 @@ use alloc::vec::Vec;
 /// A fault of a campaign.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaultCase {
-    /// For people.
     pub name: String,
-    /// What strikes.
     pub fault: Fault,
     /// What makes it healthy again.
     pub cure: Fault,

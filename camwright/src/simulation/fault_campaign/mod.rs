@@ -83,7 +83,6 @@ struct Target<'a> {
 /// What came of one case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
-    /// The first alarm.
     pub alarm: Alarm,
     /// Ticks from the fault to the alarm, and from there to rest.
     pub ticks: (u64, u64),
@@ -111,19 +110,13 @@ pub enum Failure {
     /// The wheel is at the part.
     #[error("alarm {}: the wheel rests {gap_mm:.3} mm from the part", alarm.kind.entry().number)]
     AtThePart {
-        /// The alarm.
         alarm: Alarm,
         /// Its distance from the lobe's farthest point (mm).
         gap_mm: f64,
     },
     /// Something moved before a reset, or by it.
     #[error("alarm {}: something moved {when}", alarm.kind.entry().number)]
-    Restarted {
-        /// The alarm.
-        alarm: Alarm,
-        /// When.
-        when: &'static str,
-    },
+    Restarted { alarm: Alarm, when: &'static str },
     /// Cut deeper than the bound.
     #[error(
         "alarm {}: cut {:.4} mm below the design, the bound is {:.4} mm", .0.alarm.kind.entry().number, .0.deepest_mm, .0.bound_mm
@@ -146,7 +139,6 @@ impl<'a> Campaign<'a> {
     ) -> Result<(Self, Vec<Keyframe>), Option<Alarm>> {
         let azimuths = |design: &LobeDesign| {
             let count = cell.machine().part().lobe(&design.name).map_or(0, |lobe| lobe.radii_mm().len());
-            #[allow(clippy::cast_precision_loss, reason = "some thousand azimuths")]
             (0..count).map(|i| design.radius_at(i as f64 * TURN_RAD / count as f64)).collect()
         };
         let cycle_s = cell.machine().description().cycle_time_s();
@@ -213,7 +205,6 @@ impl<'a> Campaign<'a> {
             for (i, (radius, design)) in lobe.radii_mm().iter().zip(&target.radii_mm).enumerate() {
                 // Along the ray it is never less than along the normal.
                 if design - radius > deepest {
-                    #[allow(clippy::cast_precision_loss, reason = "some thousand azimuths")]
                     let azimuth = i as f64 * TURN_RAD / target.radii_mm.len() as f64;
                     let (off_mm, _) = target.design.contour.distance(*radius, azimuth - target.design.phase_rad);
                     deepest = deepest.max(-off_mm);

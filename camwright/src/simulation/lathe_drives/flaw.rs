@@ -20,12 +20,10 @@ pub enum DriveFlaw {
     Backlash,
     /// Steps and noise of its encoder.
     Encoder,
-    /// All of it.
     Everything,
 }
 
 impl DriveFlaw {
-    /// All of them.
     pub const ALL: [DriveFlaw; 7] = [
         DriveFlaw::FeedForward,
         DriveFlaw::GainError,
@@ -36,7 +34,6 @@ impl DriveFlaw {
         DriveFlaw::Everything,
     ];
 
-    /// For people.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -72,11 +69,9 @@ impl DriveFlaw {
 /// Whose drives are without a flaw.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FlawAxes {
-    /// One axis'.
     One(Axis),
     /// All but one axis': what is left is that one's alone.
     AllBut(Axis),
-    /// All.
     All,
 }
 
@@ -93,7 +88,6 @@ impl FlawAxes {
 /// A flaw of some drives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FlawOf {
-    /// Whose.
     pub axes: FlawAxes,
     /// What is wrong with them.
     pub flaw: DriveFlaw,
@@ -139,7 +133,6 @@ impl fmt::Display for FlawOf {
 /// What is left without a flaw.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlawWithout {
-    /// The flaw.
     pub of: FlawOf,
     /// What the other flaws leave.
     pub form: DrivesForm,

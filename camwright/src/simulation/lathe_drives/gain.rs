@@ -23,7 +23,6 @@ pub struct GainSearch {
     pub tolerance_mm: f64,
     /// Largest gain that is tried (1/s). With it goes the bandwidth of the velocity loop, which the servo step bounds too.
     pub most_kv_1_s: f64,
-    /// Feed-forward of X.
     pub feed_forward: FeedForward,
 }
 
@@ -55,7 +54,6 @@ impl GainTried {
 pub enum LeastGain {
     /// A gain that keeps the tolerance.
     Found {
-        /// It.
         least: GainTried,
         /// The next smaller one that was tried and does not keep it, at most 5 % smaller; `None` where the smallest of all keeps it.
         below: Option<GainTried>,

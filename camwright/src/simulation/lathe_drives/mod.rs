@@ -29,19 +29,11 @@ use thiserror::Error;
 /// Why nothing can be said about a job's drives.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum TurningDrivesError {
-    /// The machine grinds.
     #[error("the machine grinds with a wheel; what drives leave on a turned part can only be said of a lathe")]
     NotALathe,
     /// A number out of its range.
     #[error("{what} is {value}, it must be {allowed}")]
-    OutOfRange {
-        /// Which.
-        what: &'static str,
-        /// What was given.
-        value: f64,
-        /// What is allowed.
-        allowed: String,
-    },
+    OutOfRange { what: &'static str, value: f64, allowed: String },
     /// The drives of a case make no machine.
     #[error(transparent)]
     Description(#[from] DescriptionError),
@@ -77,9 +69,7 @@ pub struct DrivesForm {
 /// Which drives a part is turned with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Drives {
-    /// Without any error.
     Ideal,
-    /// The machine's own.
     Own,
     /// The good drive of one axis, the machine's own of the others.
     GoodOn(Axis),
@@ -88,7 +78,6 @@ pub enum Drives {
 }
 
 impl Drives {
-    /// All of them.
     pub const ALL: [Drives; 6] = [
         Drives::Ideal,
         Drives::Own,
@@ -124,11 +113,9 @@ impl fmt::Display for Drives {
 /// What somebody who waits is told: each result when it is there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Told {
-    /// Of some drives.
     Drives(Drives, DrivesForm),
     /// Of a gain of X.
     Gain(GainTried),
-    /// Without a flaw.
     Flaw(FlawWithout),
 }
 

@@ -10,7 +10,6 @@ use thiserror::Error;
 pub enum MachineCommand {
     /// The reading `counts` of this axis is its zero from now on; setpoints from this tick on are in the new reading.
     SetHome {
-        /// Which axis.
         axis: Axis,
         /// The reading that becomes 0 (counts).
         counts: i64,
@@ -21,20 +20,14 @@ pub enum MachineCommand {
     #[default]
     WheelStop,
     /// Somebody wants to know whether an input is closed: if it is, an edge says so in this tick.
-    Ask {
-        /// Which.
-        input: Input,
-    },
+    Ask { input: Input },
     /// The wheel must have this radius, within [`WHEEL_TOLERANCE_MM`](crate::machine::WHEEL_TOLERANCE_MM); else an alarm.
     ExpectWheel {
         /// The radius (nm).
         radius_nm: i64,
     },
     /// The zero of this axis is not known any more. If its home switch is closed, an edge says so in this tick.
-    LoseHome {
-        /// Which axis.
-        axis: Axis,
-    },
+    LoseHome { axis: Axis },
     /// The wheel, which does not turn, may press on the part with so much (N), until it is started; 0: not any more.
     Push {
         /// The most (N).
@@ -46,10 +39,7 @@ pub enum MachineCommand {
         most_n: i64,
     },
     /// An alarm that the interpolator found, by its number; what it says about it, the interpolator tells.
-    Raise {
-        /// The number.
-        number: u16,
-    },
+    Raise { number: u16 },
     /// The wheel is dressed to this radius; refused with an alarm where it does not stand at the dresser, or would not
     /// touch it.
     Dress {

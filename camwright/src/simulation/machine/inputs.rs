@@ -76,7 +76,6 @@ crate::kept!(SwitchWatch { wrong_ticks, level, closed_at, edges, first_edge_tick
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct GaugeWatch {
     pub(super) fault: Option<GaugeFault>,
-    /// Its last readings.
     pub(super) last: [Option<f64>; 2],
     /// How often each was the same, how far C turned meanwhile (rad), and the area cut after the first turn of it (mm²).
     same: [u32; 2],
@@ -214,7 +213,7 @@ impl Machine {
         }
     }
 
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "20 ms are few ticks")]
+    #[allow(clippy::cast_possible_truncation, reason = "20 ms are few ticks")]
     fn note_edge(&mut self, station: usize, rising: bool, reading: i64) {
         let window = libm::ceil(BOUNCE_S / self.description.cycle_time_s()) as u64;
         let Some(watch) = self.switch_watch.get_mut(station) else { return };

@@ -44,7 +44,6 @@ use turning::Clamped;
 /// Where the setpoints come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Mode {
-    /// From the stream.
     Following,
     /// From the stream until it rests, after an alarm: the tail of the last chunk, and beside it the wheel's way off the part.
     Draining,
@@ -236,7 +235,6 @@ impl Machine {
         self.lasting.judge_part(is_good);
     }
 
-    /// A shift begins.
     pub fn reset_shift(&mut self) {
         self.lasting.shift = Tally::default();
     }
@@ -446,9 +444,7 @@ impl Machine {
             MachineCommand::WheelStop => self.wheel.order(false),
             MachineCommand::ExpectWheel { radius_nm } => self.expect_wheel(radius_nm),
             MachineCommand::Dress { radius_nm } => self.dress(radius_nm),
-            #[allow(clippy::cast_precision_loss, reason = "a force")]
             MachineCommand::Push { most_n } => self.push_n = most_n as f64,
-            #[allow(clippy::cast_precision_loss, reason = "a force")]
             MachineCommand::WatchForce { most_n } => self.force_monitor.watch(most_n as f64),
         }
     }

@@ -11,7 +11,6 @@ use crate::simulation::sensors::Edge;
 use crate::simulation::tick_report::MAX_LATCHES;
 use crate::simulation::workpiece::{Deflection, Removal};
 
-/// The gap detector.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct GapWatch {
     holds_ticks: u32,
@@ -24,7 +23,7 @@ pub(super) struct GapWatch {
 crate::kept!(GapWatch { closed, silent_ticks, touched } on { holds_ticks });
 
 impl GapWatch {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to u32 before the cast")]
+    #[allow(clippy::cast_possible_truncation, reason = "clamped to u32 before the cast")]
     pub(super) fn new(description: &MachineDescription) -> Option<Self> {
         let detector = description.gap_detector?;
         let ticks = libm::ceil(detector.holds_s / description.cycle_time_s());

@@ -81,7 +81,7 @@ impl Machine {
     }
 
     /// The wheel sweeps the lobe along a servo step, in steps so small that the cusps between them do not matter.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to u32 before the cast")]
+    #[allow(clippy::cast_possible_truncation, reason = "clamped to u32 before the cast")]
     pub(super) fn grind(
         &mut self,
         servo_step: u32,

@@ -173,11 +173,7 @@ impl FormMap {
     /// Peaks and valleys between two columns are missed: with n columns in a feed at most 2/n of the height of a parabola, which is what
     /// a round insert leaves.
     #[must_use]
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "checked to be between 3 and the columns"
-    )]
+    #[allow(clippy::cast_possible_truncation, reason = "checked to be between 3 and the columns")]
     pub fn cusps(&self, feed_mm: f64) -> Option<Cusps> {
         let step = (self.places.last()? - self.places.first()?) / (self.places.len() as f64 - 1.0);
         let columns = libm::round(feed_mm / step);

@@ -52,7 +52,6 @@ impl InsertMove {
         Self { from, way, slope_from, slope_to }
     }
 
-    /// Where it begins.
     #[must_use]
     pub fn from(&self) -> InsertPose {
         self.from
@@ -86,7 +85,6 @@ impl InsertMove {
         }
     }
 
-    /// Nothing moves.
     #[must_use]
     pub fn is_still(&self) -> bool {
         [self.way, self.slope_from, self.slope_to].iter().flatten().all(|value| *value == 0.0)

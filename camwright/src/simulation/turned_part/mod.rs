@@ -48,24 +48,14 @@ pub enum TurnedPartError {
     #[error(
         "part {name}: {azimuths} azimuths and {columns} columns, at least {MIN_AZIMUTHS} and {MIN_COLUMNS} are needed"
     )]
-    TooFew {
-        /// Part.
-        name: String,
-        /// Azimuths given.
-        azimuths: usize,
-        /// Columns given.
-        columns: usize,
-    },
+    TooFew { name: String, azimuths: usize, columns: usize },
     /// More cells than a machine carries.
     #[error(
         "part {name}: {azimuths} azimuths and {columns} columns are {cells} cells, at most {MOST_CELLS} are allowed"
     )]
     TooMany {
-        /// Part.
         name: String,
-        /// Azimuths given.
         azimuths: usize,
-        /// Columns given.
         columns: usize,
         /// Cells of both, as far as that can be counted.
         cells: usize,
@@ -73,7 +63,6 @@ pub enum TurnedPartError {
     /// Columns that lie nowhere.
     #[error("part {name}: columns from {from_mm} to {to_mm} mm, which must increase and be finite")]
     Range {
-        /// Part.
         name: String,
         /// First column (mm).
         from_mm: f64,
@@ -83,9 +72,7 @@ pub enum TurnedPartError {
     /// Not one radius for every cell.
     #[error("part {name}: {radii} radii, {cells} cells")]
     Count {
-        /// Part.
         name: String,
-        /// Radii given.
         radii: usize,
         /// Cells of the grid.
         cells: usize,
@@ -95,7 +82,6 @@ pub enum TurnedPartError {
         "part {name}: radius {radius_mm} mm at {azimuth_deg:.3} deg and z {z_mm:.3} mm, must be positive and finite"
     )]
     Radius {
-        /// Part.
         name: String,
         /// Azimuth (degrees).
         azimuth_deg: f64,
@@ -106,14 +92,10 @@ pub enum TurnedPartError {
     },
     /// The machine has no insert.
     #[error("part {name}: the machine grinds with a wheel, it turns nothing")]
-    NotALathe {
-        /// Part.
-        name: String,
-    },
+    NotALathe { name: String },
     /// No number says where the part is clamped.
     #[error("part {name}: its zero is {part_zero_mm} mm, must be finite")]
     Zero {
-        /// Part.
         name: String,
         /// What was given (mm).
         part_zero_mm: f64,
@@ -125,7 +107,6 @@ pub enum TurnedPartError {
 pub struct PartGrid {
     /// Azimuths of a turn.
     pub azimuths: usize,
-    /// Columns.
     pub columns: usize,
     /// First column (mm, along the part).
     pub from_mm: f64,
@@ -192,7 +173,6 @@ pub struct TurnedRemoval {
 }
 
 impl TurnedRemoval {
-    /// Both together.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         let deeper = if other.depth_mm > self.depth_mm { other } else { self };
@@ -216,7 +196,6 @@ pub struct TurnedPart {
     cos: Vec<f64>,
     sin: Vec<f64>,
     raw_reach: f64,
-    /// Its smallest radius.
     least: f64,
     /// An upper bound of its radius.
     reach: f64,
@@ -262,7 +241,6 @@ impl TurnedPart {
         Self::new(name, grid, radii)
     }
 
-    /// Name.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name

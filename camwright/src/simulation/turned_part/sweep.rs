@@ -218,7 +218,7 @@ impl TurnedPart {
     }
 
     /// Index of a line counted over any number of turns.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number below the count")]
+    #[allow(clippy::cast_possible_truncation, reason = "a whole number below the count")]
     fn line_index(&self, line: f64) -> usize {
         let n = self.grid.azimuths as f64;
         let index = line - n * libm::floor(line / n);
@@ -226,7 +226,7 @@ impl TurnedPart {
     }
 
     /// Columns between two places, the last not included.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the columns there are")]
+    #[allow(clippy::cast_possible_truncation, reason = "clamped to the columns there are")]
     fn columns(&self, from_mm: f64, to_mm: f64) -> (usize, usize) {
         let step = self.grid.column_step_mm();
         let most = self.grid.columns as f64;

@@ -198,7 +198,7 @@ fn slow_sweep(part: &mut [f64], grid: &PartGrid, insert: &Insert, motion: &Inser
             let mut line = libm::ceil(a.min(b));
             while line <= a.max(b) {
                 let share = if (a - b).abs() < 1e-12 { 0.0 } else { (line - a) / (b - a) };
-                #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number below n")]
+                #[allow(clippy::cast_possible_truncation, reason = "a whole number below n")]
                 let at = j * grid.azimuths + line.rem_euclid(n) as usize;
                 part[at] = part[at].min(ra + (rb - ra) * share);
                 line += 1.0;

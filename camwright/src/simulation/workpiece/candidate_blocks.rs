@@ -11,7 +11,6 @@ pub(super) enum Edge {
 /// inside the wheel, then downwards.
 pub(super) struct Near {
     first: usize,
-    /// Blocks looked at.
     seen: usize,
     way: Way,
 }

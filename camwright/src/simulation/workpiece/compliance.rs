@@ -23,7 +23,6 @@ pub struct Deflection {
 crate::kept!(Deflection { mm, normal } on {});
 
 impl Default for Deflection {
-    /// Nothing gives way.
     fn default() -> Self {
         Self { mm: 0.0, normal: (1.0, 0.0) }
     }

@@ -107,7 +107,6 @@ impl CutRecord {
         &self.forces_n
     }
 
-    /// Nothing touches.
     pub(super) fn leave(&mut self) {
         // A passage that was not finished says nothing of its degree.
         (self.passage, self.line_rad) = (None, None);
@@ -120,11 +119,7 @@ impl CutRecord {
             turned.min((TURN_RAD - turned).abs())
         });
         let turns = contact.azimuth_rad / TURN_RAD;
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a fraction of a turn times the count"
-        )]
+        #[allow(clippy::cast_possible_truncation, reason = "a fraction of a turn times the count")]
         let degree = (((turns - libm::floor(turns)) * DEGREES as f64) as usize).min(DEGREES - 1);
         self.forces_n[degree] = self.forces_n[degree].max(contact.force_n);
         if self.passage.is_none_or(|passage| passage.degree != degree) {

@@ -34,16 +34,10 @@ const BLOCK: usize = 16;
 pub enum LobeError {
     /// Too few radii for a turn.
     #[error("lobe {name}: {count} radii, at least {MIN_AZIMUTHS}")]
-    TooFewRadii {
-        /// Lobe.
-        name: String,
-        /// Radii given.
-        count: usize,
-    },
+    TooFewRadii { name: String, count: usize },
     /// A radius is not positive.
     #[error("lobe {name}: radius {index} is {radius} mm, must be positive and finite")]
     Radius {
-        /// Lobe.
         name: String,
         /// Index of the radius.
         index: usize,
@@ -53,7 +47,6 @@ pub enum LobeError {
     /// The width is not positive.
     #[error("lobe {name}: width {width_mm} mm, must be positive and finite")]
     Width {
-        /// Lobe.
         name: String,
         /// The width (mm).
         width_mm: f64,
@@ -61,7 +54,6 @@ pub enum LobeError {
     /// The machine has no such station.
     #[error("lobe {name}: the machine has no station {station}")]
     UnknownStation {
-        /// Lobe.
         name: String,
         /// The station asked for.
         station: String,
@@ -69,7 +61,6 @@ pub enum LobeError {
     /// Another lobe stands at this station.
     #[error("lobe {name}: station {station} already has lobe {other}")]
     StationTaken {
-        /// Lobe.
         name: String,
         /// The station asked for.
         station: String,
@@ -93,7 +84,6 @@ pub struct Removal {
 }
 
 impl Removal {
-    /// Both together.
     #[must_use]
     pub fn and(self, other: Removal) -> Removal {
         Removal {
@@ -195,7 +185,6 @@ impl Lobe {
         Ok(Self { name, station, width_mm, radii, block_reach, cos, sin, reach, changed: false, met, record: None })
     }
 
-    /// Name.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
@@ -296,7 +285,7 @@ impl Lobe {
         }
     }
 
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a fraction of a turn times the count")]
+    #[allow(clippy::cast_possible_truncation, reason = "a fraction of a turn times the count")]
     fn index_of(&self, azimuth_rad: f64) -> usize {
         let turns = azimuth_rad / TURN_RAD;
         let index = ((turns - libm::floor(turns)) * self.radii.len() as f64) as usize;

@@ -52,7 +52,6 @@ pub enum FaceError {
         /// Azimuth of the mill's axis there (deg).
         azimuth_deg: f64,
     },
-    /// The path itself.
     #[error(transparent)]
     Path(#[from] ToolPathError),
 }

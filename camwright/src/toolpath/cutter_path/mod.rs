@@ -22,7 +22,6 @@ pub enum CarriageAxis {
 }
 
 impl CarriageAxis {
-    /// Its letter.
     #[must_use]
     pub const fn letter(self) -> char {
         match self {
@@ -36,7 +35,6 @@ impl CarriageAxis {
 /// What one axis does over a turn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Travel {
-    /// The axis.
     pub axis: CarriageAxis,
     /// Its position over the azimuth (mm over rad).
     pub position: PeriodicSpline,

@@ -35,7 +35,6 @@ pub enum Wall {
 }
 
 impl Wall {
-    /// Both.
     pub const BOTH: [Wall; 2] = [Wall::Inner, Wall::Outer];
 
     /// On which side of the pitch curve it lies, along its normal.
@@ -84,7 +83,6 @@ pub enum GrooveError {
     /// A number that is out of its range.
     #[error("{what} is {value} mm, it must be {bound}")]
     BadNumber {
-        /// Which number.
         what: &'static str,
         /// Its value (mm).
         value: f64,
@@ -97,7 +95,6 @@ pub enum GrooveError {
          curvature of {slot_radius_mm:.3} mm there, it must be above {bound_mm:.3} mm"
     )]
     Undercut {
-        /// Which wall.
         wall: &'static str,
         /// Cam angle (deg).
         angle_deg: f64,

@@ -14,7 +14,6 @@ use crate::toolpath::cutter_path::{CarriageAxis, CutterPath};
 use crate::toolpath::wheel_path::ToolPath;
 use alloc::vec::Vec;
 
-/// A plate groove.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlateGroove {
     inner: Contour,

@@ -16,7 +16,6 @@ use alloc::vec::Vec;
 /// plan and twice the knots.
 const CELLS: u32 = 72;
 
-/// Least and largest.
 type Range = (f64, f64);
 
 /// Ranges of the first three derivatives of a slide over the turned angle (mm/rad, mm/rad², mm/rad³).

@@ -48,7 +48,7 @@ pub(super) struct Hollows {
 impl Hollows {
     pub(super) fn find(section: &RakeSection<'_>, reach_mm: f64) -> Result<Self, InsertPathError> {
         let (from, to) = section.range_mm();
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it saturates, and is cut off")]
+        #[allow(clippy::cast_possible_truncation, reason = "it saturates, and is cut off")]
         let rows = (libm::ceil(PER_RADIUS * (to - from) / reach_mm) as u32).max(section.surface().looked_at().1);
         let rows = rows.clamp(ROWS.0, ROWS.1);
         let mut ranges = vec![None; ANGLES as usize];
@@ -87,7 +87,7 @@ impl Hollows {
             return false;
         }
         let place = wrap_turn(turned_rad) / TURN_RAD * f64::from(ANGLES);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it lies within the turn")]
+        #[allow(clippy::cast_possible_truncation, reason = "it lies within the turn")]
         let left = place as usize % self.ranges.len();
         // Two angles on either side, for a hollow between those looked at.
         let count = self.ranges.len();

@@ -48,29 +48,12 @@ use thiserror::Error;
 pub enum InsertPathError {
     /// A number that is none, or out of its range.
     #[error("{what} is {value}, it must be {allowed}")]
-    BadNumber {
-        /// Which.
-        what: &'static str,
-        /// What was given.
-        value: f64,
-        /// What is allowed.
-        allowed: &'static str,
-    },
+    BadNumber { what: &'static str, value: f64, allowed: &'static str },
     /// The rake plane does not cut the surface as it must.
     #[error(transparent)]
     Section(#[from] RakeSectionError),
-    /// Too many knots.
     #[error("the spiral has {turns:.1} turns of {angles} angles, {knots:.0} in all, allowed are {most}")]
-    TooLong {
-        /// Turns.
-        turns: f64,
-        /// Angles a turn.
-        angles: u32,
-        /// Knots.
-        knots: f64,
-        /// Allowed.
-        most: u32,
-    },
+    TooLong { turns: f64, angles: u32, knots: f64, most: u32 },
     /// A hollow that the insert does not reach, on a path that would have to.
     #[error(
         "turned to {turned_deg:.2} deg, the section at z = {z_mm:.3} mm is hollow with a radius of {radius_mm:.3} mm, it must be above \
@@ -107,7 +90,6 @@ pub enum InsertPathError {
          more angles, or a smoother surface"
     )]
     Unresolved {
-        /// Angles a turn.
         angles: u32,
         /// Remaining error (mm).
         error_mm: f64,
@@ -138,13 +120,11 @@ pub enum InsertPathError {
         "{axis} needs {quantity} {value:.4}, its limit is {bound:.4}, at {turned_deg:.2} deg (spindle at {spindle_rad_s:.4} rad/s)"
     )]
     ExceedsLimit {
-        /// Which axis.
         axis: &'static str,
         /// Of which quantity, with its unit.
         quantity: &'static str,
         /// What it would need.
         value: f64,
-        /// Its limit.
         bound: f64,
         /// Turned angle (deg).
         turned_deg: f64,
@@ -174,7 +154,6 @@ pub struct PathRequest {
     pub from_mm: f64,
     /// Where it ends (mm), farther on or farther back.
     pub to_mm: f64,
-    /// How it advances.
     pub feed: Feed,
     /// Angles a turn: 180 to 3600, a step of 2° to 0.1°.
     pub angles: u32,
@@ -205,7 +184,6 @@ pub enum ZLaw {
         /// How fast (mm/rad).
         per_rad: f64,
     },
-    /// Over knots.
     Spline(UniformHermite),
 }
 
@@ -280,7 +258,7 @@ impl PathRequest {
         if knots.is_nan() || knots >= f64::from(MOST_KNOTS) {
             return Err(InsertPathError::TooLong { turns, angles: self.angles, knots, most: MOST_KNOTS });
         }
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it was bounded")]
+        #[allow(clippy::cast_possible_truncation, reason = "it was bounded")]
         Ok(knots as u32)
     }
 }

@@ -19,7 +19,6 @@ pub struct Passes {
     pub finish_mm: f64,
     /// Most that a roughing pass takes (mm).
     pub deepest_mm: f64,
-    /// How roughing advances.
     pub rough_feed: Feed,
 }
 
@@ -30,7 +29,6 @@ pub struct PassStep {
     pub depth_mm: f64,
     /// What it leaves on the section (mm).
     pub stock_mm: f64,
-    /// How it advances.
     pub feed: Feed,
 }
 
@@ -43,7 +41,6 @@ pub struct Pass {
     pub path: InsertPath,
 }
 
-/// Most passes.
 const MOST: f64 = 1000.0;
 
 /// Height of the cusps that a feed leaves between two turns (mm): R − √(R² − f²/4), where the section does not curve.
@@ -75,7 +72,7 @@ impl Passes {
         if passes > MOST {
             return bad("the number of roughing passes", passes, "up to 1000");
         }
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it was bounded")]
+        #[allow(clippy::cast_possible_truncation, reason = "it was bounded")]
         let passes = passes as u32;
         let left = |pass: u32| self.finish_mm + rough * f64::from(passes - pass) / f64::from(passes);
         let mut stocks: Vec<f64> = (1..=passes).map(left).collect();

@@ -10,29 +10,22 @@ use core::fmt;
 /// Largest magnitudes of an axis over the turned angle, and where (at, rad): mm/rad, mm/rad², mm/rad³.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Rates {
-    /// First derivative.
     pub velocity: Extreme,
-    /// Second derivative.
     pub acceleration: Extreme,
-    /// Third derivative.
     pub jerk: Extreme,
 }
 
 /// Rates of both slides.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathRates {
-    /// Of X.
     pub x: Rates,
-    /// Of Z.
     pub z: Rates,
 }
 
 /// What the axes can do (mm/s, mm/s², mm/s³; the spindle rad/s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisLimits {
-    /// X slide.
     pub x: MotionLimits,
-    /// Z slide.
     pub z: MotionLimits,
     /// Fastest speed of the spindle (rad/s).
     pub spindle_rad_s: f64,
@@ -41,7 +34,6 @@ pub struct AxisLimits {
 /// What holds the speed of the spindle down.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SpeedBound {
-    /// The spindle itself.
     Spindle,
     /// Velocity of a slide.
     Velocity(&'static str),
@@ -67,7 +59,6 @@ impl fmt::Display for SpeedBound {
 pub struct SpindleSpeed {
     /// Speed (rad/s).
     pub rad_s: f64,
-    /// What sets it.
     pub bound: SpeedBound,
     /// Turned angle at which that is reached (rad).
     pub at_rad: f64,
@@ -76,9 +67,7 @@ pub struct SpindleSpeed {
 /// What the slides do at a speed of the spindle: mm/s, mm/s², mm/s³ and where (at, rad).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathUse {
-    /// X.
     pub x: Rates,
-    /// Z.
     pub z: Rates,
 }
 
@@ -225,7 +214,7 @@ fn walked(spline: &UniformHermite) -> Rates {
     let blends: [[f64; 5]; PARTS] = core::array::from_fn(|part| blend(part as f64 / FINER, h));
     let last = knots.len() - 1;
     let value = |place: f64| {
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place between the ends")]
+        #[allow(clippy::cast_possible_truncation, reason = "a place between the ends")]
         let index = (place * FINER) as usize;
         let (left, part) = (index / PARTS, index % PARTS);
         if left >= last {

@@ -30,7 +30,6 @@ pub struct SpindleLaw {
 /// What holds the speed of the spindle, and along which share of the way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundShare {
-    /// What.
     pub bound: SpeedBound,
     /// Share, 0 to 1.
     pub share: f64,

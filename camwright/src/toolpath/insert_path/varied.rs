@@ -246,7 +246,7 @@ impl<'a> Fit<'a> {
             let rates = self.cells.most(first.min(last)..first.max(last) + 1);
             let ramp_s = ramp_s(rad_s, &rates, self.limits, self.c)?;
             // One more: the last cell of a path is a part of one.
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "ramps are bounded")]
+            #[allow(clippy::cast_possible_truncation, reason = "ramps are bounded")]
             let needed = libm::ceil(0.5 * rad_s * ramp_s / self.cells.width_rad) as usize + 1;
             if needed <= cells {
                 return Some(Ramp { rad_s, ramp_s, cells });
@@ -266,7 +266,7 @@ impl<'a> Fit<'a> {
         let (up_rad, down_rad) = (0.5 * up.rad_s * up.ramp_s, 0.5 * down.rad_s * down.ramp_s);
         let knot = |at: f64, value: f64, first: f64, second: f64| Knot { at, value, first, second };
         let mut knots = vec![knot(0.0, 0.0, 0.0, 0.0), knot(up.ramp_s, up_rad, up.rad_s, 0.0)];
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "nodes between the ends")]
+        #[allow(clippy::cast_possible_truncation, reason = "nodes between the ends")]
         let (begin, end) = (libm::floor(up_rad / h) as usize + 1, libm::ceil((way_rad - down_rad) / h) as usize - 1);
         let at = |node: usize| (libm::sqrt(profile.q[node]) / slower, profile.acceleration[node] / (slower * slower));
         let steady = |node: usize| {

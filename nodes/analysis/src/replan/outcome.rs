@@ -10,7 +10,6 @@ use camwright_files::convert::plan::{phase_name, plan_from_pages};
 use camwright_planning::plan_recorded;
 use std::fmt;
 
-/// Something that moved.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
     /// Which step, by its number and what it is for.
@@ -35,7 +34,6 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Something moved.
     #[must_use]
     pub fn moved(&self) -> bool {
         !self.lines.is_empty()

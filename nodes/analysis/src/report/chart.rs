@@ -35,7 +35,6 @@ pub(super) struct Zone {
     pub(super) class: &'static str,
 }
 
-/// A chart.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Chart {
     pub(super) title: String,

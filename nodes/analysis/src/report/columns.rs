@@ -35,12 +35,7 @@ impl Columns {
             return;
         }
         let count = self.columns.len();
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            clippy::cast_precision_loss,
-            reason = "between 0 and the number of columns"
-        )]
+        #[allow(clippy::cast_possible_truncation, reason = "between 0 and the number of columns")]
         let index = ((place * count as f64) as usize).min(count - 1);
         let column = self.columns[index].get_or_insert(Column { low: (x, y), high: (x, y) });
         if y < column.low.1 {
@@ -69,7 +64,7 @@ impl Columns {
     pub(super) fn middle_at(&self, x: f64) -> Option<f64> {
         let width = (self.to - self.from) / self.columns.len() as f64;
         let index = ((x - self.from) / width).floor();
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates; get() refuses the rest")]
+        #[allow(clippy::cast_possible_truncation, reason = "saturates; get() refuses the rest")]
         let column = self.columns.get(index.max(0.0) as usize).copied().flatten()?;
         Some(0.5 * (column.low.1 + column.high.1))
     }

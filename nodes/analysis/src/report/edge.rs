@@ -60,7 +60,7 @@ impl Track {
     /// Between ticks by the quintic through six of them: a tick is a millimetre of way, and X is accelerated by µm in it.
     fn at(&self, time: f64) -> Option<[f64; 3]> {
         let whole = time.floor();
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "ticks; get() refuses what is none")]
+        #[allow(clippy::cast_possible_truncation, reason = "ticks; get() refuses what is none")]
         let start = (whole as u64).checked_sub(self.first)?.checked_sub(2)?;
         let start = usize::try_from(start).ok()?;
         let six = self.points.get(start..start.checked_add(6)?)?;
@@ -87,7 +87,6 @@ impl Place {
     }
 }
 
-/// A round edge.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Edge {
     pub(super) radius_mm: f64,
@@ -118,7 +117,6 @@ impl Edge {
 
     /// Where the edge passes the azimuth from one tick to the next.
     fn passing(&self, place: &Place, tick: u64, at: &impl Fn(f64) -> Option<[f64; 3]>) -> Option<Passing> {
-        #[allow(clippy::cast_precision_loss, reason = "ticks are far below 2^53")]
         let (mut from, mut to) = (tick as f64, tick as f64 + 1.0);
         let short = |time: f64| self.short_of(place, at(time)?);
         let (before, after) = (short(from)?, short(to)?);
@@ -142,7 +140,7 @@ impl Edge {
 
     /// The passing nearest to a time, with the axes elsewhere.
     fn near(&self, place: &Place, time: f64, at: impl Fn(f64) -> Option<[f64; 3]>) -> Option<Passing> {
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a tick of a track")]
+        #[allow(clippy::cast_possible_truncation, reason = "a tick of a track")]
         let tick = time.floor() as u64;
         let ticks = tick.saturating_sub(NEAR_TICKS)..=tick.saturating_add(NEAR_TICKS);
         let all = ticks.filter_map(|tick| self.passing(place, tick, &at));
@@ -260,7 +258,7 @@ impl Tracks {
             }
         }
         let known: f64 = axes.iter().map(|axis| axis.lag_um + axis.swing_um).sum();
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a tick of a track")]
+        #[allow(clippy::cast_possible_truncation, reason = "a tick of a track")]
         let tick = made.time.round() as u64;
         Ok(Split { tick, position: encoders, axes, cusp_um, rest_um: error_um - cusp_um - known, error_um })
     }

@@ -23,7 +23,6 @@ pub(super) struct At<T> {
     pub(super) said: T,
 }
 
-/// One storage file.
 #[derive(Debug, Clone)]
 pub(super) struct StoredFile {
     pub(super) name: String,

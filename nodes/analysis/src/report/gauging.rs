@@ -112,7 +112,6 @@ fn diameter(findings: &Findings<'_>, index: usize, name: &str, readings: &[&Gaug
 }
 
 /// The outline of a journal from its mean: what it runs out by now.
-#[allow(clippy::cast_precision_loss, reason = "some thousand azimuths")]
 fn outline(findings: &Findings<'_>, name: &str) -> Option<Chart> {
     let result = findings.story.status?.lobes.iter().find(|lobe| lobe.name == name && lobe.runout_before > 0.0)?;
     let part = findings.story.outlines.iter().find(|part| part.name == name && !part.radius.is_empty())?;

@@ -117,7 +117,6 @@ pub(super) fn section(findings: &Findings<'_>, form: &LobeForm) -> Section {
 }
 
 /// The form error of a lobe over its azimuth, with what of it the drives leave.
-#[allow(clippy::cast_precision_loss, reason = "some hundred azimuths")]
 pub(super) fn error_chart(findings: &Findings<'_>, index: usize, form: &LobeForm, worst: Option<&Worst>) -> Chart {
     let count = form.form_error.len().max(1);
     let points = form.form_error.iter().enumerate();

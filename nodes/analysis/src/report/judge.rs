@@ -43,7 +43,6 @@ pub(super) struct Worst {
 pub(super) struct Verdict {
     pub(super) tone: Tone,
     pub(super) word: &'static str,
-    /// One sentence: why.
     pub(super) reason: String,
     pub(super) worst: Option<Worst>,
     /// Where the error comes from; the first is the short answer.
@@ -164,7 +163,6 @@ fn worst(status: &JobStatus, story: &Story<'_>) -> Option<Worst> {
 }
 
 /// The azimuth at which a lobe is farthest off (deg); none before it was judged.
-#[allow(clippy::cast_precision_loss, reason = "some hundred azimuths")]
 pub(super) fn farthest_deg(form: &LobeForm) -> Option<f64> {
     let errors = form.form_error.iter().enumerate();
     let (index, _) = errors.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;

@@ -34,7 +34,6 @@ const STANDING_SHARE: f64 = 0.02;
 /// Steps within a tick in which a swing is followed: a fourteenth of a radian at 110 Hz and 1 ms.
 const STEPS: u32 = 10;
 
-/// What something leaves.
 #[derive(Debug, Clone)]
 pub(super) struct Left {
     /// Over the azimuth from where C is 0 (deg), along the normal (µm), positive where material is left; empty for an insert.

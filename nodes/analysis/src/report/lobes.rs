@@ -185,7 +185,6 @@ fn force_chart(findings: &Findings<'_>, lobe: usize) -> Chart {
 fn cut_charts(outline: Option<&PartLobe>, form: &LobeForm) -> [Chart; 3] {
     let of = |values: Option<&Vec<f64>>| -> Vec<(f64, f64)> {
         let values = values.map_or(&[][..], Vec::as_slice);
-        #[allow(clippy::cast_precision_loss, reason = "degrees of a turn")]
         let at = |(index, value): (usize, &f64)| ((index as f64 + 0.5) * 360.0 / values.len() as f64, *value);
         Columns::of(0.0, 360.0, COLUMNS, values.iter().enumerate().map(at)).points()
     };

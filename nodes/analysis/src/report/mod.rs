@@ -61,17 +61,13 @@ pub enum ReportError {
     Io {
         /// What was tried, as a verb.
         action: &'static str,
-        /// The file.
         path: PathBuf,
         /// What the system said.
         source: io::Error,
     },
     /// There is nothing to report of.
     #[error("{} holds no job: nothing was recorded on job_planner/job_status", path.display())]
-    NoJob {
-        /// The bag.
-        path: PathBuf,
-    },
+    NoJob { path: PathBuf },
 }
 
 /// Everything that the page is made from.
@@ -90,7 +86,6 @@ struct Findings<'a> {
 
 impl Findings<'_> {
     /// Ticks from the job's first one on, in seconds; none where the machine did not tell of its ticks.
-    #[allow(clippy::cast_precision_loss, reason = "ticks are far below 2^53")]
     fn seconds(&self, tick: u64) -> Option<f64> {
         let (first, _) = self.story.ticks?;
         Some((tick as f64 - first as f64) * self.recorded.cycle_s()?)

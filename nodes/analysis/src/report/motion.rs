@@ -28,7 +28,6 @@ pub(super) struct Sample {
 /// What was read of the ticks.
 #[derive(Debug)]
 pub(super) struct Motion {
-    /// Within the windows.
     pub(super) samples: Vec<Sample>,
     /// Setpoints within the windows (rad, m).
     pub(super) setpoints: BTreeMap<u64, [f64; 3]>,
@@ -50,7 +49,6 @@ impl Motion {
         windows: &[(u64, u64)],
     ) -> Result<Option<Self>, ReportError> {
         let Some((clock, cycle_s)) = recorded.clock.zip(recorded.cycle_s()) else { return Ok(None) };
-        #[allow(clippy::cast_precision_loss, reason = "ticks are far below 2^53")]
         let seconds = |ticks: u64| ticks as f64 * cycle_s;
         let columns = || Columns::new(0.0, seconds(job.1 - job.0).max(cycle_s), TIME_COLUMNS);
         let mut motion = Self {

@@ -6,7 +6,6 @@ use super::{Findings, alarms, gauging, head, lobes, provenance, time_line, turne
 /// The page's look, for screens that are light or dark and for paper.
 const STYLE: &str = include_str!("style.css");
 
-/// The whole document.
 pub(super) fn html(findings: &Findings<'_>) -> String {
     let job = findings.story.status.map_or("", |status| &status.job);
     let mut out = format!(

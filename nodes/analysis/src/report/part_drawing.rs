@@ -44,7 +44,6 @@ struct Outline {
 impl Outline {
     fn of(radius_mm: &[f64]) -> Self {
         let count = radius_mm.len();
-        #[allow(clippy::cast_precision_loss, reason = "some hundred azimuths")]
         let point = |(index, radius): (usize, &f64)| {
             let (sin, cos) = (TURN_RAD * index as f64 / count as f64).sin_cos();
             [radius * cos, -radius * sin]
@@ -135,12 +134,7 @@ impl Section {
     fn marks(&self, out: &mut String, outline: &Outline, scale: f64) {
         let count = outline.points.len();
         let at = |azimuth_deg: f64| {
-            #[allow(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                clippy::cast_precision_loss,
-                reason = "some hundred azimuths"
-            )]
+            #[allow(clippy::cast_possible_truncation, reason = "some hundred azimuths")]
             let index = (azimuth_deg.rem_euclid(360.0) / 360.0 * count as f64).round() as usize % count;
             (outline.points[index], outline.normals[index])
         };

@@ -105,7 +105,6 @@ fn facts(findings: &Findings<'_>) -> Vec<(String, String)> {
         }
     }
     if let Some((first, last)) = recorded.span_ns {
-        #[allow(clippy::cast_precision_loss, reason = "for people")]
         let seconds = (last - first) as f64 * 1e-9;
         facts
             .push(("times in the bag".to_owned(), format!("{} to {}, {} s", utc(first), utc(last), fixed(seconds, 3))));

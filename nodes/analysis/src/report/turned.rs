@@ -75,7 +75,6 @@ fn last_map<'a>(findings: &Findings<'a>) -> Option<&'a FormMap> {
 }
 
 /// The whole surface: azimuth to the right, place along the part downwards, coloured by the farthest deviation of each field.
-#[allow(clippy::cast_precision_loss, reason = "some thousand fields")]
 fn map_figure(out: &mut String, map: &FormMap, allowed_um: f64) {
     let (round, along) = (map.azimuths as usize, map.columns as usize);
     let (width, height, left, bottom) = (600.0, 420.0, 58.0, 36.0);
@@ -89,7 +88,7 @@ fn map_figure(out: &mut String, map: &FormMap, allowed_um: f64) {
     for column in 0..along {
         for azimuth in 0..round {
             let value = farthest(column * round + azimuth);
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and 3")]
+            #[allow(clippy::cast_possible_truncation, reason = "between 0 and 3")]
             let shade = ((value.abs() / most * SHADES) as usize).min(3);
             let path = &mut paths[shade + if value < 0.0 { 4 } else { 0 }];
             let (x, y) = (left + azimuth as f64 * dx, 10.0 + column as f64 * dy);
@@ -164,17 +163,12 @@ fn last_pass(findings: &Findings<'_>) -> (Chart, Chart) {
 }
 
 /// The section in which the part is worst, as a drawing and as a curve.
-#[allow(clippy::cast_precision_loss, reason = "some hundred azimuths")]
 pub(super) fn worst_section(findings: &Findings<'_>, worst: &Worst) -> Option<(Section, Chart)> {
     let part = findings.story.status?.turned.first()?;
     let map = last_map(findings)?;
     let (round, along) = (map.azimuths as usize, map.columns as usize);
     let share = (part.form_error_max_z - map.from_z) / (map.to_z - map.from_z);
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "saturates, and is brought into the map"
-    )]
+    #[allow(clippy::cast_possible_truncation, reason = "saturates, and is brought into the map")]
     let column = ((share * along as f64).max(0.0) as usize).min(along - 1);
     let of = |values: &[f32]| -> Vec<f64> {
         values[column * round..(column + 1) * round].iter().map(|value| um(f64::from(*value))).collect()
@@ -211,16 +205,11 @@ pub(super) fn worst_section(findings: &Findings<'_>, worst: &Worst) -> Option<(S
 }
 
 /// Radii of the turned surface at a place along it, at so many azimuths (mm); empty where not all of it is recorded.
-#[allow(clippy::cast_precision_loss, reason = "some hundred azimuths")]
 fn radii_at(pages: &[&TurnedPage], z: f64, count: usize) -> Vec<f64> {
     let Some(first) = pages.first() else { return Vec::new() };
     let (round, along) = (first.azimuths as usize, first.columns as usize);
     let share = if along > 1 { (z - first.from_z) / (first.to_z - first.from_z) } else { 0.0 };
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "saturates, and is brought into the part"
-    )]
+    #[allow(clippy::cast_possible_truncation, reason = "saturates, and is brought into the part")]
     let column = ((share * along.saturating_sub(1) as f64).round().max(0.0) as usize).min(along.saturating_sub(1));
     let radius = |azimuth: usize| {
         let index = u64::try_from(column.checked_mul(round)?.checked_add(azimuth)?).ok()?;

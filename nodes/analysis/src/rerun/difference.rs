@@ -8,45 +8,27 @@ use std::fmt;
 #[derive(Debug, Clone, PartialEq)]
 pub enum Values {
     /// Numbers of an axis or another quantity, with their unit.
-    Numbers {
-        /// As recorded.
-        old: f64,
-        /// As computed.
-        new: f64,
-        /// Unit of both.
-        unit: &'static str,
-    },
+    Numbers { old: f64, new: f64, unit: &'static str },
     /// Whole numbers, as counts, with the size of one, where it has one (m or rad).
     Counts {
-        /// As recorded.
         old: i64,
-        /// As computed.
         new: i64,
         /// The axis, and the size of a count (m or rad).
         size: Option<(Axis, f64)>,
     },
     /// Anything else, as a text.
-    Texts {
-        /// As recorded.
-        old: String,
-        /// As computed.
-        new: String,
-    },
+    Texts { old: String, new: String },
 }
 
-/// One difference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Difference {
     /// The tick it is at.
     pub tick: u64,
-    /// What differs.
     pub field: String,
-    /// The two values.
     pub values: Values,
 }
 
 impl Difference {
-    /// Two texts.
     pub(super) fn texts(tick: u64, field: impl Into<String>, old: impl Into<String>, new: impl Into<String>) -> Self {
         Self { tick, field: field.into(), values: Values::Texts { old: old.into(), new: new.into() } }
     }
@@ -73,7 +55,6 @@ impl fmt::Display for Difference {
             }
             Values::Counts { old, new, size } => {
                 write!(f, "recorded {old}, computed {new}, ")?;
-                #[allow(clippy::cast_precision_loss, reason = "a difference for people")]
                 let off = new.wrapping_sub(*old) as f64;
                 match size {
                     Some((axis, size)) => by(f, off * size, if *axis == Axis::C { "rad" } else { "m" }),

@@ -26,7 +26,6 @@ pub(super) struct MachineRun<'a> {
     bag: &'a Bag,
     recorded: &'a Recorded,
     machine: MachineAgain,
-    /// The next input.
     next: usize,
     /// The tick after which it began, and the last one.
     begun: u64,

@@ -181,7 +181,6 @@ pub fn within(path: &Path, window: Window) -> Result<Verdict, RerunError> {
     let differences = compare(&bag, &recorded, &mut interpolator, &mut machine)?;
     let lost = bag.custom_data().get("camwright.lost_total").and_then(|text| text.parse().ok());
     let cycle_s = recorded.machine.cycle_time_s();
-    #[allow(clippy::cast_precision_loss, reason = "a number of ticks")]
     let seconds = (machine.ticks() as f64 * cycle_s, begun.elapsed().as_secs_f64());
     Ok(Verdict {
         recorded_by: recorded.machine_inputs.first().and_then(version_of),

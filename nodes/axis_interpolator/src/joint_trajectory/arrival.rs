@@ -11,7 +11,6 @@ use camwright::machine::description::MachineDescription;
 use camwright_files::convert::time::TickClock;
 use camwright_ros::GoalDecider;
 
-/// Who waits.
 #[derive(Debug)]
 pub(crate) struct Arrival {
     pub(super) wanted: Wanted,

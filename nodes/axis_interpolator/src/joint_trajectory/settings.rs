@@ -93,7 +93,7 @@ impl Settings {
 
 /// Ticks between two messages of feedback, and of `~/controller_state`; `None`: never.
 pub(crate) fn periods_ticks(parameters: &Parameters, cycle_s: f64) -> (u64, Option<u64>) {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rates are between 1 and 1000 Hz")]
+    #[allow(clippy::cast_possible_truncation, reason = "rates are between 1 and 1000 Hz")]
     let ticks = |rate_hz: f64| (1.0 / (rate_hz * cycle_s)).round().max(1.0) as u64;
     let state_hz = parameters.double(STATE_RATE);
     (ticks(parameters.double(FEEDBACK_RATE)), (state_hz > 0.0).then(|| ticks(state_hz.max(1e-3))))

@@ -144,16 +144,11 @@ impl Wanted {
     }
 }
 
-#[allow(clippy::cast_precision_loss, reason = "durations are far below 2^53 ns")]
 fn seconds(ns: i64) -> f64 {
     ns as f64 * 1e-9
 }
 
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a time is not negative, the cast saturates"
-)]
+#[allow(clippy::cast_possible_truncation, reason = "a time is not negative, the cast saturates")]
 fn ticks(time_s: f64, machine: &MachineDescription) -> u64 {
     (time_s / machine.cycle_time_s()).ceil() as u64
 }

@@ -32,9 +32,7 @@ pub struct Report {
     pub findings: Vec<Finding>,
     /// How many there are besides, and the worst of them.
     pub more: (u64, Option<Severity>),
-    /// Messages seen.
     pub message_count: u64,
-    /// Topics seen.
     pub topic_count: usize,
 }
 
@@ -45,7 +43,6 @@ impl Report {
         self.findings.iter().map(|f| f.severity).max().max(self.more.1)
     }
 
-    /// For people.
     #[must_use]
     pub fn to_text(&self) -> String {
         let mut text = String::new();

@@ -210,7 +210,7 @@ fn tell(heard: &(Mutex<Heard>, Condvar), change: impl FnOnce(&mut Heard)) {
 }
 
 fn show(progress: &ProgressBar, feedback: &RunJobFeedback) {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a percentage")]
+    #[allow(clippy::cast_possible_truncation, reason = "a percentage")]
     progress.set_position((feedback.percent.clamp(0.0, 100.0) * 10.0) as u64);
     let mut text = format!("{:>3.0} %  {} {}", feedback.percent, feedback.lobe, feedback.phase_name);
     if feedback.turns > 0.0 {

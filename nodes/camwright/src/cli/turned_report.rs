@@ -195,7 +195,6 @@ fn farthest_um(map: &FormMap, azimuths: usize, columns: usize) -> Option<Vec<f64
 }
 
 /// The map as a table, z downwards and azimuths to the right.
-#[allow(clippy::cast_precision_loss, reason = "a dozen fields")]
 fn map_text(map: &FormMap) -> String {
     let [azimuths, columns] = [PRINTED[0].min(size(map.azimuths)), PRINTED[1].min(size(map.columns))];
     let Some(fields) = farthest_um(map, azimuths, columns) else { return String::new() };

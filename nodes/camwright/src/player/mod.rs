@@ -8,7 +8,7 @@
 
 mod pace;
 mod plan;
-mod player;
+mod playback;
 mod services;
 
 use std::io::{self, Write};
@@ -25,7 +25,7 @@ use camwright_bag::progress;
 use camwright_bag::{Bag, BagError};
 use camwright_ros::{Node, NodeOptions, Qos, RosArgs, RosError, Shutdown};
 use camwright_run_logger::{Filter, Selection, regex};
-use player::{Outlets, Player, Track, Wish};
+use playback::{Outlets, Player, Track, Wish};
 use services::Order;
 
 /// How long no further subscriber may turn up before the first message goes out. A peer that is already running finds a new

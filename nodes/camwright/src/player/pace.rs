@@ -35,7 +35,6 @@ impl Pace {
 
     /// When a moment of the bag is reached; none while it stands still.
     pub(super) fn due(&self, bag_ns: u64) -> Option<Instant> {
-        #[allow(clippy::cast_precision_loss, reason = "2^53 ns are 104 days to the nanosecond")]
         let ahead = bag_ns.saturating_sub(self.from_ns) as f64 / self.rate;
         let since = self.since?;
         // What lies beyond what the system's clock can tell is never due.
@@ -65,11 +64,10 @@ impl Pace {
     }
 }
 
-/// A hundred years.
 const FAR: Duration = Duration::from_secs(100 * 365 * 86_400);
 
 fn nanoseconds(ns: f64) -> u64 {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the conversion saturates")]
+    #[allow(clippy::cast_possible_truncation, reason = "the conversion saturates")]
     let whole = ns as u64;
     whole
 }

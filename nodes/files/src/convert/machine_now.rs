@@ -10,7 +10,6 @@ use std::path::Path;
 /// The machine as it is now, as its description says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MachineNow {
-    /// What it is.
     pub description: MachineDescription,
     /// The wheel that is mounted.
     pub wheel: WheelNow,

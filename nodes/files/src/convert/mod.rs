@@ -21,13 +21,11 @@ use camwright::machine::description::{Axis, Scale};
 use camwright::math::units::um_from_mm;
 use camwright_msgs::camwright_msgs::msg::AxisDescription;
 
-/// Millimetres to metres.
 #[must_use]
 pub fn m_from_mm(mm: f64) -> f64 {
     mm / 1000.0
 }
 
-/// Metres to millimetres.
 #[must_use]
 pub fn mm_from_m(m: f64) -> f64 {
     m * 1000.0
@@ -71,7 +69,6 @@ pub fn si_from_file(axis: Axis, value: f64) -> f64 {
 pub fn si_from_counts(scale: Scale, counts: i64) -> f64 {
     match scale {
         // One division, so that the nearest count of the result is the count again.
-        #[allow(clippy::cast_precision_loss, reason = "counts are below 2^53")]
         Scale::Linear { counts_per_mm } => counts as f64 / (counts_per_mm as f64 * 1000.0),
         Scale::Rotary { .. } => scale.position(counts),
     }
@@ -86,7 +83,6 @@ pub fn counts_from_si(scale: Scale, position: f64) -> i64 {
                 clippy::cast_possible_truncation,
                 reason = "the cast saturates; a wild position is refused by its limits"
             )]
-            #[allow(clippy::cast_precision_loss, reason = "scales are below 2^53")]
             let counts = (position * (counts_per_mm as f64 * 1000.0)).round() as i64;
             counts
         }
@@ -97,7 +93,6 @@ pub fn counts_from_si(scale: Scale, position: f64) -> i64 {
 /// Counts of an axis for a metre or a radian, by what the machine's description says and nothing else: who judges a machine must not
 /// read its counts by the scale that it was made with.
 #[must_use]
-#[allow(clippy::cast_precision_loss, reason = "scales are below 2^53")]
 pub fn counts_per_si(axis: &AxisDescription) -> f64 {
     let ratio = axis.counts_per_unit_numerator as f64 / axis.counts_per_unit_denominator as f64;
     if axis.linear { ratio * 1e6 } else { ratio / core::f64::consts::TAU }

@@ -33,7 +33,6 @@ pub enum PlanPagesError {
     Incomplete {
         /// Hash on the pages.
         hash: String,
-        /// What is missing.
         what: String,
     },
     /// A value makes no sense.

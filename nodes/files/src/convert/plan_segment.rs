@@ -264,7 +264,7 @@ fn radius_nm(radius_nm: i64) -> Result<i64, String> {
 }
 
 fn whole(name: &str, value: f64) -> Result<u32, String> {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to be whole and in range")]
+    #[allow(clippy::cast_possible_truncation, reason = "checked to be whole and in range")]
     if value.fract().abs() < f64::EPSILON && (0.0..=1e9).contains(&value) {
         Ok(value as u32)
     } else {

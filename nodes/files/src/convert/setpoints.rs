@@ -54,18 +54,12 @@ pub enum ChunkError {
     },
     /// The stamp is not that of a tick.
     #[error("stamp {sec}.{nanosec:09} is not the time of a tick")]
-    Stamp {
-        /// Seconds.
-        sec: i32,
-        /// Nanoseconds.
-        nanosec: u32,
-    },
+    Stamp { sec: i32, nanosec: u32 },
     /// A point is not what it should be.
     #[error("point {index}: {what}")]
     Point {
         /// Index of the point.
         index: usize,
-        /// What is wrong.
         what: String,
     },
 }

@@ -18,7 +18,6 @@ pub fn time_from_ns(ns: i64) -> Time {
     }
 }
 
-/// A duration.
 #[must_use]
 pub fn duration_from_ns(ns: i64) -> Duration {
     let time = time_from_ns(ns);

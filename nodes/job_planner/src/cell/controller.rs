@@ -28,7 +28,6 @@ const CLEARING_S: f64 = 10.0;
 pub(super) enum Cause {
     /// A robot is to load.
     Loading,
-    /// Somebody said so.
     Command,
     /// Somebody else holds the feed, and the cell follows.
     Feed,

@@ -48,7 +48,6 @@ pub(super) enum Told {
     Alarms,
     /// Who was asked for something has answered.
     Answered(Asked, bool, String),
-    /// The node ends.
     End,
 }
 

@@ -21,13 +21,9 @@ use std::time::{Duration, Instant};
 pub(super) enum Phase {
     /// A raw part in the chuck.
     Part,
-    /// Its job begun.
     Begin,
-    /// Its end.
     Job,
-    /// An empty chuck.
     Empty,
-    /// Nothing more.
     End,
 }
 

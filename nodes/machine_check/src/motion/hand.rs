@@ -42,7 +42,6 @@ impl Drop for Stranger {
     }
 }
 
-/// The sender.
 pub(super) struct Hand<'a> {
     pub(super) ears: &'a Ears,
     pub(super) facts: &'a Facts,
@@ -55,7 +54,6 @@ pub(super) struct Hand<'a> {
 }
 
 impl<'a> Hand<'a> {
-    /// Meets the machine.
     pub(super) fn new(
         node: &Node,
         ears: &'a Ears,
@@ -102,7 +100,6 @@ impl<'a> Hand<'a> {
         Ok(self.setpoints.publish(chunk)?)
     }
 
-    /// Sends a command.
     pub(super) fn order(&self, sequence: u32, tick: u64, kind: u8, target: &str) -> Result<(), Stop> {
         let ticks = i64::try_from(tick).unwrap_or(i64::MAX);
         let at = stamp(self.epoch_ns.saturating_add(ticks.saturating_mul(self.facts.cycle_ns)));
@@ -110,7 +107,6 @@ impl<'a> Hand<'a> {
         Ok(self.commands.publish(&command)?)
     }
 
-    /// The last news.
     pub(super) fn news(&self) -> MachineStream {
         self.ears.look(|heard| heard.last().cloned().unwrap_or_default())
     }

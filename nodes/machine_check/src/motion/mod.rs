@@ -84,7 +84,6 @@ pub(super) fn target(
     }
     let away = home.saturating_add(by);
     let limits = &description.axes[axis];
-    #[allow(clippy::cast_precision_loss, reason = "counts are below 2^53")]
     let (here, there) = (home as f64 / facts.per_unit[axis], away as f64 / facts.per_unit[axis]);
     let unit = if limits.linear { "m" } else { "rad" };
     for place in [here, there] {

@@ -32,7 +32,6 @@ pub(super) struct Point {
     pub(super) acceleration: f64,
 }
 
-#[allow(clippy::cast_precision_loss, reason = "counts of a small travel and ticks of a short time")]
 #[allow(clippy::cast_possible_truncation, reason = "as above")]
 impl Travel {
     /// From where the axes rest, by so many counts, within the limits of the axis.
@@ -43,7 +42,6 @@ impl Travel {
         let by_acceleration = (10.0 / 3.0_f64.sqrt() * distance / (SHARE * limits.max_acceleration)).sqrt();
         let by_jerk = (60.0 * distance / (SHARE * limits.max_jerk)).cbrt();
         let seconds = by_velocity.max(by_acceleration).max(by_jerk);
-        #[allow(clippy::cast_sign_loss, reason = "a time")]
         let ticks = (seconds / facts.cycle_s()).ceil() as u64;
         let ticks = ticks.max(DELAYS * facts.delay);
         Self { axis, from: from.to_vec(), by, ticks, cycle_s: facts.cycle_s(), per_unit: facts.per_unit.clone() }
@@ -98,7 +96,6 @@ impl Travel {
     }
 }
 
-/// A stamp.
 pub(super) fn stamp(ns: i64) -> Time {
     let (sec, nanosec) = (ns.div_euclid(1_000_000_000), ns.rem_euclid(1_000_000_000));
     Time { sec: i32::try_from(sec).unwrap_or(i32::MAX), nanosec: u32::try_from(nanosec).unwrap_or(0) }

@@ -136,7 +136,6 @@ fn line(stroke: &str) -> Vec<Point> {
     points
 }
 
-/// Character, width, strokes.
 const GLYPHS: &[(char, f64, &str)] = &[
     ('0', 6.0, "@3,5,3,5,0,360"),
     ('1', 6.0, "1.2,8 3.4,10 3.4,0"),

@@ -14,7 +14,6 @@ pub(crate) use svg_file::svg;
 /// A place on the paper (mm): x to the right, y down, from the upper left corner.
 pub(crate) type Point = [f64; 2];
 
-/// Red, green, blue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Colour(pub(crate) u8, pub(crate) u8, pub(crate) u8);
 
@@ -27,9 +26,7 @@ impl Colour {
 /// How a line is interrupted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Dash {
-    /// Not at all.
     Solid,
-    /// Dashes.
     Dashed,
     /// Long dashes and points: centre lines.
     Centre,
@@ -75,7 +72,6 @@ enum Mark {
     Text { text: String, strokes: Vec<Vec<Point>>, pen: Pen },
 }
 
-/// A drawing.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Drawing {
     width_mm: f64,
@@ -88,7 +84,6 @@ pub(crate) struct Drawing {
 const TOLERANCE_MM: f64 = 0.01;
 
 impl Drawing {
-    /// An empty sheet.
     pub(crate) fn new(width_mm: f64, height_mm: f64, title: &str) -> Self {
         Self { width_mm, height_mm, title: title.into(), marks: Vec::new() }
     }

@@ -12,7 +12,7 @@ const PER_MM: f64 = 8.0;
 /// # Errors
 /// A drawing without size.
 pub(crate) fn png(drawing: &Drawing) -> io::Result<Vec<u8>> {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousand points")]
+    #[allow(clippy::cast_possible_truncation, reason = "some thousand points")]
     let [width, height] = [drawing.width_mm, drawing.height_mm].map(|mm| (mm * PER_MM).round() as u32);
     let mut pixmap = Pixmap::new(width, height).ok_or_else(|| io::Error::other("a drawing without size"))?;
     pixmap.fill(tiny_skia::Color::WHITE);
@@ -36,7 +36,7 @@ pub(crate) fn png(drawing: &Drawing) -> io::Result<Vec<u8>> {
     let mut encoder = png::Encoder::new(&mut file, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few thousand points per metre")]
+    #[allow(clippy::cast_possible_truncation, reason = "a few thousand points per metre")]
     let per_metre = (1000.0 * PER_MM) as u32;
     encoder.set_pixel_dims(Some(png::PixelDimensions { xppu: per_metre, yppu: per_metre, unit: png::Unit::Meter }));
     let mut writer = encoder.write_header().map_err(io::Error::other)?;

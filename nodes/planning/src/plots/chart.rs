@@ -9,12 +9,10 @@ const TICK_DEG: usize = 30;
 /// Most steps of a value axis.
 const MOST_STEPS: f64 = 7.5;
 
-/// Frame, grid, curves.
 const FRAME: Pen = Pen::solid(Colour::BLACK, 0.25);
 const GRID: Pen = Pen::solid(Colour::PALE, 0.12);
 pub(super) const CURVE_MM: f64 = 0.45;
 
-/// Lettering of ticks.
 pub(super) const SMALL: Lettering =
     Lettering { height_mm: 2.1, anchor: Anchor::Middle, colour: Colour::BLACK, is_bold: false, is_upright: false };
 
@@ -69,7 +67,7 @@ impl Scale {
 
     /// A tick's number with the digits of the step.
     pub fn label(&self, value: f64) -> String {
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and 12")]
+        #[allow(clippy::cast_possible_truncation, reason = "between 0 and 12")]
         let digits = (-(self.step * 1.0001).log10().floor()).clamp(0.0, 12.0) as usize;
         let text = format!("{value:.digits$}");
         match text.strip_prefix('-') {
@@ -79,10 +77,9 @@ impl Scale {
         }
     }
 
-    /// Its ticks.
     pub fn ticks(&self) -> impl Iterator<Item = f64> {
         let (step, first) = (self.step, (self.low / self.step - 1e-9).ceil());
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some seven")]
+        #[allow(clippy::cast_possible_truncation, reason = "some seven")]
         let count = ((self.high / step + 1e-9).floor() - first).max(0.0) as u32;
         (0..=count).map(move |index| (first + f64::from(index)) * step)
     }

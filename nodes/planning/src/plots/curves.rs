@@ -182,7 +182,6 @@ struct Motion<'a> {
 }
 
 impl Motion<'_> {
-    /// Axes and limits.
     fn draw(&self, drawing: &mut Drawing, cut: &Cut<'_>, row: u8) -> Chart {
         // Digits of a constant speed are no motion.
         let tiny = 1e-9 * self.limit;

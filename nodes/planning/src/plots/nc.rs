@@ -148,7 +148,7 @@ fn tool_path(to_post: &ToPost<'_>, feature: usize, turn: &PostedTurn, outline: &
     }
     for (index, pair) in turn.knots.windows(2).enumerate() {
         let [from, to] = pair else { continue };
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "degrees of some turns")]
+        #[allow(clippy::cast_possible_truncation, reason = "degrees of some turns")]
         let points = ((to.0 - from.0) * POINTS_PER_RAD).ceil().clamp(1.0, 1e5) as u32;
         let along = (0..=points).map(|point| {
             let share = f64::from(point) / f64::from(points);

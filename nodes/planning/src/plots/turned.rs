@@ -98,7 +98,7 @@ impl Turned<'_> {
         for deg in (0..360_u16).step_by(usize::from(SECTIONS_DEG)).rev() {
             // The same angle, turn after turn.
             let first = start + (rad_from_deg(f64::from(deg)) - start).rem_euclid(TURN_RAD);
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "turns of a path are bounded")]
+            #[allow(clippy::cast_possible_truncation, reason = "turns of a path are bounded")]
             let turns = ((end - first) / TURN_RAD).max(0.0) as u32;
             let at = |turn: u32| {
                 let turned = first + f64::from(turn) * TURN_RAD;

@@ -51,7 +51,7 @@ pub(super) fn with_request<R>(
     }
     let features = made.iter().map(|made| feature(made, spec, settings)).collect();
     let tool = &spec.tool;
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a spindle's speed")]
+    #[allow(clippy::cast_possible_truncation, reason = "a spindle's speed")]
     let rpm = rpm_from_rad_s(tool.spindle_speed_rad_s).clamp(1.0, 99_999.0).round() as u32;
     let text = if tool.text.is_empty() { format!("mill radius {:.3} mm", tool.radius_mm) } else { tool.text.clone() };
     let request = ProgramRequest {

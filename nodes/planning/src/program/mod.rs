@@ -25,7 +25,6 @@ use camwright_files::yaml::Document;
 pub(super) struct ToPost<'a> {
     /// What is asked for.
     pub(super) request: ProgramRequest<'a>,
-    /// How.
     pub(super) settings: NcSettings,
     /// The job file, for messages that point into it.
     pub(super) document: &'a Document,

@@ -22,7 +22,6 @@ pub struct ProgramSummary {
     pub lines: usize,
     /// What there is a subprogram for.
     pub turns: Vec<TurnSummary>,
-    /// Calls of subprograms.
     pub calls: usize,
     /// Time of all feeds (s).
     pub feed_time_s: f64,
@@ -35,11 +34,8 @@ pub struct ProgramSummary {
 /// A turn of a pass.
 #[derive(Debug, Clone, Serialize)]
 pub struct TurnSummary {
-    /// Cam or groove.
     pub feature: String,
-    /// Pass.
     pub pass: String,
-    /// Calls.
     pub calls: usize,
     /// Blocks of a call.
     pub blocks: usize,
@@ -51,13 +47,11 @@ pub struct TurnSummary {
     pub tolerance_um: f64,
     /// Largest distance along an axis from the path (µm).
     pub error_um: f64,
-    /// The axis.
     pub error_axis: String,
     /// Angle of C in the part's frame there (deg).
     pub error_at_deg: f64,
     /// Largest step of the slope from a segment to the next (mm/deg).
     pub slope_step_mm_deg: f64,
-    /// The axis.
     pub slope_axis: String,
     /// Angle of C in the part's frame there (deg).
     pub slope_at_deg: f64,
@@ -72,7 +66,6 @@ pub struct TurnSummary {
 /// The files, read again and compared with the paths they were made for.
 #[derive(Debug, Clone, Serialize)]
 pub struct ReadBackSummary {
-    /// Motions.
     pub moves: usize,
     /// Largest distance along an axis from the path (µm).
     pub error_um: f64,

@@ -24,9 +24,7 @@ pub(super) fn blame(job: &TurnedJob, machine: &MachineDescription, error: &Turni
 
 /// The file and the key that cause a refusal.
 enum Cause {
-    /// The job's.
     Job(String),
-    /// The machine's.
     Machine(&'static str),
     /// The height of the insert, with the heights that would do.
     Height(String),

@@ -99,7 +99,7 @@ pub fn write_turning(
     }
     files.write(&out.join("clearance.csv"), &|to| write_clearance(&rows, to))?;
     let (from_mm, to_mm) = job.spec.surface.ends_mm();
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the bounds")]
+    #[allow(clippy::cast_possible_truncation, reason = "within the bounds")]
     let count = ((to_mm - from_mm) / ROW_MM).ceil().clamp(1.0, MOST_ROWS) as u32;
     let place = |row: u32| {
         // The ends as they are, and not as a sum rounds them.

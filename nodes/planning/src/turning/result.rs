@@ -41,7 +41,6 @@ fn feed_mm(prepared: &PreparedTurning) -> f64 {
 pub fn turning_s(prepared: &PreparedTurning) -> f64 {
     let segments = prepared.planned.plan.segments.iter().filter(|segment| segment.lobe == Some(0));
     let ticks: u64 = segments.map(|segment| segment.ticks).sum();
-    #[allow(clippy::cast_precision_loss, reason = "a job of 2^53 ticks would last 285 000 years")]
     let ticks = ticks as f64;
     ticks * prepared.machine.cycle_time_s()
 }

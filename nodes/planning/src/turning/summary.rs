@@ -55,7 +55,6 @@ pub struct TurningSummary {
 /// How a mesh was read.
 #[derive(Debug, Clone, Serialize)]
 pub struct MeshSummary {
-    /// Its file.
     pub file: String,
     /// Triangles of the surface, and those of end faces.
     pub triangles: usize,
@@ -94,7 +93,6 @@ pub struct ClearanceSummary {
 /// An angle and where it is met.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct AngleSummary {
-    /// The angle.
     pub angle_deg: f64,
     /// Least that is allowed.
     pub least_deg: f64,
@@ -111,7 +109,6 @@ pub struct HeightsSummary {
     pub from_mm: f64,
     /// The largest that works.
     pub to_mm: f64,
-    /// The best.
     pub best_mm: f64,
 }
 
@@ -120,13 +117,10 @@ pub struct HeightsSummary {
 pub struct TurnedPassSummary {
     /// What it takes off along the section's normal in the rake plane.
     pub depth_mm: f64,
-    /// What it leaves.
     pub leaves_mm: f64,
-    /// Way per turn.
     pub feed_mm: f64,
     /// What advances evenly: `z`, or the contact along the `curve` of the section.
     pub feed_along: &'static str,
-    /// Turns of C.
     pub turns: f64,
     /// Time of the spiral.
     pub cut_s: f64,
@@ -136,7 +130,6 @@ pub struct TurnedPassSummary {
     pub bounds: Vec<SpindleBoundSummary>,
     /// Least and largest X.
     pub x_mm: [f64; 2],
-    /// Their difference.
     pub x_stroke_mm: f64,
     /// First and last place of the insert's centre along the part.
     pub z_mm: [f64; 2],
@@ -157,7 +150,6 @@ pub struct TurnedPassSummary {
 /// What holds the speed of the spindle.
 #[derive(Debug, Clone, Serialize)]
 pub struct SpindleBoundSummary {
-    /// What.
     pub bound: String,
     /// Share of the way.
     pub share: f64,
@@ -166,7 +158,6 @@ pub struct SpindleBoundSummary {
 /// A cusp and where it is.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct CuspSummary {
-    /// Its height.
     pub height_um: f64,
     /// Angle of `c_axis`.
     pub c_deg: f64,
@@ -181,7 +172,6 @@ pub struct HollowSummary {
     pub c_deg: f64,
     /// Place along the part.
     pub z_mm: f64,
-    /// Its radius.
     pub radius_mm: f64,
     /// What it would have to exceed.
     pub bound_mm: f64,
@@ -192,17 +182,14 @@ pub struct HollowSummary {
 /// Use of one limit.
 #[derive(Debug, Clone, Serialize)]
 pub struct TurnedLimitSummary {
-    /// Joint name.
     pub axis: &'static str,
     /// velocity, acceleration or jerk.
     pub quantity: &'static str,
     /// Unit of the two values.
     pub unit: &'static str,
-    /// Largest magnitude.
     pub value: f64,
     /// Most allowed while planning.
     pub allowed: f64,
-    /// Their ratio.
     pub ratio: f64,
     /// Angle of `c_axis` where it is met.
     pub c_deg: f64,

@@ -34,7 +34,7 @@ fn point_at(pass: &PlannedPass, time_s: f64) -> PassPoint {
 /// The axes all along a pass.
 pub(crate) fn points(pass: &PlannedPass) -> impl Iterator<Item = PassPoint> {
     let end_s = pass.spindle.law.end();
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the bounds")]
+    #[allow(clippy::cast_possible_truncation, reason = "within the bounds")]
     let count = (end_s / STEP_S).ceil().clamp(COUNT.0, COUNT.1) as u32;
     (0..=count).map(move |index| point_at(pass, end_s * f64::from(index) / f64::from(count)))
 }

@@ -62,7 +62,6 @@ pub struct Desk {
 /// Services and timer of a desk.
 #[derive(Debug)]
 pub struct Open {
-    /// The services.
     pub services: Vec<ServiceHandle>,
     /// Looks after the lease.
     pub timer: TimerHandle,

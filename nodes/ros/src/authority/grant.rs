@@ -189,7 +189,6 @@ pub fn join(
     Ok(Membership { _holder: holder, _reports: reports })
 }
 
-/// Sends the reports.
 struct Reporter {
     grant: Arc<Grant>,
     node: Node,

@@ -10,7 +10,6 @@ pub(super) type Participant = [u8; 16];
 
 /// Lease of a request that says none.
 const USUAL_S: f64 = 10.0;
-/// Longest lease.
 const MAX_LEASE_S: f64 = 86_400.0;
 /// Longest name of a holder.
 const MAX_NAME: usize = 64;
@@ -48,7 +47,6 @@ impl Role {
     }
 }
 
-/// Holder of command.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Holder {
     pub name: String,
@@ -71,7 +69,6 @@ struct Member {
     is_claimed: bool,
 }
 
-/// Request for command.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Wanted<'a> {
     pub name: &'a str,
@@ -112,7 +109,6 @@ impl Lease {
         self.number
     }
 
-    /// Holder of command.
     pub(super) fn holder(&self) -> Option<&Holder> {
         self.holder.as_ref()
     }

@@ -23,12 +23,10 @@ pub enum TakeError {
     /// Interpolator or planner have not reported to the machine.
     #[error("{0} did not join the machine within {1} s; check that it runs in this domain and namespace")]
     Alone(&'static str, u64),
-    /// ROS said no.
     #[error(transparent)]
     Ros(#[from] RosError),
 }
 
-/// Request for command.
 #[derive(Debug, Clone)]
 pub struct TakeOptions {
     /// Name shown to others.

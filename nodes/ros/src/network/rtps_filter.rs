@@ -61,7 +61,6 @@ const DATA_FRAG: u32 = 0x16;
 pub(super) enum Sources {
     /// Processes of this host.
     ThisHost,
-    /// Anybody.
     Anybody,
 }
 

@@ -122,7 +122,6 @@ impl<'a> Player<'a> {
         }
     }
 
-    /// What was played.
     pub(super) fn finish(self) -> Played {
         self.outlets.progress.finish_and_clear();
         self.played
