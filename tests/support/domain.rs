@@ -3,6 +3,7 @@
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io;
 use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Largest domain handed out. The UDP ports of domain d are 7400 + 250 d and on, which must stay below the ephemeral ports (32768); and
 /// the tests of the ROS layer that need no peer have fixed domains from 60 on.
@@ -34,7 +35,9 @@ impl Domain {
         let directory = std::env::temp_dir().join("camwright-test-domains");
         std::fs::create_dir_all(&directory).expect("the system's directory for temporary files can be written");
         // Not from the same end every time: a domain rests a while before the next test meets what the last one left in caches.
-        let first = u16::try_from(std::process::id() % u32::from(LAST_DOMAIN)).expect("less than LAST_DOMAIN");
+        static TAKEN: AtomicU32 = AtomicU32::new(0);
+        let start = std::process::id().wrapping_add(TAKEN.fetch_add(1, Ordering::Relaxed));
+        let first = u16::try_from(start % u32::from(LAST_DOMAIN)).expect("less than LAST_DOMAIN");
         for offset in 0..LAST_DOMAIN {
             let id = (first * 37 + offset * 7) % LAST_DOMAIN + 1;
             let file = open(&directory.join(id.to_string())).expect("a lock file can be opened");
