@@ -138,7 +138,7 @@ fn at_line(path: &Path, error: &SurfaceError, lines: &Lines) -> ConfigError {
     ConfigError::at(line.map_or_else(|| Place::file(path), |line| Place::line(path, line)), message)
 }
 
-/// Writes a surface as [`read`] reads it: at equal azimuths, and at these places (mm).
+/// Writes a surface as `read` reads it: at equal azimuths, and at these places (mm).
 ///
 /// # Errors
 /// What cannot be written.
