@@ -4,6 +4,7 @@ use super::grinding::{
     BetweenLobes, JobError, JobSpec, LEAST_BLOCKS, LobeSpec, MOST_ALLOWANCE_MM, MOST_MARGIN_MM, MOST_PASSES,
     MOST_VARIATION_N, PassSpec, ProfileSpec, StiffnessSource,
 };
+use super::key::{JobKey, Subject};
 use crate::cam::compensation::{MOST_CORRECTION_MM, MOST_HARMONICS as MOST_LEARNED_HARMONICS, MOST_SLOPE_MM_RAD};
 use crate::gauging::Mode;
 use crate::gauging::state::MOST_HARMONICS;
@@ -49,13 +50,13 @@ impl JobSpec {
         }
         self.check_reach(machine)?;
         for pass in &self.passes {
-            let place = || alloc::format!("pass {}: ", pass.name);
-            positive(place, "total_infeed_mm", pass.total_infeed_mm)?;
-            within(place, "total_infeed_mm", pass.total_infeed_mm, (0.0, MAX_INFEED_MM), "above 0 and at most 100")?;
-            positive(place, "infeed_per_block_mm", pass.infeed_per_block_mm)?;
+            let place = || Subject::Pass(pass.name.clone());
+            positive(place, JobKey::TotalInfeed, pass.total_infeed_mm)?;
+            within(place, JobKey::TotalInfeed, pass.total_infeed_mm, (0.0, MAX_INFEED_MM), "above 0 and at most 100")?;
+            positive(place, JobKey::InfeedPerBlock, pass.infeed_per_block_mm)?;
             for (key, value) in pass.speed.settings() {
                 positive(place, key, value)?;
-                if key == "work_speed_rad_s" {
+                if key == JobKey::WorkSpeed {
                     within(place, key, value, WORK_SPEEDS_RAD_S, "0.001 to 10000 (0.01 to 95000 rpm)")?;
                 }
             }
@@ -63,7 +64,7 @@ impl JobSpec {
                 return Err(JobError::NoSparkOut { pass: pass.name.clone() });
             }
             let turns = (1.0, f64::from(MAX_SPARK_OUT_TURNS));
-            within(place, "spark_out_turns", f64::from(pass.spark_out_turns), turns, "1 to 1000")?;
+            within(place, JobKey::SparkOutTurns, f64::from(pass.spark_out_turns), turns, "1 to 1000")?;
             self.check_spark_out(pass, machine)?;
             let first = &self.passes[0];
             if pass.infeed_direction != first.infeed_direction {
@@ -75,28 +76,28 @@ impl JobSpec {
                 });
             }
         }
-        length(String::new, "rapid_advance_mm", self.rapid_advance_mm)?;
-        positive(String::new, "rapid_speed_mm_s", self.rapid_speed_mm_s)?;
-        within(String::new, "rapid_speed_mm_s", self.rapid_speed_mm_s, RAPID_SPEEDS_MM_S, "0.01 to 100000")?;
-        length(String::new, "retract_clearance_mm", self.retract_clearance_mm)?;
-        length(String::new, "stock_mm", self.stock_mm)?;
+        length(of_job, JobKey::RapidAdvance, self.rapid_advance_mm)?;
+        positive(of_job, JobKey::RapidSpeed, self.rapid_speed_mm_s)?;
+        within(of_job, JobKey::RapidSpeed, self.rapid_speed_mm_s, RAPID_SPEEDS_MM_S, "0.01 to 100000")?;
+        length(of_job, JobKey::RetractClearance, self.retract_clearance_mm)?;
+        length(of_job, JobKey::Stock, self.stock_mm)?;
         if let BetweenLobes::TurnsOn { margin_s } = self.c_between_lobes {
             if !(0.0..=1.0).contains(&margin_s) {
-                let (key, value) = ("c_between_lobes.margin_s", margin_s);
-                return Err(JobError::OutOfRange { place: String::new(), key, value, wanted: "0 to 1" });
+                let (key, value) = (JobKey::CBetweenLobesMargin, margin_s);
+                return Err(JobError::OutOfRange { place: Subject::Job, key, value, wanted: "0 to 1" });
             }
             if self.rotary_indexing {
                 return Err(JobError::TurnsAndIndexes);
             }
         }
         if let Some(power) = &self.wheel_power {
-            positive(String::new, "wheel_power.most_w", power.most_w)?;
-            positive(String::new, "wheel_power.specific_energy_j_mm3", power.specific_energy_j_mm3)?;
-            positive(String::new, "wheel_power.rubbing_n_mm2", power.rubbing_n_mm2)?;
+            positive(of_job, JobKey::WheelPowerMost, power.most_w)?;
+            positive(of_job, JobKey::WheelPowerSpecificEnergy, power.specific_energy_j_mm3)?;
+            positive(of_job, JobKey::WheelPowerRubbing, power.rubbing_n_mm2)?;
         }
-        within(String::new, "clearance_mm", self.clearance_mm, (0.0, MAX_LENGTH_MM), "0 to 10000")?;
+        within(of_job, JobKey::Clearance, self.clearance_mm, (0.0, MAX_LENGTH_MM), "0 to 10000")?;
         if let Some(stand_off_mm) = self.dry_run_mm {
-            length(String::new, "dry_run.stand_off_mm", stand_off_mm)?;
+            length(of_job, JobKey::DryRunStandOff, stand_off_mm)?;
         }
         if let Some(obstacle) = self.obstacles.iter().find(|obstacle| !obstacle.extent.is_body()) {
             let Extent { from_mm, to_mm, radius_mm } = obstacle.extent;
@@ -109,20 +110,20 @@ impl JobSpec {
             return Err(JobError::BentNowhere { from_mm, to_mm });
         }
         if !self.raw_part.reach_mm().is_finite() {
-            let (key, value) = ("raw_part", self.raw_part.reach_mm());
-            return Err(JobError::OutOfRange { place: String::new(), key, value, wanted: "made of finite numbers" });
+            let (key, value) = (JobKey::RawPart, self.raw_part.reach_mm());
+            return Err(JobError::OutOfRange { place: Subject::Job, key, value, wanted: "made of finite numbers" });
         }
         self.check_correction(machine)?;
         self.check_stock(machine)?;
         self.check_compensation()?;
         for wish in &self.wheels {
-            length(|| alloc::format!("{}: ", wish.of), "wheel_radius_mm", wish.radius_mm)?;
+            length(|| wish.of.clone(), JobKey::WheelRadius, wish.radius_mm)?;
         }
-        for (key, value) in [("home.x_mm", self.home.x_mm), ("home.z_mm", self.home.z_mm)] {
-            finite(String::new, key, value)?;
-            within(String::new, key, value, (-MAX_LENGTH_MM, MAX_LENGTH_MM), "-10000 to 10000")?;
+        for (key, value) in [(JobKey::HomeX, self.home.x_mm), (JobKey::HomeZ, self.home.z_mm)] {
+            finite(of_job, key, value)?;
+            within(of_job, key, value, (-MAX_LENGTH_MM, MAX_LENGTH_MM), "-10000 to 10000")?;
         }
-        finite(String::new, "part_phase_rad", self.part_phase_rad)
+        finite(of_job, JobKey::PartPhase, self.part_phase_rad)
     }
 
     /// A spark-out that ends by force needs a force, and turns that nobody counts on.
@@ -130,8 +131,8 @@ impl JobSpec {
         let Some(most_n) = pass.spark_out_until_n else { return Ok(()) };
         let refused = |why| Err(JobError::SparkOutByForce { pass: pass.name.clone(), why });
         if !(1..=MOST_VARIATION_N).contains(&most_n) {
-            let (key, value) = ("spark_out_until_n", f64::from(most_n));
-            let place = alloc::format!("pass {}: ", pass.name);
+            let (key, value) = (JobKey::SparkOutUntil, f64::from(most_n));
+            let place = Subject::Pass(pass.name.clone());
             return Err(JobError::OutOfRange { place, key, value, wanted: "1 to 10000" });
         }
         if machine.contact.is_none() {
@@ -173,12 +174,12 @@ impl JobSpec {
             }
         }
         self.check_identification()?;
-        let range = |key, value, wanted| Err(JobError::OutOfRange { place: String::new(), key, value, wanted });
+        let range = |key, value, wanted| Err(JobError::OutOfRange { place: Subject::Job, key, value, wanted });
         if !(1..=MOST_HARMONICS).contains(&correction.harmonics) {
-            return range("runout_correction.harmonics", f64::from(correction.harmonics), "1 to 100");
+            return range(JobKey::RunoutCorrectionHarmonics, f64::from(correction.harmonics), "1 to 100");
         }
         if !(correction.allowance_mm >= 0.0 && correction.allowance_mm <= MOST_ALLOWANCE_MM) {
-            return range("runout_correction.allowance_mm", correction.allowance_mm, "0 to 0.1");
+            return range(JobKey::RunoutCorrectionAllowance, correction.allowance_mm, "0 to 0.1");
         }
         if let Some(contact) = correction.contacts.iter().find(|contact| !self.has_lobe(&contact.lobe)) {
             return Err(JobError::KeptElsewhere { lobe: contact.lobe.clone() });
@@ -210,12 +211,12 @@ impl JobSpec {
         if let Some(lobe) = self.lobes.iter().find(|lobe| !is_round(lobe)) {
             return Err(JobError::StockNotRound { lobe: lobe.name.clone() });
         }
-        positive(String::new, "measure_stock.speed_rad_s", stock.speed_rad_s)?;
+        positive(of_job, JobKey::MeasureStockSpeed, stock.speed_rad_s)?;
         let wanted = "0.001 to 10000 (0.01 to 95000 rpm)";
-        within(String::new, "measure_stock.speed_rad_s", stock.speed_rad_s, WORK_SPEEDS_RAD_S, wanted)?;
+        within(of_job, JobKey::MeasureStockSpeed, stock.speed_rad_s, WORK_SPEEDS_RAD_S, wanted)?;
         if !(stock.margin_mm > 0.0 && stock.margin_mm <= MOST_MARGIN_MM) {
-            let (key, value) = ("measure_stock.margin_mm", stock.margin_mm);
-            return Err(JobError::OutOfRange { place: String::new(), key, value, wanted: "above 0 and at most 2" });
+            let (key, value) = (JobKey::MeasureStockMargin, stock.margin_mm);
+            return Err(JobError::OutOfRange { place: Subject::Job, key, value, wanted: "above 0 and at most 2" });
         }
         let unseen_mm = match gauge.kind {
             GaugeKind::Diameter => self.raw_part.unseen_mm(),
@@ -234,18 +235,18 @@ impl JobSpec {
             return Err(JobError::LearnsAndCorrects);
         }
         let spec = &compensation.spec;
-        let range = |key, value, wanted| Err(JobError::OutOfRange { place: String::new(), key, value, wanted });
+        let range = |key, value, wanted| Err(JobError::OutOfRange { place: Subject::Job, key, value, wanted });
         if !(spec.gain > 0.0 && spec.gain <= 1.0) {
-            return range("form_compensation.gain", spec.gain, "above 0 and at most 1");
+            return range(JobKey::FormCompensationGain, spec.gain, "above 0 and at most 1");
         }
         if !(1..=MOST_LEARNED_HARMONICS).contains(&spec.harmonics) {
-            return range("form_compensation.harmonics", f64::from(spec.harmonics), "1 to 180");
+            return range(JobKey::FormCompensationHarmonics, f64::from(spec.harmonics), "1 to 180");
         }
         if !(spec.most_mm > 0.0 && spec.most_mm <= MOST_CORRECTION_MM) {
-            return range("form_compensation.most_mm", spec.most_mm, "above 0 and at most 0.1");
+            return range(JobKey::FormCompensationMost, spec.most_mm, "above 0 and at most 0.1");
         }
         if !(spec.most_slope_mm_rad > 0.0 && spec.most_slope_mm_rad <= MOST_SLOPE_MM_RAD) {
-            return range("form_compensation.most_slope_mm_rad", spec.most_slope_mm_rad, "above 0 and at most 1.146");
+            return range(JobKey::FormCompensationMostSlope, spec.most_slope_mm_rad, "above 0 and at most 1.146");
         }
         for learned in &compensation.learned {
             if !self.has_lobe(&learned.lobe) {
@@ -281,11 +282,11 @@ impl JobSpec {
         if air_mm < needed_mm {
             return Err(JobError::NoAir { air_mm, needed_mm });
         }
-        length(String::new, "identification.push_mm", identification.push_mm)?;
-        positive(String::new, "identification.push_speed_mm_s", identification.push_speed_mm_s)?;
-        let (key, value) = ("identification.push_speed_mm_s", identification.push_speed_mm_s);
-        within(String::new, key, value, (1e-6, RAPID_SPEEDS_MM_S.1), "0.000001 to 100000")?;
-        positive(String::new, "identification.most_n", identification.most_n as f64)
+        length(of_job, JobKey::IdentificationPush, identification.push_mm)?;
+        positive(of_job, JobKey::IdentificationPushSpeed, identification.push_speed_mm_s)?;
+        let (key, value) = (JobKey::IdentificationPushSpeed, identification.push_speed_mm_s);
+        within(of_job, key, value, (1e-6, RAPID_SPEEDS_MM_S.1), "0.000001 to 100000")?;
+        positive(of_job, JobKey::IdentificationMostForce, identification.most_n as f64)
     }
 
     fn check_lobe(&self, index: usize, lobe: &LobeSpec, machine: &MachineDescription) -> Result<(), JobError> {
@@ -318,10 +319,10 @@ impl JobSpec {
                 count: self.profiles.len(),
             });
         }
-        let place = || alloc::format!("lobe {}: ", lobe.name);
-        finite(place, "phase_rad", lobe.phase_rad)?;
-        within(place, "phase_rad", lobe.phase_rad, (-MAX_PHASE_RAD, MAX_PHASE_RAD), "-1000 to 1000")?;
-        positive(place, "width_mm", lobe.width_mm)?;
+        let place = || Subject::Lobe(lobe.name.clone());
+        finite(place, JobKey::Phase, lobe.phase_rad)?;
+        within(place, JobKey::Phase, lobe.phase_rad, (-MAX_PHASE_RAD, MAX_PHASE_RAD), "-1000 to 1000")?;
+        positive(place, JobKey::Width, lobe.width_mm)?;
         if lobe.width_mm > machine.wheel.width_mm {
             return Err(JobError::WiderThanWheel {
                 lobe: lobe.name.clone(),
@@ -356,21 +357,25 @@ impl JobSpec {
     }
 }
 
-fn positive(place: impl Fn() -> String, key: &'static str, value: f64) -> Result<(), JobError> {
+fn of_job() -> Subject {
+    Subject::Job
+}
+
+fn positive(place: impl Fn() -> Subject, key: JobKey, value: f64) -> Result<(), JobError> {
     if value.is_finite() && value > 0.0 {
         return Ok(());
     }
     Err(JobError::OutOfRange { place: place(), key, value, wanted: "a number above 0" })
 }
 
-fn length(place: impl Fn() -> String, key: &'static str, value: f64) -> Result<(), JobError> {
+fn length(place: impl Fn() -> Subject, key: JobKey, value: f64) -> Result<(), JobError> {
     positive(&place, key, value)?;
     within(place, key, value, (0.0, MAX_LENGTH_MM), "above 0 and at most 10000")
 }
 
 fn within(
-    place: impl Fn() -> String,
-    key: &'static str,
+    place: impl Fn() -> Subject,
+    key: JobKey,
     value: f64,
     (least, most): (f64, f64),
     wanted: &'static str,
@@ -381,7 +386,7 @@ fn within(
     Err(JobError::OutOfRange { place: place(), key, value, wanted })
 }
 
-fn finite(place: impl Fn() -> String, key: &'static str, value: f64) -> Result<(), JobError> {
+fn finite(place: impl Fn() -> Subject, key: JobKey, value: f64) -> Result<(), JobError> {
     if value.is_finite() {
         return Ok(());
     }

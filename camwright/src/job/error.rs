@@ -1,5 +1,6 @@
 //! Why a job cannot be made, before any path is known.
 
+use super::key::{JobKey, Subject};
 use crate::math::units::um_from_mm;
 use alloc::string::String;
 use thiserror::Error;
@@ -202,15 +203,8 @@ pub enum JobError {
         most_slope_mm_rad: f64,
     },
     /// A number is outside its range.
-    #[error("{place}{key} is {value}; it must be {wanted}")]
-    OutOfRange {
-        /// `lobe I1: `, `pass finish: ` or nothing.
-        place: String,
-        /// Name of the setting, with its unit.
-        key: &'static str,
-        value: f64,
-        wanted: &'static str,
-    },
+    #[error("{}{key} is {value}; it must be {wanted}", place.prefix())]
+    OutOfRange { place: Subject, key: JobKey, value: f64, wanted: &'static str },
 }
 
 /// A slope for people.

@@ -21,6 +21,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 pub use crate::job::error::JobError;
+pub use crate::job::key::{JobKey, Subject};
 
 /// One profile: the shape that one or more lobes of the part have.
 #[derive(Debug, Clone, PartialEq)]
@@ -211,28 +212,28 @@ impl SpeedLaw {
     }
 
     /// Its settings by name, for checks.
-    pub(crate) fn settings(&self) -> Vec<(&'static str, f64)> {
+    pub(crate) fn settings(&self) -> Vec<(JobKey, f64)> {
         match *self {
-            SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => alloc::vec![("work_speed_rad_s", work_speed_rad_s)],
+            SpeedLaw::ConstantWorkSpeed { work_speed_rad_s } => alloc::vec![(JobKey::WorkSpeed, work_speed_rad_s)],
             SpeedLaw::ConstantFootprintSpeed { footprint_speed_mm_s, most_rad_s } => {
-                alloc::vec![("footprint_speed_mm_s", footprint_speed_mm_s), ("work_speed_rad_s", most_rad_s)]
+                alloc::vec![(JobKey::FootprintSpeed, footprint_speed_mm_s), (JobKey::WorkSpeed, most_rad_s)]
             }
             SpeedLaw::ConstantRemovalRate { removal_rate_mm2_s, most_rad_s } => {
-                alloc::vec![("removal_rate_mm2_s", removal_rate_mm2_s), ("work_speed_rad_s", most_rad_s)]
+                alloc::vec![(JobKey::RemovalRate, removal_rate_mm2_s), (JobKey::WorkSpeed, most_rad_s)]
             }
             SpeedLaw::ConstantPower { power_w_mm, specific_energy_j_mm3, rubbing_n_mm2, most_rad_s } => alloc::vec![
-                ("power_w_mm", power_w_mm),
-                ("specific_energy_j_mm3", specific_energy_j_mm3),
-                ("rubbing_n_mm2", rubbing_n_mm2),
-                ("work_speed_rad_s", most_rad_s)
+                (JobKey::Power, power_w_mm),
+                (JobKey::SpecificEnergy, specific_energy_j_mm3),
+                (JobKey::Rubbing, rubbing_n_mm2),
+                (JobKey::WorkSpeed, most_rad_s)
             ],
             SpeedLaw::ConstantTemperature { reference, most_rad_s } => alloc::vec![
-                ("footprint_speed_mm_s", reference.footprint_speed_mm_s),
-                ("depth_mm", reference.depth_mm),
-                ("equivalent_diameter_mm", reference.equivalent_diameter_mm),
-                ("work_speed_rad_s", most_rad_s)
+                (JobKey::ReferenceFootprintSpeed, reference.footprint_speed_mm_s),
+                (JobKey::ReferenceDepth, reference.depth_mm),
+                (JobKey::ReferenceEquivalentDiameter, reference.equivalent_diameter_mm),
+                (JobKey::WorkSpeed, most_rad_s)
             ],
-            SpeedLaw::TimeOptimal { most_rad_s } => alloc::vec![("work_speed_rad_s", most_rad_s)],
+            SpeedLaw::TimeOptimal { most_rad_s } => alloc::vec![(JobKey::WorkSpeed, most_rad_s)],
         }
     }
 }
@@ -385,8 +386,8 @@ pub struct ObstacleSpec {
 /// A wheel that a lobe or a pass asks for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WheelWish {
-    /// `lobe E1` or `pass rough`.
-    pub of: String,
+    /// The lobe or the pass.
+    pub of: Subject,
     /// Its radius (mm).
     pub radius_mm: f64,
 }

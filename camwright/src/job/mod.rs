@@ -15,6 +15,7 @@ pub mod dressing;
 pub(crate) mod error;
 pub mod grinding;
 pub mod infeed;
+mod key;
 pub mod milling;
 pub mod raw_part;
 pub mod turning;

@@ -12,6 +12,7 @@
 
 use super::check_forwards;
 use super::dry_run;
+use super::error::Needed;
 use super::error::PlanError;
 use super::gouge::GougeRequest;
 use super::lobe::{begin_at, soft_limit};
@@ -21,6 +22,7 @@ use super::{PlanStart, PlannedJob};
 use crate::gauging::identify::Identified;
 use crate::gauging::journal::{JournalCorrection, JournalRequest, needed_log};
 use crate::job::grinding::JobSpec;
+use crate::job::grinding::Subject;
 use crate::machine::description::{Axis, MachineDescription};
 use crate::math::hermite::{HermiteSpline, Knot};
 use crate::math::hull::lowest;
@@ -90,16 +92,16 @@ pub fn plan_corrections(
     let most_rad_s = job.passes.last().map_or(0.0, |pass| pass.speed.most_rad_s());
     for (index, (lobe, correction)) in first.lobes.iter().zip(corrections).enumerate() {
         let name = &lobe.design.name;
-        let place = || alloc::format!("lobe {name}: ");
+        let place = || Subject::Lobe(name.clone());
         let radius_mm = lobe.design.contour.radius_at(0.0);
         let path = PeriodicSpline::from_coefficients(alloc::vec![radius_mm; CIRCLE_KNOTS]).expect("finite numbers");
         let offset = lowered(&correction.way, radius_mm);
         let lowest_mm = lowest(&correction.way).value;
         // Its knots lie closer than it bends.
         let (_, highest_mm) = least_and_most(correction.way.knots().iter().map(|knot| knot.value));
-        soft_limit(machine, Axis::X, lowest_mm, place(), "the lowest point of the correction")?;
+        soft_limit(machine, Axis::X, lowest_mm, place(), Needed::LowestCorrection)?;
         let held_mm = highest_mm + job.retract_clearance_mm;
-        soft_limit(machine, Axis::X, held_mm, place(), "a hold in the correction")?;
+        soft_limit(machine, Axis::X, held_mm, place(), Needed::CorrectionHold)?;
         let speed = WaySpeed::new(&WayRequest {
             path: &path,
             offset: &offset,

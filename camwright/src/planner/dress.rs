@@ -1,5 +1,6 @@
 //! The steps of a dress, and what it would cost to keep the path over it.
 
+use super::error::Needed;
 use super::error::PlanError;
 use super::lobe::{Shape, shape_of, soft_limit};
 use super::sequence::Sequence;
@@ -7,6 +8,7 @@ use super::steps::Of;
 use crate::cam::contour::Contour;
 use crate::job::dressing::{Dress, KeptPath, PlannedDress, WheelCourse, kept_path_error};
 use crate::job::grinding::JobSpec;
+use crate::job::grinding::Subject;
 use crate::machine::description::Axis;
 use crate::machine::wheel_state::{mm_from_nm, nm_from_mm};
 use crate::math::units::um_from_mm;
@@ -32,11 +34,11 @@ impl Sequence<'_> {
         let of = Of::part(Phase::Dress);
         let half_mm = 0.5 * dresser.traverse_mm(self.steps.machine.wheel.width_mm);
         let (first_mm, last_mm) = (dresser.z_mm - half_mm, dresser.z_mm + half_mm);
-        let place = || alloc::format!("lobe {lobe}: ");
+        let place = || Subject::Lobe(lobe.into());
         for z_mm in [first_mm, last_mm] {
-            soft_limit(self.steps.machine, Axis::Z, z_mm, place(), "the way past the dresser")?;
+            soft_limit(self.steps.machine, Axis::Z, z_mm, place(), Needed::PastDresser)?;
         }
-        soft_limit(self.steps.machine, Axis::X, dresser.x_mm, place(), "the dresser")?;
+        soft_limit(self.steps.machine, Axis::X, dresser.x_mm, place(), Needed::Dresser)?;
         let clear = self.steps.counts(Axis::X, self.job.home.x_mm);
         let (first, last) = (self.steps.counts(Axis::Z, first_mm), self.steps.counts(Axis::Z, last_mm));
         let rapid = Some(self.job.rapid_speed_mm_s);

@@ -1,12 +1,13 @@
 //! The dry run of a job: the whole plan with X farther out by a stand-off, so that the wheel touches nothing.
 
+use super::error::Needed;
 use super::error::PlanError;
 use super::lobe::{PlannedLobe, extremes, soft_limit};
 use crate::job::grinding::JobSpec;
+use crate::job::grinding::Subject;
 use crate::machine::description::{Axis, MachineDescription};
 use crate::math::units::TURN_RAD;
 use crate::motion::plan::{Command, Half, Plan, SegmentKind};
-use alloc::string::String;
 use alloc::vec::Vec;
 
 /// Places around a lobe at which the wheel's distance is looked at, and of its contour: every half degree the chord of an ordinary
@@ -25,7 +26,7 @@ pub(super) fn check(
 ) -> Result<(), PlanError> {
     let needed_mm = job.most_stock_mm() + job.clearance_mm;
     for lobe in lobes {
-        let place = || alloc::format!("lobe {}: ", lobe.design.name);
+        let place = || Subject::Lobe(lobe.design.name.clone());
         let outline: Vec<(f64, f64)> = (0..PLACES)
             .map(|i| lobe.design.contour.point(f64::from(i) * TURN_RAD / f64::from(PLACES)))
             .map(|point| (point.x, point.y))
@@ -41,11 +42,11 @@ pub(super) fn check(
             return Err(PlanError::DryRun { lobe: lobe.design.name.clone(), stand_off_mm, needed_mm, least_mm: high });
         }
         let held_mm = extremes(lobe.tool_path.spline()).1 + job.passes_infeed_mm() + job.retract_clearance_mm;
-        let what = "a hold of the dry run on the highest point of the path";
+        let what = Needed::DryRunHold;
         soft_limit(machine, Axis::X, held_mm + stand_off_mm, place(), what)?;
     }
-    let what = "the home position of the dry run";
-    soft_limit(machine, Axis::X, job.home.x_mm + stand_off_mm, String::new(), what)
+    let what = Needed::DryRunHome;
+    soft_limit(machine, Axis::X, job.home.x_mm + stand_off_mm, Subject::Job, what)
 }
 
 /// Least distance of the wheel from a finished lobe, all round (mm).

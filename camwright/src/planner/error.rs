@@ -2,7 +2,7 @@
 
 use crate::cam::contour::ContourError;
 use crate::job::dressing::DressError;
-use crate::job::grinding::JobError;
+use crate::job::grinding::{JobError, Subject};
 use crate::job::infeed::InfeedError;
 use crate::machine::description::{Axis, WheelTooFast};
 use crate::math::periodic_spline::PeriodicSplineError;
@@ -135,11 +135,10 @@ pub enum PlanError {
         source: SpeedPlanError,
     },
     /// A position lies beyond a soft limit.
-    #[error("{place}{what} needs {} at {position_mm:.4} mm; its soft limits are {low_mm} to {high_mm} mm", axis.joint())]
+    #[error("{}{what} needs {} at {position_mm:.4} mm; its soft limits are {low_mm} to {high_mm} mm", place.prefix(), axis.joint())]
     SoftLimit {
-        /// `lobe I1: ` or nothing.
-        place: String,
-        what: &'static str,
+        place: Subject,
+        what: Needed,
         axis: Axis,
         /// Position needed (mm).
         position_mm: f64,
@@ -196,14 +195,14 @@ pub enum PlanError {
     },
     /// The wheel is not clear of the part while the table or the part moves.
     #[error(
-        "{place}{what} leaves x_axis at {x_mm:.3} mm while {moving} moves; lobe {highest} reaches {reach_mm:.3} mm with its \
-         stock: {remedy} at least {lacking_mm:.3} mm more"
+        "{}{what} leaves x_axis at {x_mm:.3} mm while {moving} moves; lobe {highest} reaches {reach_mm:.3} mm with its \
+         stock: {remedy} at least {lacking_mm:.3} mm more",
+        place.prefix()
     )]
     NotClear {
-        /// `lobe I1: ` or nothing.
-        place: String,
+        place: Subject,
         /// What leaves it there.
-        what: &'static str,
+        what: Leaving,
         /// Position of X (mm).
         x_mm: f64,
         /// Joint that moves meanwhile.
@@ -273,4 +272,58 @@ fn in_turn(turns: Option<f64>) -> String {
 /// `80.000` or `80.000 to 125.000`.
 fn range((low, high): (f64, f64)) -> String {
     if high - low < 1e-9 { alloc::format!("{low:.3}") } else { alloc::format!("{low:.3} to {high:.3}") }
+}
+
+/// Position that a plan needs of an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Needed {
+    Home,
+    LowestPoint,
+    Hold,
+    BetweenLobes,
+    RapidAdvance,
+    LowestCorrection,
+    CorrectionHold,
+    DryRunHome,
+    DryRunHold,
+    PastDresser,
+    Dresser,
+    SearchStart,
+    SearchEnd,
+}
+
+impl core::fmt::Display for Needed {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Home => "the home position",
+            Self::LowestPoint => "the lowest point of the path",
+            Self::Hold => "a hold on the highest point of the path",
+            Self::BetweenLobes => "the wheel between the lobes",
+            Self::RapidAdvance => "the start of the rapid advance",
+            Self::LowestCorrection => "the lowest point of the correction",
+            Self::CorrectionHold => "a hold in the correction",
+            Self::DryRunHome => "the home position of the dry run",
+            Self::DryRunHold => "a hold of the dry run on the highest point of the path",
+            Self::PastDresser => "the way past the dresser",
+            Self::Dresser => "the dresser",
+            Self::SearchStart => "the start of the search for the station's switch",
+            Self::SearchEnd => "the end of the search for the station's switch",
+        })
+    }
+}
+
+/// Step that leaves the wheel where it is while another axis moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Leaving {
+    Home,
+    RapidRetract,
+}
+
+impl core::fmt::Display for Leaving {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Home => "home.x_mm",
+            Self::RapidRetract => "the rapid retract",
+        })
+    }
 }

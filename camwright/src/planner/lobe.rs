@@ -1,10 +1,12 @@
 //! Each lobe by itself: its shape, the phase it begins at, its speed plan, and whether there is room.
 
 use super::error::PlanError;
+use super::error::{Leaving, Needed};
 use super::wheels::no_path;
 use crate::cam::compensation::FormCurve;
 use crate::cam::contour::Contour;
 use crate::job::dressing::{LobeStock, WheelCourse, stock_area_mm2};
+use crate::job::grinding::Subject;
 use crate::job::grinding::{InfeedDirection, JobSpec, LobeSpec};
 use crate::job::infeed::InfeedSchedule;
 use crate::machine::description::{Axis, MachineDescription};
@@ -440,7 +442,7 @@ pub(super) fn check_travel(
     // X is largest with the farthest point of the contour on the wheel line, and is its radius there.
     let reach = |lobe: &PlannedLobe| extremes(lobe.tool_path.spline()).1 + job.most_stock_mm();
     let highest = lobes.iter().max_by(|a, b| reach(a).total_cmp(&reach(b)));
-    let clear = |place: String, what: &'static str, x_mm: f64, moving: Axis, remedy: &'static str| match highest {
+    let clear = |place: Subject, what: Leaving, x_mm: f64, moving: Axis, remedy: &'static str| match highest {
         Some(highest) if x_mm <= reach(highest) => Err(PlanError::NotClear {
             place,
             what,
@@ -453,26 +455,26 @@ pub(super) fn check_travel(
         }),
         _ => Ok(()),
     };
-    clear(String::new(), "home.x_mm", job.home.x_mm, Axis::Z, "home.x_mm must be")?;
-    soft_limit(machine, Axis::X, job.home.x_mm, String::new(), "the home position")?;
-    soft_limit(machine, Axis::Z, job.home.z_mm, String::new(), "the home position")?;
+    clear(Subject::Job, Leaving::Home, job.home.x_mm, Axis::Z, "home.x_mm must be")?;
+    soft_limit(machine, Axis::X, job.home.x_mm, Subject::Job, Needed::Home)?;
+    soft_limit(machine, Axis::Z, job.home.z_mm, Subject::Job, Needed::Home)?;
     for (index, lobe) in lobes.iter().enumerate() {
-        let place = || alloc::format!("lobe {}: ", lobe.design.name);
+        let place = || Subject::Lobe(lobe.design.name.clone());
         let (low_mm, high_mm) = extremes(lobe.tool_path.spline());
         let infeed_mm = infeed_of_x_mm(job, &lobe.tool_path, lobe.start_rad, total_infeed_mm);
         let retracted_mm = lobe.tool_path.sample(lobe.start_rad).value + infeed_mm + job.rapid_advance_mm;
-        soft_limit(machine, Axis::X, low_mm, place(), "the lowest point of the path")?;
+        soft_limit(machine, Axis::X, low_mm, place(), Needed::LowestPoint)?;
         let held_mm = high_mm + total_infeed_mm + job.retract_clearance_mm;
-        soft_limit(machine, Axis::X, held_mm, place(), "a hold on the highest point of the path")?;
+        soft_limit(machine, Axis::X, held_mm, place(), Needed::Hold)?;
         if let Some(clear_x_mm) = clear_x_mm {
-            soft_limit(machine, Axis::X, clear_x_mm, place(), "the wheel between the lobes")?;
+            soft_limit(machine, Axis::X, clear_x_mm, place(), Needed::BetweenLobes)?;
             if index > 0 {
                 continue;
             }
         }
-        soft_limit(machine, Axis::X, retracted_mm, place(), "the start of the rapid advance")?;
+        soft_limit(machine, Axis::X, retracted_mm, place(), Needed::RapidAdvance)?;
         if clear_x_mm.is_none() && index + 1 < lobes.len() {
-            clear(place(), "the rapid retract", retracted_mm, Axis::Z, "the rapid advance must be")?;
+            clear(place(), Leaving::RapidRetract, retracted_mm, Axis::Z, "the rapid advance must be")?;
         }
     }
     Ok(())
@@ -483,8 +485,8 @@ pub(super) fn soft_limit(
     machine: &MachineDescription,
     axis: Axis,
     position_mm: f64,
-    place: String,
-    what: &'static str,
+    place: Subject,
+    what: Needed,
 ) -> Result<(), PlanError> {
     match machine.axis(axis).soft_limits {
         Some((low_mm, high_mm)) if !(low_mm..=high_mm).contains(&position_mm) => {

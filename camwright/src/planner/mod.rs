@@ -53,7 +53,7 @@ mod wheels;
 
 pub use correct::{PlannedCorrection, decide_corrections, plan_corrections};
 pub use dress_now::{DressNowError, plan_dress};
-pub use error::PlanError;
+pub use error::{Leaving, Needed, PlanError};
 pub use identify::identify;
 pub use lathe::{MAX_SURFACE_LOOKS, PlannedPass, PlannedTurning, TurningError, plan_turning};
 pub use lobe::{LobeDesign, PlannedLobe, designs};

@@ -1,10 +1,12 @@
 //! The steps of a part, one after the other, with the time each is predicted to take.
 
 use super::PlanStart;
+use super::error::Needed;
 use super::error::PlanError;
 use super::lobe::{Begin, PlannedLobe, Shape, soft_limit};
 use super::steps::{Of, Steps, shared};
 use crate::job::grinding::JobSpec;
+use crate::job::grinding::Subject;
 use crate::machine::description::{Axis, MachineDescription, Station};
 use crate::math::hermite::HermiteSpline;
 use crate::math::periodic_spline::PeriodicSpline;
@@ -292,21 +294,9 @@ impl<'a> Sequence<'a> {
         let before_mm = station.position_mm - RUN_IN_MM;
         let speed = axis.search_velocity.min(axis.limits.velocity);
         let after_mm = RUN_IN_MM + self.steps.overshoot(Axis::Z, speed);
-        let place = || alloc::format!("lobe {lobe}: ");
-        soft_limit(
-            self.steps.machine,
-            Axis::Z,
-            before_mm,
-            place(),
-            "the start of the search for the station's switch",
-        )?;
-        soft_limit(
-            self.steps.machine,
-            Axis::Z,
-            station.position_mm + after_mm,
-            place(),
-            "the end of the search for the station's switch",
-        )?;
+        let place = || Subject::Lobe(lobe.into());
+        soft_limit(self.steps.machine, Axis::Z, before_mm, place(), Needed::SearchStart)?;
+        soft_limit(self.steps.machine, Axis::Z, station.position_mm + after_mm, place(), Needed::SearchEnd)?;
         let label = alloc::format!("table to before {}", station.switch);
         self.steps.move_axis(of, Axis::Z, self.steps.counts(Axis::Z, before_mm), None, &label)?;
         let label = alloc::format!("table to {}", station.switch);

@@ -1,11 +1,11 @@
 //! Which key of the job file is behind a refusal of the core.
 
 use camwright::job::dressing::DressError;
-use camwright::job::grinding::JobError;
+use camwright::job::grinding::{JobError, JobKey, Subject};
 use camwright::machine::WHEEL_TOLERANCE_MM;
 use camwright::machine::description::Axis;
 use camwright::motion::speed_plan::SpeedPlanError;
-use camwright::planner::PlanError;
+use camwright::planner::{Leaving, Needed, PlanError};
 use camwright::toolpath::wheel_path::ToolPathError;
 use camwright_files::ConfigError;
 use camwright_files::job_file::Job;
@@ -57,17 +57,16 @@ fn key(job: &Job, error: &PlanError) -> String {
             pass_key(job, pass, "speed")
         }
         PlanError::Speed { pass, .. } => pass_key(job, pass, "work_speed_rpm"),
-        PlanError::SoftLimit { place, what, axis, .. } => match (*what, axis) {
-            ("the home position of the dry run" | "a hold of the dry run on the highest point of the path", _) => {
-                "dry_run.stand_off_mm".into()
-            }
-            ("the home position", Axis::X) => "home.x_mm".into(),
-            ("the home position", _) => "home.z_mm".into(),
-            ("the start of the rapid advance", _) => "rapid_advance_mm".into(),
-            ("a hold on the highest point of the path", _) => "retract_clearance_mm".into(),
-            _ => named_lobe(place).map_or_else(String::new, |lobe| format!("{}.station", lobe_key(lobe))),
+        PlanError::SoftLimit { place, what, axis, .. } => match (what, axis, place) {
+            (Needed::DryRunHome | Needed::DryRunHold, ..) => "dry_run.stand_off_mm".into(),
+            (Needed::Home, Axis::X, _) => "home.x_mm".into(),
+            (Needed::Home, ..) => "home.z_mm".into(),
+            (Needed::RapidAdvance, ..) => "rapid_advance_mm".into(),
+            (Needed::Hold, ..) => "retract_clearance_mm".into(),
+            (_, _, Subject::Lobe(lobe)) => format!("{}.station", lobe_key(lobe)),
+            _ => String::new(),
         },
-        PlanError::NotClear { what, .. } if *what == "home.x_mm" => "home.x_mm".into(),
+        PlanError::NotClear { what: Leaving::Home, .. } => "home.x_mm".into(),
         PlanError::NotClear { .. } => "rapid_advance_mm".into(),
         PlanError::Move { .. } => "rapid_speed_mm_s".into(),
         PlanError::DryRun { .. } => "dry_run.stand_off_mm".into(),
@@ -110,29 +109,44 @@ fn job_key(job: &Job, error: &JobError) -> String {
         JobError::MixedDirections { pass, .. } => pass_key(job, pass, "infeed.along"),
         JobError::TooFewBlocks { .. } => "profiles.0.lift".into(),
         JobError::OutOfRange { place, key, .. } => {
-            let key = match *key {
-                "total_infeed_mm" => "infeed.total_mm",
-                "infeed_per_block_mm" => "infeed.per_block_um",
-                "work_speed_rad_s" => "work_speed_rpm",
-                "footprint_speed_mm_s" => "speed.footprint_speed_mm_s",
-                "removal_rate_mm2_s" => "speed.removal_rate_mm2_s",
-                "phase_rad" => "phase_deg",
-                "spark_out_until_n" => "infeed.spark_out_until_n",
-                "spark_out_turns" => "infeed.spark_out_turns",
-                "part_phase_rad" => "part_phase_deg",
-                "form_compensation.most_mm" => "form_compensation.most_um",
-                "form_compensation.most_slope_mm_rad" => "form_compensation.most_um_per_deg",
-                "c_between_lobes.margin_s" => "arrival_margin_ms",
-                "measure_stock.margin_mm" => "measure_stock.margin_um",
-                "measure_stock.speed_rad_s" => "measure_stock.work_speed_rpm",
-                other => other,
-            };
-            match (named_lobe(place), named_pass(place)) {
-                (Some(lobe), _) => format!("{}.{key}", lobe_key(lobe)),
-                (None, Some(pass)) => pass_key(job, pass, key),
-                (None, None) => key.into(),
+            let key = file_key(*key);
+            match place {
+                Subject::Lobe(lobe) => format!("{}.{key}", lobe_key(lobe)),
+                Subject::Pass(pass) => pass_key(job, pass, key),
+                Subject::Job => key.into(),
             }
         }
+    }
+}
+
+/// The key of the job file that sets a value of the core. Names differ where units do.
+fn file_key(key: JobKey) -> &'static str {
+    match key {
+        JobKey::TotalInfeed => "infeed.total_mm",
+        JobKey::InfeedPerBlock => "infeed.per_block_um",
+        JobKey::WorkSpeed => "work_speed_rpm",
+        JobKey::FootprintSpeed => "speed.footprint_speed_mm_s",
+        JobKey::RemovalRate => "speed.removal_rate_mm2_s",
+        JobKey::Power => "speed.power_w_mm",
+        JobKey::SpecificEnergy => "speed.specific_energy_j_mm3",
+        JobKey::Rubbing => "speed.rubbing_n_mm2",
+        JobKey::ReferenceFootprintSpeed => "speed.reference_footprint_speed_mm_s",
+        JobKey::ReferenceDepth => "speed.reference_depth_um",
+        JobKey::ReferenceEquivalentDiameter => "speed.reference_equivalent_diameter_mm",
+        JobKey::Phase => "phase_deg",
+        JobKey::SparkOutUntil => "infeed.spark_out_until_n",
+        JobKey::SparkOutTurns => "infeed.spark_out_turns",
+        JobKey::PartPhase => "part_phase_deg",
+        JobKey::FormCompensationMost => "form_compensation.most_um",
+        JobKey::FormCompensationMostSlope => "form_compensation.most_um_per_deg",
+        JobKey::CBetweenLobesMargin => "arrival_margin_ms",
+        JobKey::MeasureStockMargin => "measure_stock.margin_um",
+        JobKey::MeasureStockSpeed => "measure_stock.work_speed_rpm",
+        JobKey::RunoutCorrectionAllowance => "runout_correction.allowance_um",
+        JobKey::IdentificationPush => "identification.push_um",
+        JobKey::IdentificationPushSpeed => "identification.push_speed_um_s",
+        JobKey::IdentificationMostForce => "identification.most_force_n",
+        other => other.name(),
     }
 }
 
@@ -148,21 +162,11 @@ fn pass_key(job: &Job, pass: &str, key: &str) -> String {
 /// The first key that asks for another wheel than the one that is mounted.
 fn wish_key(job: &Job, mounted_mm: f64) -> String {
     let other = job.spec.wheels.iter().find(|wish| (wish.radius_mm - mounted_mm).abs() > WHEEL_TOLERANCE_MM);
-    match other.and_then(|wish| wish.of.split_once(' ')) {
-        Some(("lobe", name)) => format!("{}.wheel_radius_mm", lobe_key(name)),
-        Some((_, name)) => pass_key(job, name, "wheel_radius_mm"),
-        None => "wheel_radius_mm".into(),
+    match other.map(|wish| &wish.of) {
+        Some(Subject::Lobe(name)) => format!("{}.wheel_radius_mm", lobe_key(name)),
+        Some(Subject::Pass(name)) => pass_key(job, name, "wheel_radius_mm"),
+        _ => "wheel_radius_mm".into(),
     }
-}
-
-/// `I1` of `lobe I1: `.
-fn named_lobe(place: &str) -> Option<&str> {
-    place.strip_prefix("lobe ")?.strip_suffix(": ")
-}
-
-/// `rough` of `pass rough: `.
-fn named_pass(place: &str) -> Option<&str> {
-    place.strip_prefix("pass ")?.strip_suffix(": ")
 }
 
 fn lobe_key(name: &str) -> String {
