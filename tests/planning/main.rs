@@ -11,3 +11,4 @@ mod file_mutations;
 mod parameter_file;
 mod plan_command;
 mod refusals;
+mod schema;

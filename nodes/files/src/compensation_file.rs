@@ -1,22 +1,30 @@
 //! What a job file says about form compensation: how it is learned, and what was learned before this part.
 
-use super::ConfigError;
-use super::yaml::Document;
-use camwright::cam::compensation::{
-    Compensation, CompensationSpec, FormCurve, LearnedError, MOST_CORRECTION_MM, MOST_HARMONICS, MOST_SLOPE_MM_RAD,
-};
+use camwright::cam::compensation::{Compensation, CompensationSpec, FormCurve, LearnedError, MOST_HARMONICS};
 use camwright::math::units::{mm_from_um, rad_from_deg, um_from_mm};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How it is learned.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct CompensationFile {
+    /// Share of the measured form error by which the next part is corrected.
+    #[schemars(range(min = 1e-6, max = 1.0))]
     gain: f64,
+    /// Harmonics of a turn that are corrected, size included. Harmonic k at n rpm moves X at k n/60 Hz.
+    #[schemars(range(min = 1, max = MOST_HARMONICS))]
     harmonics: u32,
+    /// Maximum shift of the wheel path.
+    #[schemars(range(min = 1e-6, max = 100.0))]
     most_um: f64,
+    /// Maximum slope of the shift.
+    #[schemars(range(min = 1e-6, max = 20.0))]
     most_um_per_deg: f64,
+    /// Discards what was learned before.
     afresh: bool,
+    /// Learned shift of the lobes. job_planner writes it into the recorded job.
+    #[schemars(length(max = 100))]
     learned: Vec<LearnedFile>,
 }
 
@@ -40,11 +48,16 @@ fn um_per_deg(mm_rad: f64) -> f64 {
 }
 
 /// A lobe's correction as files have it.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct LearnedFile {
+    /// Name of the lobe.
     lobe: String,
+    /// Mean of the shift over the cam angle.
+    #[schemars(range(min = -1e6, max = 1e6))]
     mean_um: f64,
+    /// Cosine and sine of every harmonic of the shift.
+    #[schemars(length(max = MOST_HARMONICS))]
     waves_um: Vec<[f64; 2]>,
 }
 
@@ -55,7 +68,7 @@ impl LearnedFile {
 }
 
 /// A periodic curve in files: its mean, and cosine and sine of its harmonics.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CurveFile {
     mean_um: f64,
     waves_um: Vec<[f64; 2]>,
@@ -106,33 +119,6 @@ impl CompensationFile {
             afresh: self.afresh,
         }
     }
-
-    /// What can be said about single values.
-    pub(super) fn findings(&self, document: &Document) -> Vec<ConfigError> {
-        let mut findings = Vec::new();
-        let bounds = [
-            ("gain", self.gain, 1.0),
-            ("most_um", self.most_um, um_from_mm(MOST_CORRECTION_MM)),
-            ("most_um_per_deg", self.most_um_per_deg, um_per_deg(MOST_SLOPE_MM_RAD)),
-        ];
-        for (key, value, most) in bounds {
-            if !(value > 0.0 && value <= most) {
-                let key = format!("form_compensation.{key}");
-                findings
-                    .push(document.error(&key, format!("{key} is {value}; it must be above 0 and at most {most:.0}")));
-            }
-        }
-        if !(1..=MOST_HARMONICS).contains(&self.harmonics) {
-            let (key, value) = ("form_compensation.harmonics", self.harmonics);
-            findings.push(document.error(key, format!("{key} is {value}; it must be 1 to {MOST_HARMONICS}")));
-        }
-        for (index, learned) in self.learned.iter().enumerate().filter(|(_, learned)| learned.curve().is_none()) {
-            let (key, lobe) = (format!("form_compensation.learned.{index}"), &learned.lobe);
-            let message = format!("lobe {lobe}: waves_um must be at most {MOST_HARMONICS} pairs of finite numbers");
-            findings.push(document.error(&key, message));
-        }
-        findings
-    }
 }
 
 #[cfg(test)]
@@ -157,12 +143,12 @@ mod tests {
     #[test]
     fn a_setting_out_of_range_is_told_with_its_bound() {
         for (set, told) in [
-            ("form_compensation.gain=1.5", "form_compensation.gain is 1.5; it must be above 0 and at most 1"),
-            ("form_compensation.gain=0.0", "form_compensation.gain is 0; it must be above 0"),
+            ("form_compensation.gain=1.5", "form_compensation.gain is 1.5; it must be 0.000001 to 1"),
+            ("form_compensation.gain=0.0", "form_compensation.gain is 0; it must be 0.000001 to 1"),
             ("form_compensation.harmonics=400", "form_compensation.harmonics is 400; it must be 1 to 180"),
-            ("form_compensation.most_um=300.0", "form_compensation.most_um is 300; it must be above 0 and at most 100"),
-            ("form_compensation.most_um_per_deg=30.0", "it must be above 0 and at most 20"),
-            ("form_compensation.learn=1", "unknown key"),
+            ("form_compensation.most_um=300.0", "form_compensation.most_um is 300; it must be 0.000001 to 100"),
+            ("form_compensation.most_um_per_deg=30.0", "it must be 0.000001 to 20"),
+            ("form_compensation.learn=1", "form_compensation.learn is an unknown key; did you mean learned?"),
         ] {
             let error = load(&[set]).err().unwrap();
             assert!(error.contains(told), "{set}: {error}");

@@ -1,21 +1,30 @@
 //! What a machine file says about how wheel and part give way to each other.
 
 use super::ConfigError;
-use super::machine_file::RangeCheck;
 use super::yaml::Document;
 use camwright::machine::description::{ContactDescription, StiffnessAt};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// N/µm to N/mm.
 pub(super) const PER_MM: f64 = 1e3;
 
 /// Contact of wheel and part.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ContactFile {
+    /// km: stiffness of machine and part at the wheel along the contour's normal, over the position of z_axis;
+    /// linear between points, constant beyond.
+    #[schemars(length(min = 1, max = 1000))]
     machine_stiffness: Vec<StiffnessFile>,
+    /// kg: normal force per depth of cut and width.
+    #[schemars(range(min = 1e-3, max = 1e3))]
     grinding_stiffness_n_um_mm: f64,
+    /// F0: normal force per width at which the wheel begins to cut.
+    #[schemars(range(min = 0.0, max = 1e3))]
     threshold_force_n_mm: f64,
+    /// Share of the deflection by which the part gives way; a gauge with one contact reads it.
+    #[schemars(range(min = 0.0, max = 1.0))]
     #[serde(default = "half")]
     part_share: f64,
 }
@@ -25,10 +34,14 @@ fn half() -> f64 {
     0.5
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct StiffnessFile {
+    /// Position of z_axis; within the soft limits, rising.
+    #[schemars(range(min = -1e5, max = 1e5))]
     z_mm: f64,
+    /// Stiffness.
+    #[schemars(range(min = 0.1, max = 1e4))]
     n_um: f64,
 }
 
@@ -46,22 +59,19 @@ impl ContactFile {
         }
     }
 
-    pub(super) fn check(&self, document: &Document, within: &RangeCheck<'_>, z: (f64, f64)) -> Result<(), ConfigError> {
-        let key = "contact.machine_stiffness";
-        if self.machine_stiffness.is_empty() {
-            return Err(document.error(key, format!("{key} is empty, at least one is needed")));
-        }
-        for (index, point) in self.machine_stiffness.iter().enumerate() {
-            within(&format!("{key}.{index}.z_mm"), point.z_mm, z.0, z.1)?;
-            within(&format!("{key}.{index}.n_um"), point.n_um, 0.1, 1e4)?;
-            let before = index.checked_sub(1).map(|before| self.machine_stiffness[before].z_mm);
-            if let Some(before) = before.filter(|before| *before >= point.z_mm) {
-                let message = format!("z_mm is {}, and that of the one before is {before}; they must rise", point.z_mm);
-                return Err(document.error(&format!("{key}.{index}.z_mm"), message));
-            }
-        }
-        within("contact.grinding_stiffness_n_um_mm", self.grinding_stiffness_n_um_mm, 1e-3, 1e3)?;
-        within("contact.threshold_force_n_mm", self.threshold_force_n_mm, 0.0, 1e3)?;
-        within("contact.part_share", self.part_share, 0.0, 1.0)
+    /// Positions of z_axis at which the stiffness is given (mm).
+    pub(super) fn positions_mm(&self) -> impl Iterator<Item = f64> {
+        self.machine_stiffness.iter().map(|point| point.z_mm)
+    }
+
+    /// Refuses positions that do not rise.
+    pub(super) fn check(&self, document: &Document) -> Result<(), ConfigError> {
+        let pairs = self.machine_stiffness.windows(2).enumerate();
+        let mut falling = pairs.filter(|(_, pair)| pair[0].z_mm >= pair[1].z_mm);
+        falling.next().map_or(Ok(()), |(index, pair)| {
+            let key = format!("contact.machine_stiffness.{}.z_mm", index + 1);
+            let message = format!("{key} is {}; it must be above {}, the position before", pair[1].z_mm, pair[0].z_mm);
+            Err(document.error(&key, message))
+        })
     }
 }

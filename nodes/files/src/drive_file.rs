@@ -1,18 +1,23 @@
 //! What a machine file says about a servo drive. Keys of a slide and of a spindle differ in their units.
 
-use super::ConfigError;
-use super::machine_file::RangeCheck;
 use camwright::machine::description::{DriveSettings, Structure};
 use camwright::math::units::{TURN_RAD, mm_from_um, rad_from_deg};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// The first mode of what an axis carries.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct StructureFile {
+    /// Frequency of the mode with the slide held.
+    #[schemars(range(min = 5.0, max = 2000.0))]
     frequency_hz: f64,
+    /// Damping ratio.
+    #[schemars(range(min = 0.0, max = 0.9))]
     #[serde(default = "steel")]
     damping: f64,
+    /// Share of the moving mass in the mode.
+    #[schemars(range(min = 0.0, max = 0.9))]
     #[serde(default = "a_fifth")]
     mass_share: f64,
 }
@@ -34,28 +39,55 @@ fn one() -> f64 {
 macro_rules! drive_file {
     ($(#[$doc:meta])* $name:ident, $force:ident, $coulomb:ident, $viscous:ident, $backlash:ident, $si:expr, $play:expr) => {
         $(#[$doc])*
-        #[derive(Debug, Deserialize)]
+        #[derive(Debug, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub(super) struct $name {
+            /// Position loop gain.
+            #[schemars(range(min = 1.0, max = 2000.0))]
             kv_1_s: f64,
+            /// Error of the acting gain.
+            #[schemars(range(min = -90.0, max = 100.0))]
             #[serde(default)]
             kv_error_percent: f64,
+            /// Share of the setpoint speed that is fed forward.
+            #[schemars(range(min = 0.0, max = 1.0))]
             velocity_feed_forward: f64,
+            /// Share of the force of the mass that is fed forward.
+            #[schemars(range(min = 0.0, max = 1.0))]
             acceleration_feed_forward: f64,
+            /// Share of the friction that is fed forward, by the setpoint speed.
+            #[schemars(range(min = 0.0, max = 1.0))]
             #[serde(default)]
             friction_feed_forward: f64,
+            /// Bandwidth of the velocity loop, at most one radian per servo step. Default: ideal, and then no other effect of the drive acts.
+            #[schemars(range(min = 1.0, max = 5000.0))]
             velocity_loop_hz: Option<f64>,
+            /// Integral time of the velocity loop; required with friction. Default: none.
+            #[schemars(range(min = 0.1, max = 1e4))]
             velocity_integral_ms: Option<f64>,
+            /// Maximum force (torque) of the motor. Default: 1.2 times that of the acceleration limit.
+            #[schemars(range(min = 1e-3, max = 1e7))]
             $force: Option<f64>,
+            /// Friction against the motion, independent of speed.
+            #[schemars(range(min = 0.0, max = 1e5))]
             #[serde(default)]
             $coulomb: f64,
+            /// Friction per speed.
+            #[schemars(range(min = 0.0, max = 1e6))]
             #[serde(default)]
             $viscous: f64,
+            /// Play between encoder and tool.
+            #[schemars(range(min = 0.0, max = 1e3))]
             #[serde(default)]
             $backlash: f64,
+            /// First mode of the structure on the slide. Default: rigid.
             structure: Option<StructureFile>,
+            /// Resolution of the drive's encoder; 0: exact.
+            #[schemars(range(min = 0.0, max = 1e4))]
             #[serde(default = "one")]
             encoder_step_counts: f64,
+            /// Standard deviation of the encoder's noise.
+            #[schemars(range(min = 0.0, max = 1e3))]
             #[serde(default)]
             encoder_noise_counts: f64,
         }
@@ -88,34 +120,6 @@ macro_rules! drive_file {
                     encoder_noise_counts: self.encoder_noise_counts,
                     ..loops
                 }
-            }
-
-            /// `key` is that of the drive.
-            pub(super) fn check(&self, key: &str, within: &RangeCheck<'_>) -> Result<(), ConfigError> {
-                let within = |name: &str, value: f64, low: f64, high: f64| {
-                    within(&format!("{key}.{name}"), value, low, high)
-                };
-                within("kv_1_s", self.kv_1_s, 1.0, 2000.0)?;
-                within("kv_error_percent", self.kv_error_percent, -90.0, 100.0)?;
-                within("velocity_feed_forward", self.velocity_feed_forward, 0.0, 1.0)?;
-                within("acceleration_feed_forward", self.acceleration_feed_forward, 0.0, 1.0)?;
-                within("friction_feed_forward", self.friction_feed_forward, 0.0, 1.0)?;
-                for (name, value, low, high) in [
-                    ("velocity_loop_hz", self.velocity_loop_hz, 1.0, 5000.0),
-                    ("velocity_integral_ms", self.velocity_integral_ms, 0.1, 1e4),
-                    (stringify!($force), self.$force, 1e-3, 1e7),
-                ] {
-                    value.map_or(Ok(()), |value| within(name, value, low, high))?;
-                }
-                within(stringify!($coulomb), self.$coulomb, 0.0, 1e5)?;
-                within(stringify!($viscous), self.$viscous, 0.0, 1e6)?;
-                within(stringify!($backlash), self.$backlash, 0.0, 1e3)?;
-                within("encoder_step_counts", self.encoder_step_counts, 0.0, 1e4)?;
-                within("encoder_noise_counts", self.encoder_noise_counts, 0.0, 1e3)?;
-                let Some(structure) = &self.structure else { return Ok(()) };
-                within("structure.frequency_hz", structure.frequency_hz, 5.0, 2000.0)?;
-                within("structure.damping", structure.damping, 0.0, 0.9)?;
-                within("structure.mass_share", structure.mass_share, 0.0, 0.9)
             }
         }
     };

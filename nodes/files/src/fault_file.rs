@@ -2,19 +2,28 @@
 
 use super::ConfigError;
 use super::machine_file::Machine;
-use super::machine_file::RangeCheck;
 use super::yaml::Document;
 use camwright::machine::description::{AlarmRetract, MachineDescription};
 use camwright::simulation::fault::Fault;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// How an alarm takes the wheel off the part; see [`AlarmRetract`] for the defaults.
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct AlarmRetractFile {
+    /// Distance by which an alarm retracts the wheel from the farthest point of the lobe in front of it.
+    /// Default: 2.
+    #[schemars(range(min = 0.1, max = 100.0))]
     clearance_mm: Option<f64>,
+    /// Energy of the drives after a mains failure. Default: 400.
+    #[schemars(range(min = 0.0, max = 1e6))]
     buffered_energy_j: Option<f64>,
+    /// Power of drives and control besides the motion. Default: 500.
+    #[schemars(range(min = 0.0, max = 1e6))]
     standby_power_w: Option<f64>,
+    /// Acceleration of an unpowered wheelhead by its weight or spring; 0: its brake holds it. Default: 2000.
+    #[schemars(range(min = 0.0, max = 1e5))]
     drawback_mm_s2: Option<f64>,
 }
 
@@ -27,14 +36,6 @@ impl AlarmRetractFile {
             standby_w: self.standby_power_w.unwrap_or(ordinary.standby_w),
             drawback_mm_s2: self.drawback_mm_s2.unwrap_or(ordinary.drawback_mm_s2),
         }
-    }
-
-    pub(super) fn check(&self, within: &RangeCheck<'_>) -> Result<(), ConfigError> {
-        let retract = self.retract();
-        within("alarm_retract.clearance_mm", retract.clearance_mm, 0.1, 100.0)?;
-        within("alarm_retract.buffered_energy_j", retract.buffered_energy_j, 0.0, 1e6)?;
-        within("alarm_retract.standby_power_w", retract.standby_w, 0.0, 1e6)?;
-        within("alarm_retract.drawback_mm_s2", retract.drawback_mm_s2, 0.0, 1e5)
     }
 }
 
@@ -50,15 +51,23 @@ pub struct JobFault {
     pub job_tick: u64,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct FaultFile {
+    /// Name of the fault, as in the service machine/inject_fault.
     kind: String,
+    /// Target of the fault.
     #[serde(default)]
     target: String,
+    /// Size of the fault, in the unit of the service.
+    #[schemars(range(min = -1e12, max = 1e12))]
     #[serde(default = "one")]
     value: f64,
+    /// Tick of the job at which the fault begins, from 1. Instead of `at_s`.
+    #[schemars(range(min = 1))]
     at_tick: Option<u64>,
+    /// Time since the first tick of the job. Instead of `at_tick`.
+    #[schemars(range(min = 0.0, max = 1e6))]
     at_s: Option<f64>,
 }
 

@@ -3,46 +3,71 @@
 
 use camwright::cam::follower::{ArmSide, Follower, Pivot, SwingLift};
 use camwright::math::units::rad_from_deg;
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// `follower` of a profile as written.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum FollowerFile {
+    /// Edge on a slide.
     Knife {
+        /// Distance of the follower's line from the axis of the cam, positive towards increasing cam angle.
         #[serde(default)]
         offset_mm: f64,
     },
+    /// Roller on a slide.
     Roller {
+        /// Radius of the roller, or of the curved face.
         radius_mm: f64,
+        /// Distance of the follower's line from the axis of the cam, positive towards increasing cam angle.
         #[serde(default)]
         offset_mm: f64,
     },
+    /// Curved face on a slide.
     Mushroom {
+        /// Radius of the roller, or of the curved face.
         radius_mm: f64,
     },
+    /// Flat face on a slide.
     Flat {},
+    /// Roller on an arm.
     OscillatingRoller {
+        /// Radius of the roller, or of the curved face.
         radius_mm: f64,
+        /// Distance from the pivot to the centre of the roller.
+        #[schemars(range(min = 1e-6, max = 1e4))]
         arm_mm: f64,
+        /// Distance of the pivot from the axis of the cam. The cam angle is that of the pivot, seen from the cam.
         pivot_mm: f64,
+        /// Direction of the arm from its pivot.
         side: SideFile,
+        /// Distance from the pivot to the point whose travel along its arc is the lift in mm. Default: `arm_mm`.
+        #[schemars(range(min = 1e-6, max = 1e4))]
         arc_radius_mm: Option<f64>,
     },
+    /// Flat face on an arm.
     OscillatingFlat {
+        /// Distance of the face from the pivot, positive with the pivot on the cam's side of the face.
         #[serde(default)]
         face_offset_mm: f64,
+        /// Distance of the pivot from the axis of the cam. The cam angle is that of the pivot, seen from the cam.
         pivot_mm: f64,
+        /// Direction of the arm from its pivot.
         side: SideFile,
+        /// Distance from the pivot to the point whose travel along its arc is the lift in mm.
+        #[schemars(range(min = 1e-6, max = 1e4))]
         arc_radius_mm: f64,
     },
 }
 
 /// Where the arm reaches from its pivot.
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum SideFile {
+    /// Towards increasing cam angle.
     Ahead,
+    /// Against increasing cam angle.
     Behind,
 }
 
@@ -61,18 +86,6 @@ impl FollowerFile {
             FollowerFile::OscillatingFlat { face_offset_mm, pivot_mm, side, arc_radius_mm } => {
                 Follower::OscillatingFlat { face_offset_mm, pivot: pivot(pivot_mm, side, arc_radius_mm) }
             }
-        }
-    }
-
-    /// Lengths of the arm that must be positive before a lift can be read, by their keys.
-    pub(super) fn arm_lengths(&self) -> Vec<(&'static str, f64)> {
-        match *self {
-            FollowerFile::OscillatingRoller { arm_mm, arc_radius_mm, .. } => {
-                let arc = arc_radius_mm.map(|radius_mm| ("arc_radius_mm", radius_mm));
-                [("arm_mm", arm_mm)].into_iter().chain(arc).collect()
-            }
-            FollowerFile::OscillatingFlat { arc_radius_mm, .. } => vec![("arc_radius_mm", arc_radius_mm)],
-            _ => Vec::new(),
         }
     }
 }

@@ -2,26 +2,41 @@
 
 use camwright::machine::description::{GaugeDescription, GaugeKind};
 use camwright::math::units::{TURN_RAD, mm_from_um, rad_from_deg};
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// The gauge of a machine.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct GaugeFile {
+    /// Contacts of the gauge.
     kind: KindFile,
+    /// Gamma: angle of its first contact behind the wheel, in the direction in which positive C turns the part.
+    #[schemars(range(min = 0.0, max = 360.0))]
     behind_wheel_deg: f64,
+    /// Gamma of a second gauge of the same kind. Default: one gauge.
+    #[schemars(range(min = 0.0, max = 360.0))]
     second_behind_wheel_deg: Option<f64>,
+    /// Resolution of a reading.
+    #[schemars(range(min = 0.0, max = 1e3))]
     resolution_um: f64,
+    /// Standard deviation of the noise.
+    #[schemars(range(min = 0.0, max = 1e3))]
     noise_um: f64,
+    /// Bandwidth of the amplifier (first-order lag). Default: no lag.
+    #[schemars(range(min = 1e-3, max = 1e6))]
     bandwidth_hz: Option<f64>,
+    /// Seed of the noise.
     #[serde(default)]
     seed: u64,
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum KindFile {
+    /// Two opposed contacts.
     Diameter,
+    /// One contact.
     Radius,
 }
 
@@ -39,18 +54,5 @@ impl GaugeFile {
             bandwidth_rad_s: self.bandwidth_hz.map(|hz| hz * TURN_RAD),
             seed: self.seed,
         }
-    }
-
-    /// Its values with their ranges, by key.
-    pub(super) fn ranges(&self) -> impl Iterator<Item = (&'static str, f64, f64, f64)> {
-        [
-            ("gauge.behind_wheel_deg", Some(self.behind_wheel_deg), 0.0, 360.0),
-            ("gauge.second_behind_wheel_deg", self.second_behind_wheel_deg, 0.0, 360.0),
-            ("gauge.resolution_um", Some(self.resolution_um), 0.0, 1e3),
-            ("gauge.noise_um", Some(self.noise_um), 0.0, 1e3),
-            ("gauge.bandwidth_hz", self.bandwidth_hz, 1e-3, 1e6),
-        ]
-        .into_iter()
-        .filter_map(|(key, value, low, high)| value.map(|value| (key, value, low, high)))
     }
 }

@@ -4,6 +4,7 @@ use super::ConfigError;
 use super::job_files::JobFiles;
 use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
 use super::milling_file::named;
+use super::names;
 use super::profile_file::contour_key;
 use super::yaml::Document;
 use camwright::job::grinding::ProfileSpec;
@@ -12,35 +13,59 @@ use camwright::math::units::rad_from_deg;
 use camwright::toolpath::groove::GrooveError;
 use camwright::toolpath::groove::barrel::BarrelGroove;
 use camwright::toolpath::groove::plate::PlateGroove;
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// `grooves[]` as written. What belongs to one kind alone is refused with the other.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct GrooveFile {
+    /// Name of the groove, different from all cams and grooves.
+    #[schemars(schema_with = "names::schema")]
     pub(super) name: String,
+    /// Kind of the groove.
     kind: KindFile,
+    /// Phase, as of a lobe.
+    #[schemars(range(min = -1e5, max = 1e5))]
     #[serde(default)]
     phase_deg: f64,
+    /// Depth from `top_mm` or from the cylinder.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     depth_mm: f64,
+    /// Maximum depth of a step; steps are equal. Default: the depth.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     step_mm: Option<f64>,
+    /// Plate: profile with a roller, whose base circle is that of the inner wall.
     profile: Option<String>,
+    /// Plate: Z of the face. Default: 0.
+    #[schemars(range(min = -1e5, max = 1e5))]
     top_mm: Option<f64>,
+    /// Barrel: motion of the roller along +Z over the azimuth, as a profile's lift.
     lift: Option<LiftFile>,
+    /// Barrel: radius of the roller.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     roller_radius_mm: Option<f64>,
+    /// Barrel: radius of the cylinder.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     outer_radius_mm: Option<f64>,
+    /// Barrel: Z of the roller at lift 0.
+    #[schemars(range(min = -1e5, max = 1e5))]
     z_mm: Option<f64>,
+    /// Barrel: the machine shifts the mill across, which a mill smaller than the roller needs for exact walls.
+    /// Default: false.
     y_axis: Option<bool>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum KindFile {
+    /// In the face of a plate, along -Z, by a mill parallel to the part's axis.
     Plate,
+    /// Round a cylinder, by a radial mill.
     Barrel,
 }
 
-/// What can be said about single values of a groove, as key and message.
+/// Values of a groove that do not fit each other, as key and message.
 pub(super) fn findings(groove: &GrooveFile, index: usize) -> Vec<(String, String)> {
     let mut findings = Vec::new();
     let name = &groove.name;
@@ -65,23 +90,6 @@ pub(super) fn findings(groove: &GrooveFile, index: usize) -> Vec<(String, String
     let given = |key: &str| of_plates.iter().chain(&of_barrels).any(|(name, given)| *name == key && *given);
     for key in needed.iter().filter(|key| !given(key)) {
         refuse("kind", format!("a groove of kind {kind} needs {key}"));
-    }
-    let lengths = [
-        ("depth_mm", Some(groove.depth_mm)),
-        ("step_mm", groove.step_mm),
-        ("roller_radius_mm", groove.roller_radius_mm),
-        ("outer_radius_mm", groove.outer_radius_mm),
-    ];
-    for (key, value) in lengths.into_iter().filter_map(|(key, value)| Some((key, value?))) {
-        if !(value > 0.0 && value <= 1e4) {
-            refuse(key, format!("{key} is {value}; it must be above 0, up to 10000"));
-        }
-    }
-    let places = [("phase_deg", Some(groove.phase_deg)), ("top_mm", groove.top_mm), ("z_mm", groove.z_mm)];
-    for (key, value) in places.into_iter().filter_map(|(key, value)| Some((key, value?))) {
-        if !(value.is_finite() && value.abs() <= 1e5) {
-            refuse(key, format!("{key} is {value}; it must be -100000 to 100000"));
-        }
     }
     if let Some(step) = groove.step_mm.filter(|step| groove.depth_mm / step > f64::from(MOST_STEPS)) {
         let steps = (groove.depth_mm / step).ceil();

@@ -3,27 +3,47 @@
 use super::ConfigError;
 use super::yaml::Document;
 use camwright::machine::description::{DescriptionError, Homing, MachineDescription};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// The homing of a slide; see [`Homing`].
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct HomingFile {
+    /// Search for the switch, as HOME_SEARCH_VEL of LinuxCNC: its sign is the direction; 0: no search.
+    #[schemars(range(min = -1e4, max = 1e4))]
     #[serde(default)]
     search_velocity_mm_s: f64,
+    /// Latch at the edge, as HOME_LATCH_VEL of LinuxCNC. Same sign as the search: back off, then latch where the
+    /// switch closes; other sign: latch where it opens.
+    #[schemars(range(min = -1e4, max = 1e4))]
     #[serde(default)]
     latch_velocity_mm_s: f64,
+    /// Speed of the travel to `home_mm`. Default: the speed limit of the axis.
+    #[schemars(range(min = 1e-3, max = 1e4))]
     final_velocity_mm_s: Option<f64>,
+    /// Continues to the next index mark of the encoder.
     #[serde(default)]
     use_index: bool,
+    /// Reading at the edge or mark. Required for an index without a switch. Default: the position of edge or
+    /// mark.
+    #[schemars(range(min = -1e5, max = 1e5))]
     offset_mm: Option<f64>,
+    /// Position after homing; within the soft limits.
+    #[schemars(range(min = -1e5, max = 1e5))]
     home_mm: f64,
+    /// Uses the hard limit switch as the home switch.
     #[serde(default)]
     ignore_limits: bool,
+    /// Order of homing, smaller numbers first; c_axis follows the slides.
     #[serde(default)]
     sequence: u32,
+    /// Position at which the simulated switch closes.
+    #[schemars(range(min = -1e5, max = 1e5))]
     #[serde(default)]
     switch_mm: f64,
+    /// Distance of the index marks.
+    #[schemars(range(min = 0.0, max = 1e4))]
     #[serde(default)]
     index_pitch_mm: f64,
 }

@@ -1,26 +1,49 @@
 //! What a machine file says about the insert of a lathe.
 
-use super::ConfigError;
-use super::machine_file::RangeCheck;
 use camwright::machine::description::InsertDescription;
 use camwright::math::units::{rad_from_deg, rad_s_from_rpm};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// A round, driven insert.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct InsertFile {
+    /// R, radius of the insert. X is the distance of its centre from the spindle axis in the rake plane.
+    #[schemars(range(min = 0.1, max = 100.0))]
     radius_mm: f64,
+    /// H, height of the rake face above the spindle axis.
+    #[schemars(range(min = -500.0, max = 500.0))]
     height_mm: f64,
+    /// Lowest height that the tool can be set to.
+    #[schemars(range(min = -500.0, max = 500.0))]
     height_min_mm: f64,
+    /// Highest height that the tool can be set to.
+    #[schemars(range(min = -500.0, max = 500.0))]
     height_max_mm: f64,
+    /// Relief of the flank from the normal of the rake face.
+    #[schemars(range(min = 0.0, max = 45.0))]
     relief_deg: f64,
+    /// Speed of the edge along itself.
+    #[schemars(range(min = 0.01, max = 100.0))]
     surface_speed_m_s: f64,
+    /// Time to reach the speed.
+    #[schemars(range(min = 0.0, max = 600.0))]
     spin_up_s: f64,
+    /// Speed that the spindle allows. Default: unknown.
+    #[schemars(range(min = 1.0, max = 1e6))]
     max_speed_rpm: Option<f64>,
 }
 
 impl InsertFile {
+    pub(super) fn height_mm(&self) -> f64 {
+        self.height_mm
+    }
+
+    pub(super) fn height_range_mm(&self) -> (f64, f64) {
+        (self.height_min_mm, self.height_max_mm)
+    }
+
     pub(super) fn insert(&self) -> InsertDescription {
         InsertDescription {
             radius_mm: self.radius_mm,
@@ -31,17 +54,6 @@ impl InsertFile {
             spin_up_s: self.spin_up_s,
             max_speed_rad_s: self.max_speed_rpm.map(rad_s_from_rpm),
         }
-    }
-
-    pub(super) fn check(&self, within: &RangeCheck<'_>) -> Result<(), ConfigError> {
-        within("insert.radius_mm", self.radius_mm, 0.1, 100.0)?;
-        within("insert.height_min_mm", self.height_min_mm, -500.0, 500.0)?;
-        within("insert.height_max_mm", self.height_max_mm, self.height_min_mm, 500.0)?;
-        within("insert.height_mm", self.height_mm, self.height_min_mm, self.height_max_mm)?;
-        within("insert.relief_deg", self.relief_deg, 0.0, 45.0)?;
-        within("insert.surface_speed_m_s", self.surface_speed_m_s, 0.01, 100.0)?;
-        within("insert.spin_up_s", self.spin_up_s, 0.0, 600.0)?;
-        self.max_speed_rpm.map_or(Ok(()), |value| within("insert.max_speed_rpm", value, 1.0, 1e6))
     }
 }
 
@@ -78,8 +90,8 @@ mod tests {
         let (lathe, grinder) = (shipped("lathe"), shipped("cam_grinder"));
         let insert = &lathe[lathe.find("\ninsert:").expect("its section")..];
         assert!(refusal(&(grinder.clone() + insert), &[]).contains("this one has both"));
-        assert!(refusal(&lathe[..lathe.find("\ninsert:").expect("its section")], &[]).contains("has neither"));
-        assert!(refusal(&lathe, &["insert.height_mm=31.0"]).contains("insert.height_mm is 31, allowed is -30 to 30"));
+        assert!(refusal(&lathe[..lathe.find("\ninsert:").expect("its section")], &[]).contains("this one has neither"));
+        assert!(refusal(&lathe, &["insert.height_mm=31.0"]).contains("insert.height_mm is 31; it must be -30 to 30"));
         let with_gauge = lathe + "\ngap_detector: {holds_ms: 5.0}\n";
         assert!(refusal(&with_gauge, &[]).contains("cannot have a gap detector"));
         let without_dogs = grinder.replace("dog_length_mm: 8.0\n", "");

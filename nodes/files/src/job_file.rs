@@ -6,12 +6,12 @@ use super::fault_file::{self, FaultFile, JobFault};
 use super::job_files::{JobFiles, NamedFile};
 use super::journal_file::{CorrectionFile, IdentificationFile, RawPartFile, StockFile};
 use super::lift_file::ProfileLift;
-use super::limits::{self, MAX_SPARK_OUT_TURNS};
+use super::limits;
 use super::locate::{Located, locate};
 use super::machine_file::{self, Machine};
 use super::names;
 use super::nc_file::{NcFile, NcSettings};
-use super::pass_file::{InfeedFile, RoughingFile, SpeedFile, passes, roughing_findings};
+use super::pass_file::{InfeedFile, RoughingFile, SpeedFile, pass_names, passes};
 use super::profile_file::{self, ProfileFile};
 use super::program_file::{self, JobProgram};
 use super::start_file::{DryRunFile, StartFile};
@@ -19,11 +19,12 @@ use super::wheel_file::{DressingFile, ObstacleFile, WheelPowerFile, wishes};
 use super::yaml::Document;
 use camwright::cam::follower::Follower;
 use camwright::job::grinding::{
-    BetweenLobes, HoldInCut, HomePosition, JobSpec, LEAST_BLOCKS, LobeSpec, PassSpec, ProfileSpec,
+    BetweenLobes, HoldInCut, HomePosition, JobSpec, LEAST_BLOCKS, LobeSpec, PassSpec, ProfileSpec, Subject,
 };
 use camwright::math::units::{TURN_RAD, rad_from_deg};
 use camwright::planner::{LobeOrder, fastest_order};
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Newest version of the job file's schema that this program reads.
@@ -32,91 +33,161 @@ pub const SCHEMA_VERSION: u32 = 1;
 /// Blocks per turn of a lift that comes from a formula: 0.1°, as on the tape of JPS6156064B2.
 const FORMULA_BLOCKS: u32 = 3600;
 
-/// Most blocks per turn, as of a table.
-const MOST_BLOCKS: u32 = 36_000;
+/// Maximum blocks of a turn, as of a table.
+const MAX_BLOCKS: u32 = 36_000;
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct JobFile {
+pub(super) struct JobFile {
+    /// Kind and version of the file.
+    #[schemars(extend("const" = "camwright/job/1"))]
     #[serde(rename = "schema")]
     _schema: String,
+    /// Name of the job, also of its output files.
+    #[schemars(schema_with = "names::schema")]
     name: String,
+    /// One line about the job.
     #[serde(default)]
     title: String,
+    /// Machine file that the job is for, by name or path.
     machine: String,
+    /// Radius of the wheel that the job is made for; a run with another wheel is refused. Default: the mounted
+    /// wheel.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     wheel_radius_mm: Option<f64>,
+    /// Shapes of the lobes.
+    #[schemars(length(min = 1, max = 100))]
     profiles: Vec<ProfileFile>,
+    /// Lobes of the part.
+    #[schemars(length(min = 1, max = 100))]
     lobes: Vec<LobeFile>,
+    /// Material of the blank above the contour, along its normal.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     stock_mm: f64,
+    /// R0 (DS0), rapid advance of X from the clear position to the start of the infeed.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     rapid_advance_mm: f64,
+    /// F0 (DS2), speed of the rapid advance.
+    #[schemars(range(min = 0.01, max = 1e5))]
     rapid_speed_mm_s: f64,
+    /// Infeed of the last pass.
     infeed: InfeedFile,
+    /// N, blocks of a turn: the unit angle of `infeed.per_block_um` is 360/N deg. Default: that of the tables,
+    /// 3600 without a table. Required where the tables of a job differ.
+    #[schemars(range(min = LEAST_BLOCKS, max = MAX_BLOCKS))]
     blocks_per_turn: Option<u32>,
+    /// Speed of the headstock in the cut; the maximum speed with a `speed.law` other than constant_work_speed.
+    #[schemars(range(min = 0.01, max = 95000.0))]
     work_speed_rpm: f64,
+    /// Law of the headstock's speed over the lobe.
     #[serde(default)]
     speed: SpeedFile,
+    /// Passes before the last one, in order. The infeed of a pass ends where that of the next one begins.
+    #[schemars(length(max = 15))]
     #[serde(default)]
     roughing: Vec<RoughingFile>,
+    /// Distance by which a hold or a cancel retracts the wheel from the part.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     #[serde(default = "default_retract")]
     retract_clearance_mm: f64,
+    /// Reaction to a hold in the cut; C keeps turning. A cancel always retracts.
     #[serde(default)]
     hold_in_cut: HoldFile,
+    /// Limit of the spindle power for every pass. Default: no limit.
     wheel_power: Option<WheelPowerFile>,
+    /// Motion of C between two lobes.
     #[serde(default)]
     c_between_lobes: BetweenLobesFile,
+    /// With `c_between_lobes: turns_on`: time by which the table may arrive late without losing a turn.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     #[serde(default = "default_arrival_margin")]
     arrival_margin_ms: f64,
+    /// Turns C to the base-circle centre of each lobe before its cut, as conventional machines do.
     #[serde(default)]
     rotary_indexing: bool,
+    /// Order in which the lobes are ground.
     #[serde(default)]
     lobe_order: LobeOrderFile,
+    /// Position of the axes before and after the part. The wheel travels to the dresser by `home.x_mm`.
     home: HomeFile,
+    /// Rules for dressing the wheel. Default: the job never dresses.
     dressing: Option<DressingFile>,
+    /// Shoulders and journals of the part that the wheel must not touch.
+    #[schemars(length(max = 100))]
     #[serde(default)]
     obstacles: Vec<ObstacleFile>,
+    /// Minimum distance of the wheel from lobes it does not grind, obstacles, headstock, tailstock and dresser.
+    /// The table moves only with X at least this far out.
+    #[schemars(range(min = 0.0, max = 1e4))]
     #[serde(default = "default_clearance")]
     clearance_mm: f64,
+    /// Faults that the simulated machine injects into the job.
+    #[schemars(length(max = 100))]
     #[serde(default)]
     faults: Vec<FaultFile>,
+    /// Errors of the raw part that only the simulated machine knows.
     #[serde(default)]
     raw_part: RawPartFile,
+    /// Measures the runout of the journals with the machine's gauge and corrects it in one turn each; `{}`
+    /// selects the defaults. All lobes must be round. Default: no correction.
     runout_correction: Option<CorrectionFile>,
+    /// Corrects each part by the form error measured on the part before; `{}` selects the defaults. Not with
+    /// `runout_correction`. Default: no compensation.
     form_compensation: Option<CompensationFile>,
+    /// Name or number (from 1) of the lobe to begin with on the part in the machine; 0 begins with a new part.
+    /// Default: 0.
     start_at: Option<StartFile>,
+    /// Measures the stiffness of machine and cut on every journal before its correction; `{}` selects the
+    /// defaults. Needs `runout_correction`. Default: no measurement.
     identification: Option<IdentificationFile>,
+    /// Makes the job a dry run away from the part. Default: the job grinds.
     dry_run: Option<DryRunFile>,
+    /// Azimuth of the key-way as it was found; added to the phase of every lobe.
+    #[schemars(range(min = -360.0, max = 360.0))]
     #[serde(default)]
     part_phase_deg: f64,
+    /// Measures the stock of every journal before the cut and leaves out infeed in air; `{}` selects the
+    /// defaults. Needs a gauge and round lobes; not with `c_between_lobes: turns_on` or `rotary_indexing`.
+    /// Default: no measurement.
     measure_stock: Option<StockFile>,
+    /// Settings of the NC program that `camwright post` makes of the job.
     #[serde(default)]
     nc: NcFile,
+    /// NC program that drives the part instead of the job's own cuts, for the control `nc.control`. Default: the
+    /// job's own cuts.
     program: Option<String>,
 }
 
 /// In which order the lobes are machined.
-#[derive(Debug, Default, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum LobeOrderFile {
     #[default]
+    /// The order of `lobes`.
     AsWritten,
+    /// The order with the shortest travel time of the table.
     Fastest,
 }
 
 /// What a hold does in the cut.
-#[derive(Debug, Default, Clone, Copy, Deserialize)]
+#[derive(Debug, Default, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum HoldFile {
     #[default]
+    /// Retracts the wheel from the part.
     Retract,
+    /// Stops the infeed only.
     StopInfeed,
 }
 
 /// What C does between two lobes.
-#[derive(Debug, Default, Clone, Copy, Deserialize)]
+#[derive(Debug, Default, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum BetweenLobesFile {
     #[default]
+    /// Grinds every lobe from rest to rest.
     Stops,
+    /// C keeps turning; the next cut begins at the phase with which C is predicted to arrive.
     TurnsOn,
 }
 
@@ -132,21 +203,36 @@ fn default_clearance() -> f64 {
     1.0
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct LobeFile {
+    /// Name of the lobe.
+    #[schemars(schema_with = "names::schema")]
     name: String,
+    /// Limit switch of the machine at which the lobe stands.
     station: String,
+    /// Name of its profile.
     profile: String,
+    /// Phase angle (DS4 ...): from the key-way to the centre of the base circle, positive in the direction in
+    /// which the table is read.
+    #[schemars(range(min = -36000.0, max = 36000.0))]
     phase_deg: f64,
+    /// Width of the lobe.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     width_mm: f64,
+    /// Radius of the wheel that the lobe needs. Default: the job's.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     wheel_radius_mm: Option<f64>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct HomeFile {
+    /// Home position of X.
+    #[schemars(range(min = -1e4, max = 1e4))]
     x_mm: f64,
+    /// Home position of Z.
+    #[schemars(range(min = -1e4, max = 1e4))]
     z_mm: f64,
 }
 
@@ -209,14 +295,14 @@ pub fn parse(located: &Located, overrides: &[String]) -> Result<Job, ConfigError
 pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigError>> {
     let document = Document::of(located, overrides).map_err(one)?;
     document.require_schema("job", SCHEMA_VERSION).map_err(one)?;
-    let file: JobFile = document.read().map_err(one)?;
-    let mut findings = ranges(&document, &file);
-    findings.extend(file.raw_part.findings(&document));
-    findings.extend(file.form_compensation.iter().flat_map(|compensation| compensation.findings(&document)));
-    findings.extend(file.identification.iter().flat_map(|identification| identification.findings(&document)));
-    findings.extend(file.measure_stock.iter().flat_map(|stock| stock.findings(&document)));
-    findings.extend(file.runout_correction.iter().flat_map(|correction| correction.findings(&document)));
-    let machine = machine_file::named(&document, &file.machine).map_err(|error| findings.push(error)).ok();
+    let file: JobFile = document.read()?;
+    let mut findings = file.raw_part.findings(&document);
+    for (key, message) in
+        profile_file::findings("profiles", &file.profiles).into_iter().chain(pass_names(&file.roughing))
+    {
+        findings.push(document.error(&key, message));
+    }
+    let machine = machine_file::named(&document, &file.machine).map_err(|errors| findings.extend(errors)).ok();
     let mut files = JobFiles::of(&document);
     let (mut profiles, mut lifts) = (Vec::new(), Vec::new());
     let mut blocks: Option<u32> = None;
@@ -246,7 +332,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigEr
     }
     let lobes = read_lobes(&document, &file, &mut findings);
     let faults = fault_file::read_all(&file.faults, &document, machine.as_ref(), &mut findings);
-    let nc = file.nc.read(&document).map_err(|errors| findings.extend(errors)).ok();
+    let nc = file.nc.settings(&document).map_err(|error| findings.push(error)).ok();
     let Some((machine, nc)) = machine.zip(nc).filter(|_| findings.is_empty()) else { return Err(findings) };
     let program = file.program.as_deref().map(|name| program_file::read(name, &document, &nc, &mut files));
     let program = program.transpose().map_err(one)?;
@@ -328,98 +414,10 @@ fn spec(file: &JobFile, profiles: Vec<ProfileSpec>, lobes: Vec<LobeSpec>, blocks
         dry_run_mm: file.dry_run.map(|dry_run| dry_run.stand_off_mm),
         part_phase_rad: rad_from_deg(file.part_phase_deg),
         measure_stock: file.measure_stock.as_ref().map(StockFile::spec),
-        wheels: wishes(
-            (file.lobes.iter().map(|lobe| ("lobe", lobe.name.as_str(), lobe.wheel_radius_mm)))
-                .chain(file.roughing.iter().map(|rough| ("pass", rough.name(), rough.wheel_radius_mm()))),
-        ),
+        wheels: wishes((file.lobes.iter().map(|lobe| (Subject::Lobe(lobe.name.clone()), lobe.wheel_radius_mm))).chain(
+            file.roughing.iter().map(|rough| (Subject::Pass(rough.name().to_owned()), rough.wheel_radius_mm())),
+        )),
     }
-}
-
-/// What can be said about single values, in the words and units of the file.
-fn ranges(document: &Document, file: &JobFile) -> Vec<ConfigError> {
-    // Of lists that are too long nothing more is said: names are compared each with each.
-    let lists = [
-        ("profiles", file.profiles.len()),
-        ("lobes", file.lobes.len()),
-        ("roughing", file.roughing.len()),
-        ("obstacles", file.obstacles.len()),
-        ("faults", file.faults.len()),
-    ];
-    let mut findings: Vec<ConfigError> =
-        limits::long_lists(lists).into_iter().map(|(key, message)| document.error(&key, message)).collect();
-    if !findings.is_empty() {
-        return findings;
-    }
-    let mut refuse = |key: &str, message: String| findings.push(document.error(key, message));
-    if let Some(message) = names::fault("job", &file.name) {
-        refuse("name", message);
-    }
-    let positive = [
-        ("stock_mm", file.stock_mm),
-        ("rapid_advance_mm", file.rapid_advance_mm),
-        ("rapid_speed_mm_s", file.rapid_speed_mm_s),
-        ("infeed.total_mm", file.infeed.total_mm),
-        ("infeed.per_block_um", file.infeed.per_block_um),
-        ("work_speed_rpm", file.work_speed_rpm),
-        ("retract_clearance_mm", file.retract_clearance_mm),
-    ];
-    let given = file.wheel_radius_mm.map(|radius| ("wheel_radius_mm", radius)).into_iter();
-    let given = given.chain(file.dry_run.map(|dry_run| ("dry_run.stand_off_mm", dry_run.stand_off_mm)));
-    for (key, value) in positive.into_iter().chain(given).chain(file.speed.settings()) {
-        if !(value.is_finite() && value > 0.0) {
-            refuse(key, format!("{key} is {value}; it must be a positive number"));
-        }
-    }
-    if let Some(blocks) = file.blocks_per_turn.filter(|blocks| !(LEAST_BLOCKS..=MOST_BLOCKS).contains(blocks)) {
-        let message = format!("blocks_per_turn is {blocks}; it must be {LEAST_BLOCKS} to {MOST_BLOCKS}");
-        refuse("blocks_per_turn", message);
-    }
-    if !(0.0..=1000.0).contains(&file.arrival_margin_ms) {
-        let value = file.arrival_margin_ms;
-        refuse("arrival_margin_ms", format!("arrival_margin_ms is {value}; it must be 0 to 1000"));
-    }
-    for (key, value) in [("home.x_mm", file.home.x_mm), ("home.z_mm", file.home.z_mm)] {
-        if !value.is_finite() {
-            refuse(key, format!("{key} is {value}; it must be a finite number"));
-        }
-    }
-    if !(-360.0..=360.0).contains(&file.part_phase_deg) {
-        let value = file.part_phase_deg;
-        refuse("part_phase_deg", format!("part_phase_deg is {value}; it must be -360 to 360"));
-    }
-    if file.infeed.spark_out_turns == 0 {
-        let message = "infeed.spark_out_turns is 0; at least 1 is needed to remove the step that the infeed leaves";
-        refuse("infeed.spark_out_turns", message.into());
-    }
-    if file.infeed.spark_out_turns > MAX_SPARK_OUT_TURNS {
-        let turns = file.infeed.spark_out_turns;
-        let message = format!("infeed.spark_out_turns is {turns}; at most {MAX_SPARK_OUT_TURNS} are allowed");
-        refuse("infeed.spark_out_turns", message);
-    }
-    for (key, message) in roughing_findings(&file.roughing) {
-        refuse(&key, message);
-    }
-    for (key, message) in profile_file::findings("profiles", &file.profiles) {
-        refuse(&key, message);
-    }
-    if file.lobes.is_empty() {
-        refuse("lobes", "the job has no lobes; it needs at least 1".into());
-    }
-    for (index, lobe) in file.lobes.iter().enumerate() {
-        let name = &lobe.name;
-        if let Some(message) = names::fault("lobe", name) {
-            refuse(&format!("lobes.{index}.name"), message);
-        }
-        if !lobe.phase_deg.is_finite() {
-            let message = format!("lobe {name}: phase_deg is {}; it must be a finite number", lobe.phase_deg);
-            refuse(&format!("lobes.{index}.phase_deg"), message);
-        }
-        if !(lobe.width_mm.is_finite() && lobe.width_mm > 0.0) {
-            let message = format!("lobe {name}: width_mm is {}; it must be a positive number", lobe.width_mm);
-            refuse(&format!("lobes.{index}.width_mm"), message);
-        }
-    }
-    findings
 }
 
 fn read_lobes(document: &Document, file: &JobFile, findings: &mut Vec<ConfigError>) -> Vec<LobeSpec> {

@@ -5,37 +5,60 @@ use super::contact_file::PER_MM;
 use super::yaml::Document;
 use camwright::gauging::Mode;
 use camwright::gauging::state::{MOST_HARMONICS, USUAL_HARMONICS};
-use camwright::job::grinding::{
-    CorrectionSpec, IdentificationSpec, KnownContact, MOST_ALLOWANCE_MM, MOST_MARGIN_MM, StiffnessSource, StockSpec,
-};
+use camwright::job::grinding::{CorrectionSpec, IdentificationSpec, KnownContact, StiffnessSource, StockSpec};
 use camwright::job::raw_part::{Bend, RawPart, Wave};
 use camwright::machine::contact_law::ContactLaw;
-use camwright::math::units::{mm_from_um, rad_from_deg, rad_s_from_rpm, um_from_mm};
-use serde::Deserialize;
+use camwright::math::units::{mm_from_um, rad_from_deg, rad_s_from_rpm};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-/// Largest amplitude of a raw part (µm): beyond it it is another part.
-const MOST_OFF_UM: f64 = 5000.0;
+/// Maximum error of a raw part (µm).
+const MAX_RUNOUT_UM: f64 = 5000.0;
 
 /// What is off about the raw part.
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct RawPartFile {
+    /// Distance of the part's centre from the axis.
+    #[schemars(range(min = 0.0, max = MAX_RUNOUT_UM))]
     eccentric_um: f64,
+    /// Direction of the centre, from the key-way.
+    #[schemars(range(min = -36000.0, max = 36000.0))]
     eccentric_at_deg: f64,
+    /// Distance by which the middle is bent off the axis.
+    #[schemars(range(min = 0.0, max = MAX_RUNOUT_UM))]
     bent_um: f64,
+    /// Direction of the bend, from the key-way.
+    #[schemars(range(min = -36000.0, max = 36000.0))]
     bent_at_deg: f64,
+    /// The two positions of z_axis between which the part is bent. Required with `bent_um`.
     bent_between_mm: Option<[f64; 2]>,
+    /// Waves around the part.
+    #[schemars(length(max = 100))]
     lobes: Vec<RawLobeFile>,
+    /// Azimuth at which the key-way lies as the part is clamped. The planner does not know it; `find_phase`
+    /// finds it.
+    #[schemars(range(min = -36000.0, max = 36000.0))]
     clamped_at_deg: f64,
+    /// Seed of a random part: the amplitudes above are then maxima, and directions are random. Default: the part
+    /// is as written.
     seed: Option<u64>,
+    /// Stock beyond `stock_mm`, negative for less. The planner does not know it.
+    #[schemars(range(min = -MAX_RUNOUT_UM, max = MAX_RUNOUT_UM))]
     unknown_um: f64,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RawLobeFile {
+    /// Crests of the wave around the part.
+    #[schemars(range(min = 2, max = 100))]
     count: u32,
+    /// Amplitude of the wave.
+    #[schemars(range(min = 0.0, max = MAX_RUNOUT_UM))]
     um: f64,
+    /// Azimuth of a crest, from the key-way.
+    #[schemars(range(min = -36000.0, max = 36000.0))]
     #[serde(default)]
     at_deg: f64,
 }
@@ -56,39 +79,9 @@ impl RawPartFile {
         self.seed.map_or_else(|| part.clone(), |seed| part.drawn(seed))
     }
 
-    /// What can be said about single values.
+    /// Values that do not fit each other.
     pub(super) fn findings(&self, document: &Document) -> Vec<ConfigError> {
         let mut findings = Vec::new();
-        let amplitudes =
-            [("raw_part.eccentric_um".to_owned(), self.eccentric_um), ("raw_part.bent_um".into(), self.bent_um)]
-                .into_iter()
-                .chain(self.lobes.iter().enumerate().map(|(i, lobe)| (format!("raw_part.lobes.{i}.um"), lobe.um)));
-        for (key, value) in amplitudes {
-            if !(0.0..=MOST_OFF_UM).contains(&value) {
-                findings.push(document.error(&key, format!("{key} is {value}; it must be 0 to {MOST_OFF_UM}")));
-            }
-        }
-        let angles = [
-            ("raw_part.eccentric_at_deg".to_owned(), self.eccentric_at_deg),
-            ("raw_part.bent_at_deg".into(), self.bent_at_deg),
-            ("raw_part.clamped_at_deg".into(), self.clamped_at_deg),
-        ];
-        let of_lobes = self.lobes.iter().enumerate();
-        for (key, value) in
-            angles.into_iter().chain(of_lobes.map(|(i, lobe)| (format!("raw_part.lobes.{i}.at_deg"), lobe.at_deg)))
-        {
-            if !value.is_finite() {
-                findings.push(document.error(&key, format!("{key} is {value}; it must be a finite number")));
-            }
-        }
-        if !(-MOST_OFF_UM..=MOST_OFF_UM).contains(&self.unknown_um) {
-            let (key, value) = ("raw_part.unknown_um", self.unknown_um);
-            findings.push(document.error(key, format!("{key} is {value}; it must be -{MOST_OFF_UM} to {MOST_OFF_UM}")));
-        }
-        for (i, lobe) in self.lobes.iter().enumerate().filter(|(_, lobe)| !(2..=100).contains(&lobe.count)) {
-            let key = format!("raw_part.lobes.{i}.count");
-            findings.push(document.error(&key, format!("{key} is {}; it must be 2 to 100", lobe.count)));
-        }
         match self.bent_between_mm {
             None if self.bent_um > 0.0 => findings.push(document.error(
                 "raw_part.bent_um",
@@ -107,38 +100,56 @@ impl RawPartFile {
 }
 
 /// How the runout of journals is corrected.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CorrectionFile {
+    /// Law of the correction.
     #[serde(default)]
     mode: ModeFile,
+    /// Harmonics of the part that the gauge separates; more harmonics pass more noise of the gauge.
+    #[schemars(range(min = 1, max = MOST_HARMONICS))]
     #[serde(default = "usual_harmonics")]
     harmonics: u32,
+    /// Stock that the passes leave for the correcting turn.
+    #[schemars(range(min = 0.0, max = 100.0))]
     #[serde(default = "usual_allowance_um")]
     allowance_um: f64,
+    /// Stiffness for a journal that is not measured.
     #[serde(default)]
     stiffness: SourceFile,
+    /// Contact of journals with their width. job_planner writes it into the recorded job.
+    #[schemars(length(max = 100))]
     #[serde(default)]
     contacts: Vec<KnownFile>,
 }
 
 /// By which stiffness, where it is not measured.
-#[derive(Debug, Default, Clone, Copy, Deserialize)]
+#[derive(Debug, Default, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum SourceFile {
     #[default]
+    /// The stiffness kept for the machine where it is known, else that of the machine file.
     Best,
+    /// The stiffness kept for the machine; the job is refused where it is unknown.
     Kept,
+    /// The stiffness of the machine file.
     Nominal,
 }
 
 /// The contact of a journal, as it was kept for the machine.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct KnownFile {
+    /// Name of the lobe.
     lobe: String,
+    /// Stiffness of machine and part.
+    #[schemars(range(min = 1e-6, max = 1e9))]
     machine_n_um: f64,
+    /// Normal force per depth of cut.
+    #[schemars(range(min = 1e-6, max = 1e9))]
     grinding_n_um: f64,
+    /// Normal force at which the wheel begins to cut.
+    #[schemars(range(min = 0.0, max = 1e9))]
     threshold_n: f64,
 }
 
@@ -162,10 +173,15 @@ pub fn contact_flow(contact: &KnownContact) -> String {
 }
 
 /// How the stock of the journals is measured before anything is cut.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct StockFile {
+    /// Distance above the measured stock at which the infeed begins. A gauge with two contacts does not see
+    /// eccentricity, bend and odd waves of the raw part: the margin must cover them.
+    #[schemars(range(min = 1.0, max = 2000.0))]
     margin_um: f64,
+    /// Speed of C under the gauge.
+    #[schemars(range(min = 1.0, max = 600.0))]
     work_speed_rpm: f64,
 }
 
@@ -179,32 +195,24 @@ impl StockFile {
     pub(super) fn spec(&self) -> StockSpec {
         StockSpec { margin_mm: mm_from_um(self.margin_um), speed_rad_s: rad_s_from_rpm(self.work_speed_rpm) }
     }
-
-    /// What can be said about single values.
-    pub(super) fn findings(&self, document: &Document) -> Vec<ConfigError> {
-        let ranges = [
-            ("measure_stock.margin_um", self.margin_um, 1.0, um_from_mm(MOST_MARGIN_MM)),
-            ("measure_stock.work_speed_rpm", self.work_speed_rpm, 1.0, 600.0),
-        ];
-        outside(document, &ranges)
-    }
-}
-
-/// What is not within its range.
-fn outside(document: &Document, ranges: &[(&str, f64, f64, f64)]) -> Vec<ConfigError> {
-    let bad = ranges.iter().filter(|(_, value, low, high)| !(*low..=*high).contains(value));
-    bad.map(|(key, value, low, high)| document.error(key, format!("{key} is {value}; it must be {low} to {high}")))
-        .collect()
 }
 
 /// How the stiffness of machine and cut is measured before.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct IdentificationFile {
+    /// Travel of the push with the stopped wheel.
+    #[schemars(range(min = 1.0, max = 500.0))]
     push_um: f64,
+    /// Speed of the push.
+    #[schemars(range(min = 1.0, max = 1000.0))]
     push_speed_um_s: f64,
+    /// Maximum force of the push; the machine stops beyond it.
+    #[schemars(range(min = 1.0, max = 20000.0))]
     most_force_n: f64,
+    /// Measures and does not correct.
     only: bool,
+    /// Discards the stiffness kept for the machine.
     afresh: bool,
 }
 
@@ -226,23 +234,15 @@ impl IdentificationFile {
             afresh: self.afresh,
         }
     }
-
-    /// What can be said about single values.
-    pub(super) fn findings(&self, document: &Document) -> Vec<ConfigError> {
-        let ranges = [
-            ("identification.push_um", self.push_um, 1.0, 500.0),
-            ("identification.push_speed_um_s", self.push_speed_um_s, 1.0, 1000.0),
-            ("identification.most_force_n", self.most_force_n, 1.0, 20_000.0),
-        ];
-        outside(document, &ranges)
-    }
 }
 
-#[derive(Debug, Default, Clone, Copy, Deserialize)]
+#[derive(Debug, Default, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum ModeFile {
     #[default]
+    /// By the law of the contact.
     Exact,
+    /// By the formula of the published method; needs one gauge that reads a diameter.
     Published,
 }
 
@@ -272,27 +272,5 @@ impl CorrectionFile {
             // What is no contact is a finding already.
             contacts: self.contacts.iter().filter_map(KnownFile::contact).collect(),
         }
-    }
-
-    /// What can be said about single values.
-    pub(super) fn findings(&self, document: &Document) -> Vec<ConfigError> {
-        let mut findings = Vec::new();
-        let most_um = um_from_mm(MOST_ALLOWANCE_MM);
-        if !(0.0..=most_um).contains(&self.allowance_um) {
-            let (key, value) = ("runout_correction.allowance_um", self.allowance_um);
-            findings.push(document.error(key, format!("{key} is {value}; it must be 0 to {most_um}")));
-        }
-        if !(1..=MOST_HARMONICS).contains(&self.harmonics) {
-            let (key, value) = ("runout_correction.harmonics", self.harmonics);
-            findings.push(document.error(key, format!("{key} is {value}; it must be 1 to {MOST_HARMONICS}")));
-        }
-        for (index, contact) in self.contacts.iter().enumerate().filter(|(_, contact)| contact.contact().is_none()) {
-            let (key, lobe) = (format!("runout_correction.contacts.{index}"), &contact.lobe);
-            let message = format!(
-                "lobe {lobe}: machine_n_um and grinding_n_um must be positive numbers, and threshold_n a number from 0 on"
-            );
-            findings.push(document.error(&key, message));
-        }
-        findings
     }
 }

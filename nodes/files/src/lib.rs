@@ -37,6 +37,7 @@ mod probe_file;
 mod process_file;
 pub mod profile_file;
 pub mod program_file;
+pub mod schema;
 mod start_file;
 pub mod stiffness_file;
 mod stl;
@@ -44,7 +45,6 @@ mod surface_file;
 pub mod turning_file;
 mod wheel_file;
 pub mod yaml;
-mod yaml_words;
 
 use std::fmt;
 use std::path::{Path, PathBuf};

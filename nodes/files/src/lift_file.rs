@@ -21,7 +21,8 @@ use camwright::cam::lift::{
     LiftDeclaration, LiftDoubt, LiftError, LiftForm, LiftLaw, LiftTable, Reading, TableReading,
 };
 use camwright::math::units::mm_from_um;
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// Finest resolution a table is read to where the job declares none (mm): all the digits of a double say no more.
@@ -35,35 +36,66 @@ const LIFT_PER_BASE_RADIUS: f64 = 2.0;
 
 /// `lift` of a profile as written. Exactly one source: a table in one of its three forms, segments, an eccentric,
 /// the arms of a brake, or none: round.
-#[derive(Debug, Clone, Default, Deserialize)]
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LiftFile {
+    /// Table with one turn of the cam, by name or path.
     table: Option<String>,
+    /// Table with one flank, from the nose (angle 0) down to lift 0; it is mirrored.
     half_table: Option<String>,
+    /// Table with the opening flank, nose first. Needs `closing_table`.
     opening_table: Option<String>,
+    /// Table with the closing flank, nose first. Needs `opening_table`.
     closing_table: Option<String>,
+    /// Motion laws one after the other.
+    #[schemars(length(min = 1, max = 1000))]
     segments: Option<Vec<SegmentFile>>,
+    /// How often the segments make a turn. Default: 1.
+    #[schemars(range(min = 1, max = 1000))]
     repeat: Option<usize>,
+    /// Eccentric disc as a formula.
     eccentric: Option<EccentricFile>,
+    /// S-cam of a drum brake: two equal arms, half a turn apart, for a roller with `offset_mm`.
     s_cam: Option<SCamFile>,
+    /// A journal: no lift.
     round: Option<bool>,
+    /// Names of the columns of a table. Default: the header of the file.
+    #[schemars(length(min = 1, max = 20))]
     columns: Option<Vec<String>>,
+    /// Meaning of a column of angles. Default: cam, or as named by the columns.
     angle: Option<AngleUnit>,
+    /// Lines to skip. Default: the lines before the first number.
     header_lines: Option<usize>,
+    /// Numbers have a decimal comma; columns are then separated by semicolons, tabs or blanks. Default: false.
     decimal_comma: Option<bool>,
+    /// Cam angle from row to row of a table without angles. Default: the rows divide the turn.
+    #[schemars(range(min = 1e-6, max = 360.0))]
     step_cam_deg: Option<f64>,
+    /// Crank angle from row to row of a table without angles.
+    #[schemars(range(min = 1e-6, max = 720.0))]
     step_crank_deg: Option<f64>,
+    /// Cam angle of the file's angle 0; of a half table: of the nose. Default: 0, of half tables 180.
+    #[schemars(range(min = -36000.0, max = 36000.0))]
     zero_deg: Option<f64>,
+    /// Resolution of the figures; the lift law stays within half of it. Default: the last printed digit.
+    #[schemars(range(min = 1e-9, max = 1.0))]
     resolution_mm: Option<f64>,
+    /// Curve through the table. Default: smoothest.
     reading: Option<ReadingFile>,
+    /// Tolerance of the smoothest curve, at least half the resolution. Default: half the resolution.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     smooth_within_um: Option<f64>,
+    /// Cam angle at which the first segment begins, with lift 0. Default: 0.
+    #[schemars(range(min = -36000.0, max = 36000.0))]
     start_deg: Option<f64>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum ReadingFile {
+    /// Smoothest closed curve within half the resolution of every row.
     Smoothest,
+    /// Cubic spline through the figures.
     CubicSpline,
 }
 
@@ -214,20 +246,6 @@ fn refuse_misplaced(file: &LiftFile, profile: &OfProfile<'_>) -> Result<(), Vec<
     if file.reading == Some(ReadingFile::CubicSpline) && file.smooth_within_um.is_some() {
         let message = "a cubic spline goes through every point; smooth_within_um asks for a curve that need not";
         errors.extend(profile.refuse("smooth_within_um", message));
-    }
-    let positive = [
-        ("step_cam_deg", file.step_cam_deg),
-        ("step_crank_deg", file.step_crank_deg),
-        ("resolution_mm", file.resolution_mm),
-        ("smooth_within_um", file.smooth_within_um),
-    ];
-    for (key, value) in positive {
-        if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
-            errors.extend(profile.refuse(key, format!("{key} is {value}; it must be a positive number")));
-        }
-    }
-    if let Some(zero) = file.zero_deg.filter(|zero| !zero.is_finite()) {
-        errors.extend(profile.refuse("zero_deg", format!("zero_deg is {zero}; it must be a finite number")));
     }
     let step = match (file.step_cam_deg, file.step_crank_deg) {
         (Some(_), Some(_)) => Some("both"),
@@ -471,7 +489,7 @@ pub fn read_alone(located: &Located, overrides: &[String]) -> Result<ProfileLift
     }
     keys.extend(overrides.iter().cloned());
     let document = Document::parse(&located.path, "{}", &keys).map_err(|error| vec![error])?;
-    let file: LiftFile = document.read().map_err(|error| vec![error])?;
+    let file: LiftFile = document.read()?;
     read(&file, OfProfile { document: &document, key: "", name: "alone", follower: None }, &mut JobFiles::of(&document))
 }
 

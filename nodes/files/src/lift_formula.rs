@@ -6,15 +6,30 @@ use camwright::cam::follower::Follower;
 use camwright::cam::lift::{LiftLaw, MotionProgram, MotionSegment, ProgramError};
 use camwright::cam::motion_law::MotionLaw;
 use camwright::math::units::rad_from_deg;
-use serde::Deserialize;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Serialize};
+
+/// Schema of the name of a motion law.
+fn motion_law(_: &mut SchemaGenerator) -> Schema {
+    let names: Vec<&str> = MotionLaw::ALL.iter().map(|law| law.name()).collect();
+    json_schema!({"type": "string", "enum": names})
+}
 
 /// A segment as written.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SegmentFile {
+    /// Motion law of the segment.
+    #[schemars(schema_with = "motion_law")]
     law: String,
+    /// Cam angle of the segment; all segments together make a turn.
+    #[schemars(range(min = 1e-6, max = 360.0))]
     angle_deg: f64,
+    /// Change of the lift; all segments together make 0. Default: 0.
+    #[schemars(range(min = -1e4, max = 1e4))]
     rise_mm: Option<f64>,
+    /// Change of the angle of an oscillating follower, instead of `rise_mm`.
+    #[schemars(range(min = -360.0, max = 360.0))]
     rise_deg: Option<f64>,
 }
 
@@ -31,22 +46,30 @@ impl SegmentFile {
 }
 
 /// An eccentric as written: what the profile's follower does on it, or, with a diameter, the disc itself.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct EccentricFile {
+    /// Distance of the disc's centre from the axis.
+    #[schemars(range(min = 0.0, max = 1e4))]
     eccentricity_mm: f64,
+    /// Cam angle of the farthest point.
+    #[schemars(range(min = -36000.0, max = 36000.0))]
     #[serde(default)]
     nose_deg: f64,
+    /// Diameter of the disc itself, instead of a follower and a base circle. Needs `diameter_is`.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     diameter_mm: Option<f64>,
+    /// Meaning of the diameter.
     diameter_is: Option<DiameterFile>,
 }
 
 /// What the diameter of an eccentric is that of.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum DiameterFile {
+    /// The disc.
     Disc,
-    /// The circle that it sweeps about the axis: disc and twice the eccentricity.
+    /// The circle that the disc sweeps: disc and twice the eccentricity.
     Largest,
 }
 
@@ -58,11 +81,17 @@ impl EccentricFile {
 }
 
 /// The S-cam of a brake as written.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SCamFile {
+    /// Angle over which an arm lifts the roller by its offset per radian.
+    #[schemars(range(min = 1e-6, max = 180.0))]
     working_deg: f64,
+    /// Angle of the blend before and after.
+    #[schemars(range(min = 1e-6, max = 180.0))]
     blend_deg: f64,
+    /// Cam angle at which the first blend begins.
+    #[schemars(range(min = -36000.0, max = 36000.0))]
     #[serde(default)]
     start_deg: f64,
 }
@@ -84,25 +113,17 @@ pub(super) fn program(
             errors.extend(profile.refuse(&format!("segments.{index}.{key}"), message));
             0.0
         });
-        match MotionLaw::from_name(&segment.law) {
-            Some(law) => {
-                known.push(MotionSegment { law, angle_rad: rad_from_deg(segment.angle_deg), rise_mm });
-            }
-            None => {
-                let names: Vec<&str> = MotionLaw::ALL.iter().map(|law| law.name()).collect();
-                let message = format!("there is no motion law {:?}; known are {}", segment.law, names.join(", "));
-                errors.extend(profile.refuse(&format!("segments.{index}.law"), message));
-            }
+        // Other names are refused with the schema.
+        if let Some(law) = MotionLaw::from_name(&segment.law) {
+            known.push(MotionSegment { law, angle_rad: rad_from_deg(segment.angle_deg), rise_mm });
         }
     }
     if !errors.is_empty() {
         return Err(errors);
     }
-    if repeat == 0 || known.len().saturating_mul(repeat) > MOST_SEGMENTS {
+    if known.len().saturating_mul(repeat) > MOST_SEGMENTS {
         let count = known.len();
-        let message = format!(
-            "repeat is {repeat}, of {count} segments; it must be at least 1, and at most {MOST_SEGMENTS} segments make a turn"
-        );
+        let message = format!("repeat is {repeat} with {count} segments; a turn has at most {MOST_SEGMENTS} segments");
         return Err(profile.refuse("repeat", message));
     }
     let turn: Vec<MotionSegment> = core::iter::repeat_n(&known, repeat).flatten().copied().collect();
@@ -147,9 +168,6 @@ pub(super) fn disc(
         DiameterFile::Disc => 0.5 * diameter_mm,
         DiameterFile::Largest => 0.5 * diameter_mm - eccentricity_mm,
     };
-    if !(diameter_mm.is_finite() && diameter_mm > 0.0) {
-        return Err(refuse("diameter_mm", format!("diameter_mm is {diameter_mm}; it must be a positive number")));
-    }
     let law = LiftLaw::eccentric_flat(eccentricity_mm, nose_rad)
         .map_err(|error| refuse("eccentricity_mm", error.to_string()))?;
     if eccentricity_mm >= radius_mm {
@@ -186,11 +204,6 @@ pub(super) fn s_cam(file: &SCamFile, profile: &OfProfile<'_>) -> Result<LiftLaw,
             "the offset of the roller's line is the radius of the circle whose involutes the arms are; offset_mm is {offset_mm}, it must not be 0"
         );
         return Err(profile.refuse("s_cam", message));
-    }
-    for (key, value) in [("working_deg", file.working_deg), ("blend_deg", file.blend_deg)] {
-        if !(value > 0.0 && value < 180.0) {
-            return Err(refuse(key, format!("{key} is {value}; it must be above 0 and below 180")));
-        }
     }
     let back_deg = 180.0 - file.working_deg - 2.0 * file.blend_deg;
     if back_deg <= 0.0 {

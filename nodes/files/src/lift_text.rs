@@ -12,11 +12,12 @@ use super::locate::Located;
 use super::{ConfigError, Place};
 use camwright::cam::lift::points::ContourPoint;
 use camwright::cam::lift::{LengthUnit, LiftForm, LiftRow, LiftTable};
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// What a job declares the angles of a table to be.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AngleUnit {
     /// Degrees of the cam: one turn is 360.

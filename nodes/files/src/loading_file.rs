@@ -1,25 +1,38 @@
 //! What a machine file says about door and chuck.
 
 use camwright::machine::description::LoadingDescription;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// What a machine is loaded through.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct LoadingFile {
+    /// Door.
     door: LeafFile,
+    /// Chuck.
     chuck: LeafFile,
+    /// X at which the wheel clears the loader; within the soft limits.
+    #[schemars(range(min = -1e5, max = 1e5))]
     safe_x_mm: f64,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct LeafFile {
+    /// Time to open.
+    #[schemars(range(min = 1.0, max = 6e4))]
     opens_ms: f64,
+    /// Time to close.
+    #[schemars(range(min = 1.0, max = 6e4))]
     closes_ms: f64,
 }
 
 impl LoadingFile {
+    pub(super) fn safe_x_mm(&self) -> f64 {
+        self.safe_x_mm
+    }
+
     pub(super) fn loading(&self) -> LoadingDescription {
         LoadingDescription {
             door_opens_s: self.door.opens_ms / 1e3,
@@ -28,16 +41,5 @@ impl LoadingFile {
             chuck_closes_s: self.chuck.closes_ms / 1e3,
             safe_x_mm: self.safe_x_mm,
         }
-    }
-
-    /// Its values with their ranges, by key; X reaches so far (mm).
-    pub(super) fn ranges(&self, x_mm: (f64, f64)) -> [(&'static str, f64, f64, f64); 5] {
-        [
-            ("loading.door.opens_ms", self.door.opens_ms, 1.0, 6e4),
-            ("loading.door.closes_ms", self.door.closes_ms, 1.0, 6e4),
-            ("loading.chuck.opens_ms", self.chuck.opens_ms, 1.0, 6e4),
-            ("loading.chuck.closes_ms", self.chuck.closes_ms, 1.0, 6e4),
-            ("loading.safe_x_mm", self.safe_x_mm, x_mm.0, x_mm.1),
-        ]
     }
 }

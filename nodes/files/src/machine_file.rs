@@ -18,6 +18,7 @@ use camwright::machine::description::{
     Axis, AxisDescription, InsertDescription, MachineDescription, MotionLimits, Scale, Station, WheelDescription,
 };
 use camwright::math::units::{mm_from_um, rad_from_deg, rad_s_from_rpm};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -25,96 +26,213 @@ use std::path::{Path, PathBuf};
 /// Newest version of the machine file's schema that this program reads.
 pub const SCHEMA_VERSION: u32 = 1;
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct MachineFile {
+pub(super) struct MachineFile {
+    /// Kind and version of the file.
+    #[schemars(extend("const" = "camwright/machine/1"))]
     #[serde(rename = "schema")]
     _schema: String,
+    /// Name of the machine, also of its state file.
+    #[schemars(schema_with = "names::schema")]
     name: String,
+    /// Interpolation period.
+    #[schemars(range(min = 100, max = 20000))]
     cycle_time_us: u32,
+    /// D: a setpoint for tick k uses feedback up to tick k - D; also the maximum lead of setpoints.
+    #[schemars(range(min = 8, max = 1000))]
     feedback_delay_ticks: u32,
+    /// Servo steps of an interpolation period.
+    #[schemars(range(min = 1, max = 32))]
     servo_steps_per_tick: u32,
+    /// 1: positive C turns the part clockwise seen from +Z, -1: against it.
+    #[schemars(extend("enum" = [1, -1]))]
     rotation_sense: i8,
+    /// Headstock.
     c_axis: RotaryFile,
+    /// Wheelhead, positive away from the part.
     x_axis: LinearFile,
+    /// Table.
     z_axis: LinearFile,
     /// A lathe may have none.
+    /// Stations of the table with their limit switches. A lathe needs none.
+    #[schemars(length(max = 100))]
     #[serde(default)]
     stations: Vec<StationFile>,
+    /// Length of a dog of a limit switch. Required with stations.
+    #[schemars(range(min = 0.1, max = 1e3))]
     dog_length_mm: Option<f64>,
+    /// Travel by which a switch opens later than it closed.
+    #[schemars(range(min = 0.0, max = 1e3))]
     switch_hysteresis_mm: f64,
+    /// Window in which the origin detector sees its mark.
+    #[schemars(range(min = 1e-3, max = 90.0))]
     origin_window_deg: f64,
+    /// Grinding wheel. A machine has a wheel or an insert.
     wheel: Option<WheelFile>,
+    /// Round driven insert of a lathe. A lathe has no contact, thermal, gauge, gap_detector, process and
+    /// dresser.
     insert: Option<InsertFile>,
+    /// Contact of wheel and part. Default: rigid.
     contact: Option<ContactFile>,
+    /// Growth of the wheelhead. Default: none.
     thermal: Option<ThermalFile>,
+    /// In-process gauge; it reads every tick in which C turns with a lobe in front of the wheel. Default: none.
     gauge: Option<GaugeFile>,
+    /// Gap detector (acoustic emission): closes `wheel_contact` and latches X when the wheel touches. Default:
+    /// none.
     gap_detector: Option<GapDetectorFile>,
+    /// Switch at the part's key-way (input `key_way`, latches C). Default: none.
     key_way_probe: Option<KeyWayProbeFile>,
+    /// Door and chuck. With them no job starts while one is open or a person is inside. Default: none.
     loading: Option<LoadingFile>,
+    /// Energy and burn limit of the wheel on its material, reported for every degree of a lobe. Default: not
+    /// reported.
     process: Option<ProcessFile>,
+    /// Retract of the wheel on an alarm.
     #[serde(default)]
     alarm_retract: AlarmRetractFile,
+    /// Rotating dresser on the table. Default: none.
     dresser: Option<DresserFile>,
+    /// Body of the headstock, which the wheel must not touch. Default: unknown.
     headstock: Option<ExtentFile>,
+    /// Body of the tailstock, which the wheel must not touch. Default: unknown.
     tailstock: Option<ExtentFile>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RotaryFile {
+    /// Encoder counts of a turn.
+    #[schemars(range(min = 1000, max = 1000000000_i64))]
     counts_per_turn: i64,
+    /// Speed limit.
+    #[schemars(range(min = 1e-3, max = 1e4))]
     max_speed_rpm: f64,
+    /// Acceleration limit.
+    #[schemars(range(min = 1e-3, max = 1e6))]
     max_acceleration_rad_s2: f64,
+    /// Jerk limit.
+    #[schemars(range(min = 1e-3, max = 1e9))]
     max_jerk_rad_s3: f64,
+    /// Trip level of the following error at maximum speed; proportional below.
+    #[schemars(range(min = 1e-6, max = 360.0))]
     max_following_error_deg: f64,
+    /// Trip level of the following error at standstill.
+    #[schemars(range(min = 1e-6, max = 360.0))]
     min_following_error_deg: f64,
+    /// Speed of the search for the origin; at most `max_speed_rpm`.
+    #[schemars(range(min = 1e-3, max = 1e4))]
     search_speed_rpm: f64,
+    /// Position at power-up, unknown to the incremental encoder until it is homed.
+    #[schemars(range(min = -360.0, max = 360.0))]
     power_up_position_deg: f64,
+    /// Inertia that the motor accelerates.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     inertia_kg_m2: f64,
+    /// Servo drive.
     drive: SpindleDriveFile,
+    /// A better tuned drive; runs report the form error that it would leave. Default: not reported.
     good_drive: Option<SpindleDriveFile>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct LinearFile {
+    /// Encoder counts of a millimetre.
+    #[schemars(range(min = 100, max = 10000000_i64))]
     counts_per_mm: i64,
+    /// Lower soft limit.
+    #[schemars(range(min = -1e5, max = 1e5))]
     soft_min_mm: f64,
+    /// Upper soft limit.
+    #[schemars(range(min = -1e5, max = 1e5))]
     soft_max_mm: f64,
+    /// Lower hard limit switch, outside the soft limits.
+    #[schemars(range(min = -1e5, max = 1e5))]
     overtravel_min_mm: f64,
+    /// Upper hard limit switch, outside the soft limits.
+    #[schemars(range(min = -1e5, max = 1e5))]
     overtravel_max_mm: f64,
+    /// Speed limit.
+    #[schemars(range(min = 1e-3, max = 1e4))]
     max_speed_mm_s: f64,
+    /// Acceleration limit.
+    #[schemars(range(min = 1e-3, max = 1e6))]
     max_acceleration_mm_s2: f64,
+    /// Jerk limit.
+    #[schemars(range(min = 1e-3, max = 1e9))]
     max_jerk_mm_s3: f64,
+    /// Trip level of the following error at maximum speed; proportional below.
+    #[schemars(range(min = 1e-6, max = 1e3))]
     max_following_error_mm: f64,
+    /// Trip level of the following error at standstill.
+    #[schemars(range(min = 1e-6, max = 1e3))]
     min_following_error_mm: f64,
+    /// Speed of searches; at most `max_speed_mm_s`.
+    #[schemars(range(min = 1e-3, max = 1e4))]
     search_speed_mm_s: f64,
+    /// Position at power-up; within the soft limits.
+    #[schemars(range(min = -1e5, max = 1e5))]
     power_up_position_mm: f64,
+    /// Homing of the slide; its encoder then starts at 0. Default: the position is known.
     home: Option<HomingFile>,
+    /// Mass that the motor accelerates.
+    #[schemars(range(min = 1e-3, max = 1e6))]
     mass_kg: f64,
+    /// Servo drive.
     drive: SlideDriveFile,
+    /// A better tuned drive on a better slide; runs report the form error that it would leave. Default: not
+    /// reported.
     good_drive: Option<SlideDriveFile>,
 }
 
-#[derive(Debug, Deserialize)]
+impl LinearFile {
+    fn soft_limits_mm(&self) -> (f64, f64) {
+        (self.soft_min_mm, self.soft_max_mm)
+    }
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct StationFile {
+    /// Name of the limit switch.
+    #[schemars(schema_with = "names::schema")]
     switch: String,
+    /// Position of z_axis at which the switch closes; within the soft limits of Z.
+    #[schemars(range(min = -1e5, max = 1e5))]
     position_mm: f64,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct WheelFile {
+    /// Radius of a new wheel.
+    #[schemars(range(min = 1.0, max = 1e3))]
     new_radius_mm: f64,
+    /// Minimum radius of a worn wheel.
+    #[schemars(range(min = 1.0, max = 1e3))]
     min_radius_mm: f64,
+    /// Width of the wheel.
+    #[schemars(range(min = 0.1, max = 1e3))]
     width_mm: f64,
+    /// Speed at the rim.
+    #[schemars(range(min = 1.0, max = 300.0))]
     surface_speed_m_s: f64,
+    /// Speed that the strength of the wheel allows. Default: unknown.
+    #[schemars(range(min = 1.0, max = 300.0))]
     max_surface_speed_m_s: Option<f64>,
+    /// Speed that the spindle allows; a wheel too small for it is refused. Default: unknown.
+    #[schemars(range(min = 1.0, max = 1e6))]
     max_speed_rpm: Option<f64>,
+    /// Time to reach the speed.
+    #[schemars(range(min = 0.0, max = 600.0))]
     spin_up_s: f64,
+    /// G, ground volume per worn volume of the wheel. Default: no wear.
+    #[schemars(range(min = 1e-3, max = 1e9))]
     grinding_ratio: Option<f64>,
+    /// Amplitude of the wheel's centre by unbalance, once a turn.
+    #[schemars(range(min = 0.0, max = 100.0))]
     #[serde(default)]
     unbalance_um: f64,
 }
@@ -132,30 +250,6 @@ impl WheelFile {
             grinding_ratio: self.grinding_ratio,
             unbalance_mm: mm_from_um(self.unbalance_um),
         }
-    }
-
-    fn check(&self, document: &Document, within: &RangeCheck<'_>) -> Result<(), ConfigError> {
-        within("wheel.min_radius_mm", self.min_radius_mm, 1.0, 1e3)?;
-        within("wheel.new_radius_mm", self.new_radius_mm, self.min_radius_mm, 1e3)?;
-        within("wheel.width_mm", self.width_mm, 0.1, 1e3)?;
-        within("wheel.surface_speed_m_s", self.surface_speed_m_s, 1.0, 300.0)?;
-        within("wheel.spin_up_s", self.spin_up_s, 0.0, 600.0)?;
-        within("wheel.unbalance_um", self.unbalance_um, 0.0, 100.0)?;
-        for (key, value, low, high) in [
-            ("wheel.max_surface_speed_m_s", self.max_surface_speed_m_s, 1.0, 300.0),
-            ("wheel.max_speed_rpm", self.max_speed_rpm, 1.0, 1e6),
-            ("wheel.grinding_ratio", self.grinding_ratio, 1e-3, 1e9),
-        ] {
-            value.map_or(Ok(()), |value| within(key, value, low, high))?;
-        }
-        if let Some(most) = self.max_surface_speed_m_s.filter(|most| self.surface_speed_m_s > *most) {
-            let message = format!(
-                "wheel.surface_speed_m_s is {}; the wheel's strength allows wheel.max_surface_speed_m_s, {most}",
-                self.surface_speed_m_s
-            );
-            return Err(document.error("wheel.surface_speed_m_s", message));
-        }
-        Ok(())
     }
 }
 
@@ -192,24 +286,35 @@ impl Machine {
 /// Reads a machine file with `key=value` overrides.
 ///
 /// # Errors
-/// Anything that is not a machine: unknown keys, values out of their range, with file and line.
+/// The first finding of [`read`].
 pub fn parse(path: &Path, text: &str, overrides: &[String]) -> Result<Machine, ConfigError> {
-    let document = Document::parse(path, text, overrides)?;
-    document.require_schema("machine", SCHEMA_VERSION)?;
+    read(path, text, overrides).map_err(|mut findings| findings.swap_remove(0))
+}
+
+/// Reads a machine file with `key=value` overrides.
+///
+/// # Errors
+/// Everything that is wrong with it: unknown keys, values out of their range, values that do not fit each other, each with its line.
+pub fn read(path: &Path, text: &str, overrides: &[String]) -> Result<Machine, Vec<ConfigError>> {
+    let one = |error| vec![error];
+    let document = Document::parse(path, text, overrides).map_err(one)?;
+    document.require_schema("machine", SCHEMA_VERSION).map_err(one)?;
     let file: MachineFile = document.read()?;
+    let tool = tool(&document, &file);
+    let mut findings: Vec<ConfigError> = tool.as_ref().err().cloned().into_iter().collect();
+    findings.extend(check(&document, &file));
+    let (Ok((wheel, insert)), true) = (tool, findings.is_empty()) else { return Err(findings) };
     let hash = Sha256::digest(document.text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect();
-    let (wheel, insert) = tool(&document, &file)?;
     let description = describe(&file, hash, wheel, insert);
-    check(&document, &file)?;
-    homing_file::check(&document, &description)?;
-    description.validate().map_err(|error| ConfigError::at(Place::file(path), error.to_string()))?;
+    homing_file::check(&document, &description).map_err(one)?;
+    description.validate().map_err(|error| one(ConfigError::at(Place::file(path), error.to_string())))?;
     Ok(Machine { description, source: document.text, path: path.to_path_buf() })
 }
 
 /// The machine that a job names under `machine`.
-pub(super) fn named(job: &Document, name: &str) -> Result<Machine, ConfigError> {
-    let found = job.locate(MACHINES, name, "yaml").map_err(|error| job.error("machine", error.to_string()))?;
-    parse(&found.path, &found.text, &[])
+pub(super) fn named(job: &Document, name: &str) -> Result<Machine, Vec<ConfigError>> {
+    let found = job.locate(MACHINES, name, "yaml").map_err(|error| vec![job.error("machine", error.to_string())])?;
+    read(&found.path, &found.text, &[])
 }
 
 /// What the machine works with: a wheel, or an insert with the wheel that it is to its spindle.
@@ -313,94 +418,72 @@ fn linear(axis: Axis, file: &LinearFile) -> AxisDescription {
     }
 }
 
-/// What types cannot say: ranges, and values that must fit each other.
-fn check(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
-    let within = |key: &str, value: f64, low: f64, high: f64| {
-        if value.is_finite() && (low..=high).contains(&value) {
-            Ok(())
-        } else {
-            Err(document.error(key, format!("{key} is {value}, allowed is {low} to {high}")))
+/// Values that must fit each other.
+fn check(document: &Document, file: &MachineFile) -> Vec<ConfigError> {
+    let mut findings = Vec::new();
+    let (x_mm, z_mm) = (file.x_axis.soft_limits_mm(), file.z_axis.soft_limits_mm());
+    for (key, value, (low, high)) in bounded(file, x_mm, z_mm) {
+        if !(low..=high).contains(&value) {
+            findings.push(document.error(&key, format!("{key} is {value}; it must be {low} to {high}")));
         }
-    };
-    let stations = file.stations.iter().enumerate();
-    let stations = stations.map(|(index, station)| (format!("stations.{index}.switch"), "station", &station.switch));
-    for (key, what, name) in [("name".to_owned(), "machine", &file.name)].into_iter().chain(stations) {
-        names::fault(what, name).map_or(Ok(()), |message| Err(document.error(&key, message)))?;
     }
-    within("cycle_time_us", f64::from(file.cycle_time_us), 100.0, 20_000.0)?;
-    within("feedback_delay_ticks", f64::from(file.feedback_delay_ticks), 8.0, 1000.0)?;
-    within("servo_steps_per_tick", f64::from(file.servo_steps_per_tick), 1.0, 32.0)?;
-    if file.rotation_sense.abs() != 1 {
-        return Err(
-            document.error("rotation_sense", format!("rotation_sense is {}, allowed is 1 or -1", file.rotation_sense))
-        );
-    }
-    let c = &file.c_axis;
-    within("c_axis.counts_per_turn", c.counts_per_turn as f64, 1000.0, 1e9)?;
-    within("c_axis.max_speed_rpm", c.max_speed_rpm, 1e-3, 10_000.0)?;
-    within("c_axis.max_acceleration_rad_s2", c.max_acceleration_rad_s2, 1e-3, 1e6)?;
-    within("c_axis.max_jerk_rad_s3", c.max_jerk_rad_s3, 1e-3, 1e9)?;
-    within("c_axis.search_speed_rpm", c.search_speed_rpm, 1e-3, c.max_speed_rpm)?;
-    within("c_axis.min_following_error_deg", c.min_following_error_deg, 1e-6, 360.0)?;
-    within("c_axis.max_following_error_deg", c.max_following_error_deg, c.min_following_error_deg, 360.0)?;
-    within("c_axis.power_up_position_deg", c.power_up_position_deg, -360.0, 360.0)?;
-    within("c_axis.inertia_kg_m2", c.inertia_kg_m2, 1e-6, 1e4)?;
-    c.drive.check("c_axis.drive", &within)?;
-    c.good_drive.as_ref().map_or(Ok(()), |drive| drive.check("c_axis.good_drive", &within))?;
-    for (name, axis) in [("x_axis", &file.x_axis), ("z_axis", &file.z_axis)] {
-        let within = |key: &str, value: f64, low: f64, high: f64| within(&format!("{name}.{key}"), value, low, high);
-        within("counts_per_mm", axis.counts_per_mm as f64, 100.0, 1e7)?;
-        within("soft_min_mm", axis.soft_min_mm, -1e5, 1e5)?;
-        within("soft_max_mm", axis.soft_max_mm, axis.soft_min_mm, 1e5)?;
-        within("overtravel_min_mm", axis.overtravel_min_mm, -1e5, axis.soft_min_mm)?;
-        within("overtravel_max_mm", axis.overtravel_max_mm, axis.soft_max_mm, 1e5)?;
-        within("max_speed_mm_s", axis.max_speed_mm_s, 1e-3, 1e4)?;
-        within("max_acceleration_mm_s2", axis.max_acceleration_mm_s2, 1e-3, 1e6)?;
-        within("max_jerk_mm_s3", axis.max_jerk_mm_s3, 1e-3, 1e9)?;
-        within("search_speed_mm_s", axis.search_speed_mm_s, 1e-3, axis.max_speed_mm_s)?;
-        within("min_following_error_mm", axis.min_following_error_mm, 1e-6, 1e3)?;
-        within("max_following_error_mm", axis.max_following_error_mm, axis.min_following_error_mm, 1e3)?;
-        within("power_up_position_mm", axis.power_up_position_mm, axis.soft_min_mm, axis.soft_max_mm)?;
-        within("mass_kg", axis.mass_kg, 1e-3, 1e6)?;
-        axis.drive.check("drive", &within)?;
-        axis.good_drive.as_ref().map_or(Ok(()), |drive| drive.check("good_drive", &within))?;
-    }
-    let dog_length_mm = file.dog_length_mm.unwrap_or(NO_DOG_MM);
-    within("dog_length_mm", dog_length_mm, 0.1, 1e3)?;
-    within("switch_hysteresis_mm", file.switch_hysteresis_mm, 0.0, dog_length_mm)?;
-    within("origin_window_deg", file.origin_window_deg, 1e-3, 90.0)?;
-    file.wheel.as_ref().map_or(Ok(()), |wheel| wheel.check(document, &within))?;
-    file.insert.as_ref().map_or(Ok(()), |insert| insert.check(&within))?;
-    file.alarm_retract.check(&within)?;
-    if let Some(contact) = &file.contact {
-        contact.check(document, &within, (file.z_axis.soft_min_mm, file.z_axis.soft_max_mm))?;
-    }
-    if let Some(thermal) = &file.thermal {
-        within("thermal.growth_um", thermal.growth_um, -1000.0, 1000.0)?;
-        within("thermal.time_constant_s", thermal.time_constant_s, 1.0, 1e6)?;
-    }
-    let probes = file.gap_detector.iter().flat_map(GapDetectorFile::ranges);
-    let probes = probes.chain(file.key_way_probe.iter().flat_map(KeyWayProbeFile::ranges));
-    let probes = probes.chain(file.process.iter().flat_map(ProcessFile::ranges));
-    let x_mm = (file.x_axis.soft_min_mm, file.x_axis.soft_max_mm);
-    let probes = probes.chain(file.loading.iter().flat_map(|loading| loading.ranges(x_mm)));
-    for (key, value, low, high) in file.gauge.iter().flat_map(GaugeFile::ranges).chain(probes) {
-        within(key, value, low, high)?;
-    }
-    if let Some(dresser) = &file.dresser {
-        let (x, z) = (&file.x_axis, &file.z_axis);
-        for (key, value, low, high) in dresser.ranges((z.soft_min_mm, z.soft_max_mm), (x.soft_min_mm, x.soft_max_mm)) {
-            within(key, value, low, high)?;
-        }
+    if let Some(wheel) = &file.wheel
+        && let Some(max) = wheel.max_surface_speed_m_s.filter(|max| wheel.surface_speed_m_s > *max)
+    {
+        let (key, speed) = ("wheel.surface_speed_m_s", wheel.surface_speed_m_s);
+        let message = format!("{key} is {speed}; it must be at most wheel.max_surface_speed_m_s, {max}");
+        findings.push(document.error(key, message));
     }
     for (key, extent) in [("headstock", &file.headstock), ("tailstock", &file.tailstock)] {
-        extent.as_ref().map_or(Ok(()), |extent| extent.check(document, key))?;
+        findings.extend(extent.as_ref().and_then(|extent| extent.check(document, key).err()));
     }
-    check_stations(document, file)
+    findings.extend(file.contact.iter().filter_map(|contact| contact.check(document).err()));
+    findings.extend(check_stations(document, file).err());
+    findings
 }
 
-/// Checks a value under a key against a range.
-pub(super) type RangeCheck<'a> = dyn Fn(&str, f64, f64, f64) -> Result<(), ConfigError> + 'a;
+/// Values whose range other values of the file set: key, value, range.
+fn bounded(file: &MachineFile, x_mm: (f64, f64), z_mm: (f64, f64)) -> Vec<(String, f64, (f64, f64))> {
+    let c = &file.c_axis;
+    let mut bounded = vec![
+        ("c_axis.search_speed_rpm".to_owned(), c.search_speed_rpm, (0.0, c.max_speed_rpm)),
+        (
+            "c_axis.max_following_error_deg".to_owned(),
+            c.max_following_error_deg,
+            (c.min_following_error_deg, f64::INFINITY),
+        ),
+        ("switch_hysteresis_mm".to_owned(), file.switch_hysteresis_mm, (0.0, file.dog_length_mm.unwrap_or(NO_DOG_MM))),
+    ];
+    for (name, axis) in [("x_axis", &file.x_axis), ("z_axis", &file.z_axis)] {
+        let (low, high) = axis.soft_limits_mm();
+        let keys = [
+            ("soft_max_mm", high, (low, f64::INFINITY)),
+            ("overtravel_min_mm", axis.overtravel_min_mm, (f64::NEG_INFINITY, low)),
+            ("overtravel_max_mm", axis.overtravel_max_mm, (high, f64::INFINITY)),
+            ("search_speed_mm_s", axis.search_speed_mm_s, (0.0, axis.max_speed_mm_s)),
+            ("max_following_error_mm", axis.max_following_error_mm, (axis.min_following_error_mm, f64::INFINITY)),
+            ("power_up_position_mm", axis.power_up_position_mm, (low, high)),
+        ];
+        bounded.extend(keys.map(|(key, value, range)| (format!("{name}.{key}"), value, range)));
+    }
+    if let Some(wheel) = &file.wheel {
+        bounded.push(("wheel.new_radius_mm".to_owned(), wheel.new_radius_mm, (wheel.min_radius_mm, f64::INFINITY)));
+    }
+    if let Some(insert) = &file.insert {
+        bounded.push(("insert.height_mm".to_owned(), insert.height_mm(), insert.height_range_mm()));
+    }
+    if let Some(dresser) = &file.dresser {
+        bounded.push(("dresser.x_mm".to_owned(), dresser.x_mm(), x_mm));
+        bounded.push(("dresser.z_mm".to_owned(), dresser.z_mm(), z_mm));
+    }
+    if let Some(loading) = &file.loading {
+        bounded.push(("loading.safe_x_mm".to_owned(), loading.safe_x_mm(), x_mm));
+    }
+    for (index, point) in file.contact.iter().flat_map(|contact| contact.positions_mm()).enumerate() {
+        bounded.push((format!("contact.machine_stiffness.{index}.z_mm"), point, z_mm));
+    }
+    bounded
+}
 
 fn check_stations(document: &Document, file: &MachineFile) -> Result<(), ConfigError> {
     if file.stations.is_empty() && file.insert.is_some() {

@@ -14,83 +14,124 @@ use camwright::job::grinding::ProfileSpec;
 use camwright::job::milling::{CutsWith, MillAxis, MilledCam, MilledGroove, MillingJob, MillingPass, MillingTool};
 use camwright::math::units::{mm_from_um, rad_from_deg, rad_s_from_rpm};
 use camwright::toolpath::groove::Coverage;
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Newest version of the schema that this program reads.
 pub const SCHEMA_VERSION: u32 = 1;
 
-/// Most profiles, cams and grooves, and passes, of a job: each is looked at before anything is planned.
-const MOST_OF_EACH: usize = 100;
-
-/// Most turns at one depth.
-const MOST_TURNS: u32 = 100;
-
-/// Largest number of a tool: four digits, as controls have them.
-const MOST_TOOL_NUMBER: u32 = 9999;
-
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct MillingFile {
+pub(super) struct MillingFile {
+    /// Kind and version of the file.
+    #[schemars(extend("const" = "camwright/milling_job/1"))]
     #[serde(rename = "schema")]
     _schema: String,
+    /// Name of the job, also of its output files.
+    #[schemars(schema_with = "names::schema")]
     name: String,
+    /// One line about the job.
     #[serde(default)]
     title: String,
+    /// Mill.
     tool: ToolFile,
+    /// Shapes of cams, and with a roller the inner walls of grooves in plates; as in grinding jobs, without
+    /// `gauge`.
+    #[schemars(length(max = 100))]
     #[serde(default)]
     profiles: Vec<ProfileFile>,
+    /// Cams of the part.
+    #[schemars(length(max = 100))]
     #[serde(default)]
     cams: Vec<CamFile>,
+    /// Grooves of the part.
+    #[schemars(length(max = 100))]
     #[serde(default)]
     grooves: Vec<GrooveFile>,
+    /// Passes around everything, in order.
+    #[schemars(length(min = 1, max = 100))]
     passes: Vec<PassFile>,
+    /// Distance of the mill from the part on its travels.
+    #[schemars(range(min = 1e-6, max = 1000.0))]
     #[serde(default = "default_clearance")]
     clearance_mm: f64,
+    /// Radius of the blank of the cams. Default: the largest radius of each cam.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     blank_radius_mm: Option<f64>,
+    /// Settings of the NC program.
     #[serde(default)]
     nc: NcFile,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct ToolFile {
+    /// Number of the tool in the control.
+    #[schemars(range(min = 1, max = 9999))]
     #[serde(default = "first")]
     number: u32,
+    /// Part of the mill that makes cams.
     #[serde(default)]
     cuts_with: CutsWithFile,
+    /// Radius of the mill.
+    #[schemars(range(min = 1e-6, max = 1000.0))]
     radius_mm: f64,
+    /// Speed of the spindle.
+    #[schemars(range(min = 1e-3, max = 1e6))]
     spindle_rpm: f64,
+    /// Description of the tool in the program.
     #[serde(default)]
     text: String,
 }
 
-#[derive(Debug, Default, Clone, Copy, Deserialize)]
+#[derive(Debug, Default, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum CutsWithFile {
+    /// The periphery: the axis of the mill is parallel to the part's axis.
     #[default]
     Periphery,
+    /// The face: the axis of the mill lies along X. It makes no hollow.
     Face,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct CamFile {
+    /// Name of the cam, different from all cams and grooves.
+    #[schemars(schema_with = "names::schema")]
     name: String,
+    /// Name of its profile.
     profile: String,
+    /// Phase, as of a lobe.
+    #[schemars(range(min = -1e5, max = 1e5))]
     #[serde(default)]
     phase_deg: f64,
+    /// Z of the mill.
+    #[schemars(range(min = -1e5, max = 1e5))]
     z_mm: f64,
+    /// Width of the cam; a face that cuts less is refused. Default: unknown.
+    #[schemars(range(min = 1e-6, max = 1000.0))]
     width_mm: Option<f64>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct PassFile {
+    /// Name of the pass.
+    #[schemars(schema_with = "names::schema")]
     name: String,
+    /// Stock that the pass leaves along the normal of contours and walls.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     leaves_mm: f64,
+    /// Speed of the part.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     work_speed_rpm: f64,
+    /// Tolerance of the program.
+    #[schemars(range(min = 1e-3, max = 1000.0))]
     tolerance_um: f64,
+    /// Turns at each depth.
+    #[schemars(range(min = 1, max = 100))]
     #[serde(default = "first")]
     turns: u32,
 }
@@ -149,9 +190,8 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<MilledJob, Vec<Co
     let one = |error| vec![error];
     let document = Document::of(located, overrides).map_err(one)?;
     document.require_schema("milling_job", SCHEMA_VERSION).map_err(one)?;
-    let file: MillingFile = document.read().map_err(one)?;
-    // What is wrong with a number is said in its own words, before anything is made of it.
-    let findings = ranges(&document, &file);
+    let file: MillingFile = document.read()?;
+    let findings = conflicts(&document, &file);
     if !findings.is_empty() {
         return Err(findings);
     }
@@ -168,7 +208,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<MilledJob, Vec<Co
         (cams, grooves) => return Err([cams.err(), grooves.err()].into_iter().flatten().flatten().collect()),
     };
     lies_one_way(&document, &file, tool.cuts_with, &grooves).map_err(one)?;
-    let nc = file.nc.read(&document)?;
+    let nc = file.nc.settings(&document).map_err(one)?;
     let (name, clearance_mm, blank_radius_mm) = (file.name, file.clearance_mm, file.blank_radius_mm);
     let (hash, files) = files.finish();
     Ok(MilledJob {
@@ -336,46 +376,22 @@ fn lies_one_way(
     }
 }
 
-/// What can be said about single values, in the words and units of the file.
-fn ranges(document: &Document, file: &MillingFile) -> Vec<ConfigError> {
-    // Of lists that are too long nothing more is said: names are compared each with each.
-    let mut findings = counts(file);
-    if !findings.is_empty() {
-        return findings.into_iter().map(|(key, message)| document.error(&key, message)).collect();
-    }
-    if !file.profiles.is_empty() {
-        findings.extend(profile_file::findings("profiles", &file.profiles));
-    }
-    for (index, profile) in file.profiles.iter().enumerate().filter(|(_, profile)| profile.gauge().is_some()) {
-        let message = format!("profile {}: gauge is about lobes that are ground; a milled part has none", profile.name);
-        findings.push((format!("profiles.{index}.gauge"), message));
-    }
-    findings.extend(name_faults(file));
-    findings.extend(numbers(file));
-    for (index, groove) in file.grooves.iter().enumerate() {
-        findings.extend(groove_file::findings(groove, index));
-    }
-    findings.into_iter().map(|(key, message)| document.error(&key, message)).collect()
-}
-
-fn counts(file: &MillingFile) -> Vec<(String, String)> {
+/// Values that do not fit each other.
+fn conflicts(document: &Document, file: &MillingFile) -> Vec<ConfigError> {
     let mut findings = Vec::new();
     if file.cams.is_empty() && file.grooves.is_empty() {
         findings.push(("cams".to_owned(), "the job has neither cams nor grooves; it needs at least 1".to_owned()));
     }
-    if file.passes.is_empty() {
-        findings.push(("passes".to_owned(), "the job has no passes; it needs at least 1".to_owned()));
+    findings.extend(profile_file::findings("profiles", &file.profiles));
+    for (index, profile) in file.profiles.iter().enumerate().filter(|(_, profile)| profile.gauge().is_some()) {
+        let message = format!("profile {}: gauge is for ground lobes; remove it from a milled part", profile.name);
+        findings.push((format!("profiles.{index}.gauge"), message));
     }
-    let lists = [
-        ("profiles", file.profiles.len()),
-        ("cams", file.cams.len()),
-        ("grooves", file.grooves.len()),
-        ("passes", file.passes.len()),
-    ];
-    for (key, count) in lists.into_iter().filter(|(_, count)| *count > MOST_OF_EACH) {
-        findings.push((key.to_owned(), format!("the job has {count} {key}; at most {MOST_OF_EACH} are allowed")));
+    findings.extend(name_faults(file));
+    for (index, groove) in file.grooves.iter().enumerate() {
+        findings.extend(groove_file::findings(groove, index));
     }
-    findings
+    findings.into_iter().map(|(key, message)| document.error(&key, message)).collect()
 }
 
 /// Cams and grooves are subprograms, and passes stand in their names.
@@ -387,63 +403,12 @@ fn name_faults(file: &MillingFile) -> Vec<(String, String)> {
     let passes = file.passes.iter().enumerate().map(|(index, pass)| (format!("passes.{index}.name"), &pass.name));
     let parts: Vec<_> = cams.chain(grooves).collect();
     let passes: Vec<_> = passes.collect();
-    findings.extend(names::fault("job", &file.name).map(|message| ("name".to_owned(), message)));
-    for (what, one, list) in [("cams or grooves", "cam or groove", &parts), ("passes", "pass", &passes)] {
+    for (what, list) in [("cams or grooves", &parts), ("passes", &passes)] {
         for (index, (key, name)) in list.iter().enumerate() {
-            findings.extend(names::fault(one, name).map(|message| (key.clone(), message)));
             if list[..index].iter().any(|(_, other)| other == name) {
                 findings.push((key.clone(), format!("there are two {what} named {name}; names must differ")));
             }
         }
-    }
-    findings
-}
-
-/// A number with the range in which it makes sense: above the lower end, up to the upper.
-fn numbers(file: &MillingFile) -> Vec<(String, String)> {
-    let mut findings = Vec::new();
-    let mut within = |key: String, value: f64, from: f64, to: f64| {
-        if !(value > from && value <= to) {
-            findings.push((key.clone(), format!("{key} is {value}; it must be above {from}, up to {to}")));
-        }
-    };
-    within("tool.radius_mm".into(), file.tool.radius_mm, 0.0, 1000.0);
-    within("tool.spindle_rpm".into(), file.tool.spindle_rpm, 0.0, 1e6);
-    within("clearance_mm".into(), file.clearance_mm, 0.0, 1000.0);
-    if let Some(blank_mm) = file.blank_radius_mm {
-        within("blank_radius_mm".into(), blank_mm, 0.0, 10_000.0);
-    }
-    for (index, pass) in file.passes.iter().enumerate() {
-        within(format!("passes.{index}.work_speed_rpm"), pass.work_speed_rpm, 0.0, 10_000.0);
-        within(format!("passes.{index}.tolerance_um"), pass.tolerance_um, 0.0, 1000.0);
-    }
-    for (index, cam) in file.cams.iter().enumerate() {
-        if let Some(width) = cam.width_mm {
-            within(format!("cams.{index}.width_mm"), width, 0.0, 1000.0);
-        }
-    }
-    let mut finite = |key: String, value: f64| {
-        if !(value.is_finite() && value.abs() <= 1e5) {
-            findings.push((key.clone(), format!("{key} is {value}; it must be -100000 to 100000")));
-        }
-    };
-    for (index, cam) in file.cams.iter().enumerate() {
-        finite(format!("cams.{index}.phase_deg"), cam.phase_deg);
-        finite(format!("cams.{index}.z_mm"), cam.z_mm);
-    }
-    for (index, pass) in file.passes.iter().enumerate() {
-        if !(0.0..=1000.0).contains(&pass.leaves_mm) {
-            let key = format!("passes.{index}.leaves_mm");
-            findings.push((key.clone(), format!("{key} is {}; it must be 0 to 1000", pass.leaves_mm)));
-        }
-        if !(1..=MOST_TURNS).contains(&pass.turns) {
-            let key = format!("passes.{index}.turns");
-            findings.push((key.clone(), format!("{key} is {}; it must be 1 to {MOST_TURNS}", pass.turns)));
-        }
-    }
-    if !(1..=MOST_TOOL_NUMBER).contains(&file.tool.number) {
-        let message = format!("tool.number is {}; it must be 1 to {MOST_TOOL_NUMBER}", file.tool.number);
-        findings.push(("tool.number".into(), message));
     }
     findings
 }

@@ -6,28 +6,56 @@ use camwright::gcode::archimedean::Knots;
 use camwright::gcode::post::Control;
 use camwright::gcode::{Dialect, Format, XValues};
 use camwright::math::units::{mm_from_um, rad_from_deg};
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// `nc` of a job as written; everything has a default.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct NcFile {
+    /// Control that runs the program.
     control: ControlFile,
+    /// Number of the main program on a control with numbers; subprograms follow.
     program_number: u32,
+    /// Decimals of lengths in mm.
+    #[schemars(range(min = 1, max = 6))]
     linear_decimals: u32,
+    /// Decimals of angles in degrees.
+    #[schemars(range(min = 1, max = 6))]
     rotary_decimals: u32,
+    /// Meaning of an X value.
     x_values: XValuesFile,
+    /// Point that X is programmed for.
     x_of: XOfFile,
+    /// Position of the ends of segments.
     knots: KnotsFile,
+    /// Tolerance of passes that leave material. A milling job has a tolerance per pass.
+    #[schemars(range(min = 0.01, max = 1000.0))]
     rough_tolerance_um: f64,
+    /// Tolerance of passes that leave no material. A milling job has a tolerance per pass.
+    #[schemars(range(min = 0.01, max = 1000.0))]
     finish_tolerance_um: f64,
+    /// Maximum tolerance for a control that reads blocks slowly. Default: `rough_tolerance_um`.
+    #[schemars(range(min = 0.01, max = 1000.0))]
     widest_tolerance_um: Option<f64>,
+    /// Blocks that the control reads per second, over ten of them.
+    #[schemars(range(min = 1.0, max = 1e5))]
     most_blocks_s: f64,
+    /// Tolerance of the control's rounding between blocks (`G64 P`, `CTOL`). Default: four times the tolerance
+    /// of the pass.
+    #[schemars(range(min = 0.01, max = 1000.0))]
     path_tolerance_um: Option<f64>,
+    /// Angle of C over which the cutter enters and leaves a cam.
+    #[schemars(range(min = 1.0, max = 360.0))]
     lead_deg: f64,
+    /// Number of the tool. A milling job has `tool.number`.
     tool_number: u32,
+    /// Speed of the tool's spindle. Default: by the surface speed of the wheel, or `tool.spindle_rpm`.
     spindle_rpm: Option<u32>,
+    /// Switches the coolant on.
     coolant: bool,
+    /// 1: a positive C turns the part clockwise seen from +Z, -1: against it.
+    #[schemars(extend("enum" = [1, -1]))]
     rotation_sense: i8,
 }
 
@@ -55,32 +83,41 @@ impl Default for NcFile {
     }
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum ControlFile {
+    /// LinuxCNC.
     Linuxcnc,
+    /// Fanuc and compatible controls with custom macros.
     Fanuc,
+    /// SINUMERIK.
     Siemens,
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum XValuesFile {
+    /// Distance from the axis of C.
     Radius,
+    /// Twice the distance.
     Diameter,
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum XOfFile {
+    /// Centre of the cutter or wheel.
     ToolCentre,
+    /// Cutting edge on the line of X.
     CuttingEdge,
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum KnotsFile {
+    /// Ends lie on the path.
     OnCurve,
+    /// Ends lie anywhere within the tolerance: the fewest segments.
     Free,
 }
 
@@ -112,38 +149,14 @@ pub struct NcSettings {
 }
 
 impl NcFile {
-    /// What it means, or everything that is wrong with it.
-    pub(super) fn read(&self, document: &Document) -> Result<NcSettings, Vec<ConfigError>> {
-        let mut findings = Vec::new();
-        for (key, value, low, high) in [
-            ("rough_tolerance_um", self.rough_tolerance_um, 0.01, 1000.0),
-            ("finish_tolerance_um", self.finish_tolerance_um, 0.01, 1000.0),
-            ("widest_tolerance_um", self.widest_tolerance_um.unwrap_or(self.rough_tolerance_um), 0.01, 1000.0),
-            ("path_tolerance_um", self.path_tolerance_um.unwrap_or(self.finish_tolerance_um), 0.01, 1000.0),
-            ("most_blocks_s", self.most_blocks_s, 1.0, 100_000.0),
-            ("lead_deg", self.lead_deg, 1.0, 360.0),
-        ] {
-            if !(low..=high).contains(&value) {
-                findings.push(
-                    document.error(&format!("nc.{key}"), format!("{key} is {value}; it must be {low} to {high}")),
-                );
-            }
-        }
-        if self.rotation_sense.abs() != 1 {
-            let message = format!("rotation_sense is {}; it must be 1 or -1", self.rotation_sense);
-            findings.push(document.error("nc.rotation_sense", message));
-        }
+    /// Settings of the program.
+    pub(super) fn settings(&self, document: &Document) -> Result<NcSettings, ConfigError> {
         let x_values = match self.x_values {
             XValuesFile::Radius => XValues::Radius,
             XValuesFile::Diameter => XValues::Diameter,
         };
-        let format = Format::new(self.linear_decimals, self.rotary_decimals, x_values);
-        let format = format.map_err(|error| {
-            let linear = Format::new(self.linear_decimals, 1, x_values).is_err();
-            let key = if linear { "nc.linear_decimals" } else { "nc.rotary_decimals" };
-            findings.push(document.error(key, error.to_string()));
-        });
-        let Some(format) = format.ok().filter(|_| findings.is_empty()) else { return Err(findings) };
+        let format = Format::new(self.linear_decimals, self.rotary_decimals, x_values)
+            .map_err(|error| document.error("nc", error.to_string()))?;
         Ok(NcSettings {
             control: Control {
                 dialect: match self.control {

@@ -1,69 +1,106 @@
 //! The passes of a job file: infeed and speed, roughing first.
 
-use super::limits::MAX_SPARK_OUT_TURNS;
 use super::names;
 use camwright::job::grinding::{InfeedCourse, InfeedDirection, PassSpec, SpeedLaw};
 use camwright::machine::description::ReferenceCut;
 use camwright::math::units::{mm_from_um, rad_s_from_rpm};
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Name of the pass that every job has, the last one.
 const LAST_PASS: &str = "grind";
 
 /// Infeed of a pass.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct InfeedFile {
+    /// RT (DS1), total infeed of the pass: blocks per turn times infeed per block times whole turns.
+    #[schemars(range(min = 1e-6, max = 100.0))]
     pub(super) total_mm: f64,
+    /// Delta R (DS3), infeed per block.
+    #[schemars(range(min = 1e-6, max = 1e5))]
     pub(super) per_block_um: f64,
+    /// Turns without infeed. At least one removes the step that the infeed leaves.
+    #[schemars(range(min = 1, max = 1000))]
     pub(super) spark_out_turns: u32,
+    /// Ends the spark-out as soon as the normal force varies by no more than this over a turn; `spark_out_turns`
+    /// is then the maximum. Not with `runout_correction` or `rotary_indexing`. Default: all turns.
+    #[schemars(range(min = 1, max = 10000))]
     spark_out_until_n: Option<u32>,
+    /// Distribution of the infeed over a turn.
     #[serde(default)]
     course: CourseFile,
+    /// Direction in which the infeed is measured; the same for all passes.
     #[serde(default)]
     along: AlongFile,
 }
 
 /// Over what the wheel comes closer.
-#[derive(Debug, Default, Clone, Copy, Deserialize)]
+#[derive(Debug, Default, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum CourseFile {
     #[default]
+    /// Delta R in every block: a spiral.
     PerAngle,
+    /// The infeed of a whole turn on the base circle, then constant depth.
     PerTurn,
 }
 
 /// Along what the infeed is measured.
-#[derive(Debug, Default, Clone, Copy, Deserialize)]
+#[derive(Debug, Default, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum AlongFile {
     #[default]
+    /// Along X: flanks are cut less deep by the cosine of the contour angle.
     XAxis,
+    /// Along the contour's normal: the same depth all round.
     Normal,
 }
 
 /// How the headstock's speed over the lobe is chosen.
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, JsonSchema, Serialize)]
 #[serde(tag = "law", rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum SpeedFile {
+    /// Constant speed of the headstock, `work_speed_rpm`.
     #[default]
     ConstantWorkSpeed,
+    /// Fastest turn with a constant speed of the contact along the contour, within all limits.
     ConstantFootprintSpeed {
+        /// Speed of the contact along the contour.
+        #[schemars(range(min = 1e-6, max = 1e6))]
         footprint_speed_mm_s: f64,
     },
+    /// Fastest turn with at most this specific removal rate, within all limits.
     ConstantRemovalRate {
+        /// Q', removed volume per width and time, for the infeed of a turn.
+        #[schemars(range(min = 1e-6, max = 1e6))]
         removal_rate_mm2_s: f64,
     },
+    /// Fastest turn with at most this spindle power, within all limits.
     ConstantPower {
+        /// Spindle power per width: specific energy * Q' + rubbing * contact length * wheel speed.
+        #[schemars(range(min = 1e-6, max = 1e6))]
         power_w_mm: f64,
+        /// Energy per removed volume.
+        #[schemars(range(min = 1e-6, max = 1e6))]
         specific_energy_j_mm3: f64,
+        /// Force of rubbing per contact area.
+        #[schemars(range(min = 1e-6, max = 1e6))]
         rubbing_n_mm2: f64,
     },
+    /// Fastest turn with at most the temperature of a reference cut that just does not burn, within all limits.
     ConstantTemperature {
+        /// Speed of the contact in the reference cut.
+        #[schemars(range(min = 1e-6, max = 1e6))]
         reference_footprint_speed_mm_s: f64,
+        /// Depth of the reference cut along the normal.
+        #[schemars(range(min = 1e-6, max = 1e6))]
         reference_depth_um: f64,
+        /// Equivalent diameter 2/(1/R + curvature) of the reference cut.
+        #[schemars(range(min = 1e-6, max = 1e6))]
         reference_equivalent_diameter_mm: f64,
     },
+    /// Fastest turn within all limits of both axes.
     TimeOptimal,
 }
 
@@ -96,44 +133,25 @@ impl SpeedFile {
             SpeedFile::TimeOptimal => SpeedLaw::TimeOptimal { most_rad_s },
         }
     }
-
-    /// What the law is set to, by its keys.
-    pub(super) fn settings(&self) -> Vec<(&'static str, f64)> {
-        match *self {
-            SpeedFile::ConstantFootprintSpeed { footprint_speed_mm_s } => {
-                vec![("speed.footprint_speed_mm_s", footprint_speed_mm_s)]
-            }
-            SpeedFile::ConstantRemovalRate { removal_rate_mm2_s } => {
-                vec![("speed.removal_rate_mm2_s", removal_rate_mm2_s)]
-            }
-            SpeedFile::ConstantPower { power_w_mm, specific_energy_j_mm3, rubbing_n_mm2 } => vec![
-                ("speed.power_w_mm", power_w_mm),
-                ("speed.specific_energy_j_mm3", specific_energy_j_mm3),
-                ("speed.rubbing_n_mm2", rubbing_n_mm2),
-            ],
-            SpeedFile::ConstantTemperature {
-                reference_footprint_speed_mm_s,
-                reference_depth_um,
-                reference_equivalent_diameter_mm,
-            } => vec![
-                ("speed.reference_footprint_speed_mm_s", reference_footprint_speed_mm_s),
-                ("speed.reference_depth_um", reference_depth_um),
-                ("speed.reference_equivalent_diameter_mm", reference_equivalent_diameter_mm),
-            ],
-            SpeedFile::ConstantWorkSpeed | SpeedFile::TimeOptimal => Vec::new(),
-        }
-    }
 }
 
 /// A pass before the last one.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RoughingFile {
+    /// Name of the pass.
+    #[schemars(schema_with = "names::schema")]
     name: String,
+    /// Infeed of the pass.
     infeed: InfeedFile,
+    /// Speed of the headstock in the cut.
+    #[schemars(range(min = 0.01, max = 95000.0))]
     work_speed_rpm: f64,
+    /// Law of the headstock's speed over the lobe.
     #[serde(default)]
     speed: SpeedFile,
+    /// Radius of the wheel that the pass needs. Default: the job's.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     wheel_radius_mm: Option<f64>,
 }
 
@@ -178,38 +196,15 @@ pub(super) fn passes(
     rough.chain([pass(LAST_PASS, infeed, work_speed_rpm, speed)]).collect()
 }
 
-/// What can be said about single values of the passes before the last: key and message.
-pub(super) fn roughing_findings(roughing: &[RoughingFile]) -> Vec<(String, String)> {
-    let mut findings = Vec::new();
-    for (index, rough) in roughing.iter().enumerate() {
-        let name = &rough.name;
-        let mut refuse = |key: &str, message: String| {
-            findings.push((format!("roughing.{index}.{key}"), format!("roughing {name}: {message}")));
-        };
-        if let Some(message) = names::fault("pass", name) {
-            refuse("name", message);
-        }
-        let positive = [
-            ("infeed.total_mm", rough.infeed.total_mm),
-            ("infeed.per_block_um", rough.infeed.per_block_um),
-            ("work_speed_rpm", rough.work_speed_rpm),
-        ];
-        for (key, value) in positive.into_iter().chain(rough.speed.settings()) {
-            if !(value.is_finite() && value > 0.0) {
-                refuse(key, format!("{key} is {value}; it must be a positive number"));
-            }
-        }
-        if rough.infeed.spark_out_turns == 0 {
-            let key = "infeed.spark_out_turns";
-            refuse(key, format!("{key} is 0; at least 1 is needed to remove the step that the infeed leaves"));
-        }
-        if rough.infeed.spark_out_turns > MAX_SPARK_OUT_TURNS {
-            let (key, turns) = ("infeed.spark_out_turns", rough.infeed.spark_out_turns);
-            refuse(key, format!("{key} is {turns}; at most {MAX_SPARK_OUT_TURNS} are allowed"));
-        }
-        if name == LAST_PASS || roughing[..index].iter().any(|other| other.name == *name) {
-            refuse("name", format!("there are two passes named {name}; names must differ (the last is {LAST_PASS})"));
-        }
-    }
-    findings
+/// Names of passes that are not unique: key and message.
+pub(super) fn pass_names(roughing: &[RoughingFile]) -> Vec<(String, String)> {
+    let is_taken =
+        |index: usize, name: &str| name == LAST_PASS || roughing[..index].iter().any(|other| other.name == name);
+    let taken = roughing.iter().enumerate().filter(|(index, rough)| is_taken(*index, &rough.name));
+    taken
+        .map(|(index, RoughingFile { name, .. })| {
+            let message = format!("there are two passes named {name}; names must differ (the last is {LAST_PASS})");
+            (format!("roughing.{index}.name"), message)
+        })
+        .collect()
 }

@@ -10,16 +10,26 @@ use super::yaml::Document;
 use camwright::cam::contour::ContourError;
 use camwright::cam::follower::Follower;
 use camwright::job::grinding::ProfileSpec;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// `profiles[]` as written.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ProfileFile {
+    /// Name of the profile.
+    #[schemars(schema_with = "names::schema")]
     pub(super) name: String,
+    /// Radius of the base circle. Not with a lift that defines the contour itself (an eccentric by its diameter,
+    /// tables of radii or points).
+    #[schemars(range(min = 1e-6, max = 1e4))]
     base_radius_mm: Option<f64>,
+    /// Follower that the lift belongs to. Not with a lift that defines the contour itself.
     follower: Option<FollowerFile>,
+    /// Follower that inspects the lobes; `camwright plan` writes its readings. Default: no inspection.
     gauge: Option<FollowerFile>,
+    /// Lift of the follower: exactly one of `table`, `half_table`, `opening_table` with `closing_table`,
+    /// `segments`, `eccentric`, `s_cam`, `round: true`.
     lift: LiftFile,
 }
 
@@ -69,37 +79,15 @@ impl ProfileFile {
     }
 }
 
-/// What can be said about single values of the profiles under a key, as key and message.
+/// Names of profiles under a key that are not unique, as key and message.
 pub(super) fn findings(list: &str, profiles: &[ProfileFile]) -> Vec<(String, String)> {
-    let mut findings = Vec::new();
-    if profiles.is_empty() {
-        findings.push((list.to_owned(), "the job has no profiles; it needs at least 1".to_owned()));
-    }
-    for (index, profile) in profiles.iter().enumerate() {
-        let mut refuse = |key: &str, message: String| findings.push((format!("{list}.{index}.{key}"), message));
-        let name = &profile.name;
-        if let Some(message) = names::fault("profile", name) {
-            refuse("name", message);
-        }
-        if profiles[..index].iter().any(|other| other.name == *name) {
-            refuse("name", format!("there are two profiles named {name}; names must differ"));
-        }
-        if let Some(value) = profile.base_radius_mm.filter(|value| !(value.is_finite() && *value > 0.0)) {
-            refuse(
-                "base_radius_mm",
-                format!("profile {name}: base_radius_mm is {value}; it must be a positive number"),
-            );
-        }
-        let followers = [("follower", profile.follower.as_ref()), ("gauge", profile.gauge.as_ref())];
-        for (which, follower) in followers.into_iter().filter_map(|(which, file)| Some((which, file?))) {
-            let bad = |(_, value): &(_, f64)| !(value.is_finite() && *value > 0.0);
-            for (key, value) in follower.arm_lengths().into_iter().filter(bad) {
-                let message = format!("profile {name}: {which}: {key} is {value}; it must be a positive number");
-                refuse(&format!("{which}.{key}"), message);
-            }
-        }
-    }
-    findings
+    let is_taken = |index: usize, name: &str| profiles[..index].iter().any(|other| other.name == name);
+    let taken = profiles.iter().enumerate().filter(|(index, profile)| is_taken(*index, &profile.name));
+    taken
+        .map(|(index, ProfileFile { name, .. })| {
+            (format!("{list}.{index}.name"), format!("there are two profiles named {name}; names must differ"))
+        })
+        .collect()
 }
 
 /// The key of a profile that is behind a refusal of its contour.

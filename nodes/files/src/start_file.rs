@@ -3,10 +3,11 @@
 use super::ConfigError;
 use super::yaml::Document;
 use camwright::job::grinding::LobeSpec;
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Name of a lobe, or its number from 1 in the order in which they are ground.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema, Serialize)]
 #[serde(untagged)]
 pub(super) enum StartFile {
     Number(usize),
@@ -14,9 +15,11 @@ pub(super) enum StartFile {
 }
 
 /// The wheel is so much farther out than it would grind.
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct DryRunFile {
+    /// Distance by which X stays farther out. The wheel must clear stock and `clearance_mm`.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     pub(super) stand_off_mm: f64,
 }
 

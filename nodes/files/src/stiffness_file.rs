@@ -5,13 +5,14 @@ use super::contact_file::PER_MM;
 use super::yaml::Document;
 use camwright::gauging::stiffness::Measured;
 use camwright::gauging::stiffness_map::{SAME_PLACE_MM, StiffnessMap, StiffnessMapError, StiffnessPlace};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Newest version of the schema that this program reads.
 const SCHEMA_VERSION: u32 = 1;
 
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct StiffnessFile {
     schema: String,
@@ -20,7 +21,7 @@ struct StiffnessFile {
     places: Vec<PlaceFile>,
 }
 
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct PlaceFile {
     z_mm: f64,
@@ -72,7 +73,7 @@ impl KeptStiffness {
     pub fn parse(path: &Path, text: &str) -> Result<Self, ConfigError> {
         let document = Document::parse(path, text, &[])?;
         document.require_schema("stiffness", SCHEMA_VERSION)?;
-        let file: StiffnessFile = document.read()?;
+        let file: StiffnessFile = document.read().map_err(|mut findings| findings.swap_remove(0))?;
         let mut kept = Self { parts: file.parts, ..Self::new(&file.machine) };
         for (index, place) in file.places.into_iter().enumerate() {
             let refuse = |error: StiffnessMapError| document.error(&format!("places.{index}"), error.to_string());

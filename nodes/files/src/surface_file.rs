@@ -15,113 +15,101 @@ use camwright::cam::surface::mesh::{MeshReading, surface_of};
 use camwright::cam::surface::solid::{Along, Harmonic, Solid};
 use camwright::cam::surface::{Surface, SurfaceError};
 use camwright::math::units::rad_from_deg;
-use serde::Deserialize;
-use serde::de::{DeserializeOwned, Deserializer, MapAccess, Visitor};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{Deserializer, Visitor};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::fmt;
 use std::path::PathBuf;
 
 /// `surface` as written, by its `kind`.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum SurfaceFile {
-    Cams(CamsFile),
-    Cylinder(CylinderFile),
-    Eccentric(EccentricFile),
-    EllipticCone(EllipticConeFile),
-    Lobed(LobedFile),
-    Grid(GridFile),
-    Mesh(MeshFile),
-}
-
-/// The kinds of surfaces.
-const KINDS: &str = "cams, cylinder, eccentric, elliptic_cone, lobed, grid, mesh";
-
-/// A job file of which nothing but the surface is looked at.
-#[derive(Debug, Deserialize)]
-struct Only<S> {
-    surface: S,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct CamsFile {
-    #[serde(rename = "kind")]
-    _kind: String,
-    profiles: Vec<ProfileFile>,
-    cams: Vec<CamFile>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct CylinderFile {
-    #[serde(rename = "kind")]
-    _kind: String,
-    from_mm: f64,
-    to_mm: f64,
-    radius_mm: f64,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct EccentricFile {
-    #[serde(rename = "kind")]
-    _kind: String,
-    from_mm: f64,
-    to_mm: f64,
-    radius_mm: f64,
-    eccentricity_mm: f64,
-    #[serde(default)]
-    azimuth_deg: f64,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct EllipticConeFile {
-    #[serde(rename = "kind")]
-    _kind: String,
-    from_mm: f64,
-    to_mm: f64,
-    first_mm: Ends,
-    second_mm: Ends,
-    #[serde(default)]
-    azimuth_deg: f64,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct LobedFile {
-    #[serde(rename = "kind")]
-    _kind: String,
-    from_mm: f64,
-    to_mm: f64,
-    mean_mm: Ends,
-    waves: Vec<WaveFile>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct GridFile {
-    #[serde(rename = "kind")]
-    _kind: String,
-    file: String,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct MeshFile {
-    #[serde(rename = "kind")]
-    _kind: String,
-    file: String,
-    unit: LengthFile,
-    #[serde(default)]
-    axis: AxisFile,
+    /// Cams along the part; between two of them the radius follows a 3-4-5 polynomial.
+    Cams {
+        /// Shapes of the cams, as in grinding jobs, without `gauge`.
+        #[schemars(length(min = 1, max = 100))]
+        profiles: Vec<ProfileFile>,
+        /// Cams in the order of the part.
+        #[schemars(length(min = 1, max = 100))]
+        cams: Vec<CamFile>,
+    },
+    /// Cylinder about the axis.
+    Cylinder {
+        /// Z of the part at which the surface begins.
+        from_mm: f64,
+        /// Z of the part at which the surface ends.
+        to_mm: f64,
+        /// Radius.
+        radius_mm: f64,
+    },
+    /// Cylinder beside the axis.
+    Eccentric {
+        /// Z of the part at which the surface begins.
+        from_mm: f64,
+        /// Z of the part at which the surface ends.
+        to_mm: f64,
+        /// Radius.
+        radius_mm: f64,
+        /// Distance of its centre from the axis.
+        eccentricity_mm: f64,
+        /// Direction of the centre, or of the first half axis.
+        #[serde(default)]
+        azimuth_deg: f64,
+    },
+    /// Ellipse whose half axes change evenly along the part.
+    EllipticCone {
+        /// Z of the part at which the surface begins.
+        from_mm: f64,
+        /// Z of the part at which the surface ends.
+        to_mm: f64,
+        /// First half axis: a number, or `{from: 24.0, to: 22.0}` at the two ends.
+        first_mm: Ends,
+        /// Second half axis.
+        second_mm: Ends,
+        /// Direction of the centre, or of the first half axis.
+        #[serde(default)]
+        azimuth_deg: f64,
+    },
+    /// Mean radius with waves: r = mean + sum of amplitude * cos(per_turn * azimuth - phase).
+    Lobed {
+        /// Z of the part at which the surface begins.
+        from_mm: f64,
+        /// Z of the part at which the surface ends.
+        to_mm: f64,
+        /// Mean radius: a number, or `{from: 24.0, to: 22.0}` at the two ends.
+        mean_mm: Ends,
+        /// Waves.
+        #[schemars(length(max = 256))]
+        waves: Vec<WaveFile>,
+    },
+    /// Radii in a table over azimuth and Z.
+    Grid {
+        /// Table (`.csv`) or triangles (`.stl`), by name or path.
+        file: String,
+    },
+    /// Triangles of an STL file.
+    Mesh {
+        /// Table (`.csv`) or triangles (`.stl`), by name or path.
+        file: String,
+        /// Unit of the file.
+        unit: LengthFile,
+        /// Axis of the part in the file; the next of x, y, z, x points to the key-way.
+        #[serde(default)]
+        axis: AxisFile,
+    },
 }
 
 /// What a length of a file is, which says no unit itself.
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
-enum LengthFile {
+pub(super) enum LengthFile {
+    /// Millimetre.
     Mm,
+    /// Inch.
     Inch,
+    /// Metre.
     M,
 }
 
@@ -136,8 +124,9 @@ impl LengthFile {
 }
 
 /// Which axis of a file is that of the part; the next one, in the order x, y, z, x, points to the key-way.
-#[derive(Debug, Default, Clone, Copy)]
-enum AxisFile {
+#[derive(Debug, Default, Clone, Copy, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum AxisFile {
     X,
     Y,
     #[default]
@@ -157,6 +146,19 @@ impl AxisFile {
 impl<'de> Deserialize<'de> for AxisFile {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(AxisVisitor)
+    }
+}
+
+impl JsonSchema for AxisFile {
+    fn inline_schema() -> bool {
+        true
+    }
+    fn schema_name() -> Cow<'static, str> {
+        "AxisFile".into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        // To YAML 1.1 a bare y is a yes.
+        json_schema!({"type": ["string", "boolean"], "enum": ["x", "y", "z", true]})
     }
 }
 
@@ -183,81 +185,78 @@ impl Visitor<'_> for AxisVisitor {
 }
 
 /// A length of the part that is one cam.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CamFile {
+    /// Name of its profile.
     profile: String,
+    /// Azimuth of its cam angle 0.
     #[serde(default)]
     phase_deg: f64,
+    /// Z of the part at which the cam begins.
     from_mm: f64,
+    /// Z of the part at which the cam ends.
     to_mm: f64,
 }
 
 /// One wave of a lobed part.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WaveFile {
+    /// Waves of a turn.
+    #[schemars(range(min = 1, max = 720))]
     per_turn: u32,
+    /// Amplitude: a number, or `{from: 0.1, to: 0.2}` at the two ends.
     amplitude_mm: Ends,
+    /// Phase: a number, or `{from: 0.0, to: 30.0}` at the two ends.
     #[serde(default)]
     phase_deg: Ends,
 }
 
 /// A number that changes evenly from one end of the part to the other: `24.0`, or `{from: 24.0, to: 22.0}`.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Ends {
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema, Serialize)]
+#[serde(untagged)]
+pub(super) enum Ends {
+    /// The same everywhere.
+    Everywhere(f64),
+    /// From one end to the other.
+    FromTo(FromTo),
+}
+
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema, Serialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct FromTo {
+    /// Value at the first end.
     from: f64,
+    /// Value at the second end.
     to: f64,
+}
+
+impl Default for Ends {
+    fn default() -> Self {
+        Self::Everywhere(0.0)
+    }
 }
 
 impl Ends {
-    fn along(self, from_mm: f64, to_mm: f64) -> Along {
-        // The same at both ends is the same everywhere, whatever the length.
-        if self.from.to_bits() == self.to.to_bits() {
-            return Along::constant(self.from);
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        match self {
+            Self::Everywhere(value) => Self::Everywhere(f(value)),
+            Self::FromTo(FromTo { from, to }) => Self::FromTo(FromTo { from: f(from), to: f(to) }),
         }
-        let per_mm = (self.to - self.from) / (to_mm - from_mm);
-        Along { at_zero: self.from - per_mm * from_mm, per_mm }
     }
 
-    fn in_rad(self) -> Self {
-        Self { from: rad_from_deg(self.from), to: rad_from_deg(self.to) }
-    }
-}
-
-impl<'de> Deserialize<'de> for Ends {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(EndsVisitor)
-    }
-}
-
-struct EndsVisitor;
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct TwoEnds {
-    from: f64,
-    to: f64,
-}
-
-impl<'de> Visitor<'de> for EndsVisitor {
-    type Value = Ends;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a number, or {from: …, to: …}")
-    }
-    fn visit_f64<E>(self, value: f64) -> Result<Ends, E> {
-        Ok(Ends { from: value, to: value })
-    }
-    fn visit_i64<E>(self, value: i64) -> Result<Ends, E> {
-        Ok(Ends { from: value as f64, to: value as f64 })
-    }
-    fn visit_u64<E>(self, value: u64) -> Result<Ends, E> {
-        Ok(Ends { from: value as f64, to: value as f64 })
-    }
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Ends, A::Error> {
-        let TwoEnds { from, to } = TwoEnds::deserialize(serde::de::value::MapAccessDeserializer::new(map))?;
-        Ok(Ends { from, to })
+    fn along(self, from_mm: f64, to_mm: f64) -> Along {
+        let FromTo { from, to } = match self {
+            Self::Everywhere(value) => FromTo { from: value, to: value },
+            Self::FromTo(ends) => ends,
+        };
+        // Equal ends are constant, whatever the length.
+        if from.to_bits() == to.to_bits() {
+            return Along::constant(from);
+        }
+        let per_mm = (to - from) / (to_mm - from_mm);
+        Along { at_zero: from - per_mm * from_mm, per_mm }
     }
 }
 
@@ -278,55 +277,30 @@ impl From<Surface> for ReadSurface {
 }
 
 impl SurfaceFile {
-    /// What a job writes. Each kind is read as a type of its own, and not as a variant that is told apart by its tag: that would lose the
-    /// lines of what is wrong in it.
-    pub(super) fn of(document: &Document) -> Result<Self, ConfigError> {
-        fn only<S: DeserializeOwned>(document: &Document) -> Result<S, ConfigError> {
-            document.read::<Only<S>>().map(|only| only.surface)
-        }
-        match document.text_at("surface.kind") {
-            Some("cams") => only(document).map(Self::Cams),
-            Some("cylinder") => only(document).map(Self::Cylinder),
-            Some("eccentric") => only(document).map(Self::Eccentric),
-            Some("elliptic_cone") => only(document).map(Self::EllipticCone),
-            Some("lobed") => only(document).map(Self::Lobed),
-            Some("grid") => only(document).map(Self::Grid),
-            Some("mesh") => only(document).map(Self::Mesh),
-            Some(other) => {
-                let message = format!("surface.kind is {other:?}, it must be one of {KINDS}");
-                Err(document.error("surface.kind", message))
-            }
-            None => Err(document.error("surface", format!("surface needs a kind, one of {KINDS}"))),
-        }
-    }
-
-    /// The surface it means; every file that it names is added to `files`.
+    /// Reads the surface; every file that it names is added to `files`.
     pub(super) fn read(&self, document: &Document, files: &mut JobFiles) -> Result<ReadSurface, Vec<ConfigError>> {
         let (solid, from_mm, to_mm) = match self {
-            Self::Cams(file) => return read_cams(document, file, files),
-            Self::Grid(file) => return read_grid(document, file, files),
-            Self::Mesh(file) => return read_mesh(document, file, files),
-            Self::Cylinder(file) => (Solid::Cylinder { radius_mm: file.radius_mm }, file.from_mm, file.to_mm),
-            Self::Eccentric(file) => {
-                let azimuth_rad = rad_from_deg(file.azimuth_deg);
-                let (radius_mm, eccentricity_mm) = (file.radius_mm, file.eccentricity_mm);
-                (Solid::Eccentric { radius_mm, eccentricity_mm, azimuth_rad }, file.from_mm, file.to_mm)
+            Self::Cams { profiles, cams } => return read_cams(document, profiles, cams, files),
+            Self::Grid { file } => return read_grid(document, file, files),
+            Self::Mesh { file, unit, axis } => return read_mesh(document, file, *unit, *axis, files),
+            &Self::Cylinder { from_mm, to_mm, radius_mm } => (Solid::Cylinder { radius_mm }, from_mm, to_mm),
+            &Self::Eccentric { from_mm, to_mm, radius_mm, eccentricity_mm, azimuth_deg } => {
+                let azimuth_rad = rad_from_deg(azimuth_deg);
+                (Solid::Eccentric { radius_mm, eccentricity_mm, azimuth_rad }, from_mm, to_mm)
             }
-            Self::EllipticCone(file) => {
-                let along = |ends: Ends| ends.along(file.from_mm, file.to_mm);
-                let (first_mm, second_mm) = (along(file.first_mm), along(file.second_mm));
-                let azimuth_rad = rad_from_deg(file.azimuth_deg);
-                (Solid::EllipticCone { first_mm, second_mm, azimuth_rad }, file.from_mm, file.to_mm)
+            &Self::EllipticCone { from_mm, to_mm, first_mm, second_mm, azimuth_deg } => {
+                let (first_mm, second_mm) = (first_mm.along(from_mm, to_mm), second_mm.along(from_mm, to_mm));
+                (Solid::EllipticCone { first_mm, second_mm, azimuth_rad: rad_from_deg(azimuth_deg) }, from_mm, to_mm)
             }
-            Self::Lobed(file) => {
-                let along = |ends: Ends| ends.along(file.from_mm, file.to_mm);
+            Self::Lobed { from_mm, to_mm, mean_mm, waves } => {
+                let along = |ends: Ends| ends.along(*from_mm, *to_mm);
                 let harmonic = |wave: &WaveFile| Harmonic {
                     waves: wave.per_turn,
                     amplitude_mm: along(wave.amplitude_mm),
-                    phase_rad: along(wave.phase_deg.in_rad()),
+                    phase_rad: along(wave.phase_deg.map(rad_from_deg)),
                 };
-                let harmonics = file.waves.iter().map(harmonic).collect();
-                (Solid::Lobed { mean_mm: along(file.mean_mm), harmonics }, file.from_mm, file.to_mm)
+                let harmonics = waves.iter().map(harmonic).collect();
+                (Solid::Lobed { mean_mm: along(*mean_mm), harmonics }, *from_mm, *to_mm)
             }
         };
         let surface = Surface::solid(solid, from_mm, to_mm)
@@ -349,17 +323,23 @@ fn named(
     Ok(located)
 }
 
-fn read_grid(document: &Document, file: &GridFile, files: &mut JobFiles) -> Result<ReadSurface, Vec<ConfigError>> {
-    let LocatedBytes { path, bytes } = named(document, &file.file, "csv", grid_text::MOST_BYTES, files)?;
+fn read_grid(document: &Document, file: &str, files: &mut JobFiles) -> Result<ReadSurface, Vec<ConfigError>> {
+    let LocatedBytes { path, bytes } = named(document, file, "csv", grid_text::MOST_BYTES, files)?;
     grid_text::read(&path, &bytes).map(ReadSurface::from)
 }
 
-fn read_mesh(document: &Document, file: &MeshFile, files: &mut JobFiles) -> Result<ReadSurface, Vec<ConfigError>> {
-    let LocatedBytes { path, bytes } = named(document, &file.file, "stl", stl::MOST_BYTES, files)?;
+fn read_mesh(
+    document: &Document,
+    file: &str,
+    unit: LengthFile,
+    axis: AxisFile,
+    files: &mut JobFiles,
+) -> Result<ReadSurface, Vec<ConfigError>> {
+    let LocatedBytes { path, bytes } = named(document, file, "stl", stl::MOST_BYTES, files)?;
     let mut triangles = stl::read(&path, &bytes).map_err(|error| vec![error])?;
     drop(bytes);
     for corner in triangles.iter_mut().flatten() {
-        *corner = file.axis.turned(corner.map(|length| length * file.unit.mm()));
+        *corner = axis.turned(corner.map(|length| length * unit.mm()));
     }
     match surface_of(&triangles) {
         Ok((surface, reading)) => Ok(ReadSurface { surface, lifts: Vec::new(), mesh: Some((path, reading)) }),
@@ -386,9 +366,13 @@ fn solid_key(error: &SurfaceError) -> &'static str {
     }
 }
 
-fn read_cams(document: &Document, file: &CamsFile, files: &mut JobFiles) -> Result<ReadSurface, Vec<ConfigError>> {
+fn read_cams(
+    document: &Document,
+    profiles: &[ProfileFile],
+    cams: &[CamFile],
+    files: &mut JobFiles,
+) -> Result<ReadSurface, Vec<ConfigError>> {
     const PROFILES: &str = "surface.profiles";
-    let CamsFile { profiles, cams, .. } = file;
     let mut findings: Vec<ConfigError> = profile_file::findings(PROFILES, profiles)
         .into_iter()
         .map(|(key, message)| document.error(&key, message))
@@ -397,8 +381,7 @@ fn read_cams(document: &Document, file: &CamsFile, files: &mut JobFiles) -> Resu
     for (index, profile) in profiles.iter().enumerate() {
         if profile.gauge().is_some() {
             let key = format!("{PROFILES}.{index}.gauge");
-            let message =
-                format!("profile {}: gauge is about lobes that are ground; a turned part has none", profile.name);
+            let message = format!("profile {}: gauge is for ground lobes; remove it from a turned part", profile.name);
             findings.push(document.error(&key, message));
         }
         match profile.read(document, PROFILES, index, files) {

@@ -15,8 +15,8 @@ use camwright::job::turning::{TurningJob, TurningSpeed};
 use camwright::math::units::{mm_from_um, rad_s_from_rpm};
 use camwright::simulation::turned_part::{MIN_AZIMUTHS, MOST_CELLS, PartGrid};
 use camwright::toolpath::insert_path::{Feed, Passes};
-use serde::Deserialize;
-use serde::de::IgnoredAny;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -32,46 +32,76 @@ const AZIMUTHS: usize = 720;
 /// Columns of that grid within one feed: as many as show the height of a cusp to a fiftieth.
 const COLUMNS_PER_FEED: f64 = 10.0;
 
-const MOST_AZIMUTHS: usize = 7200;
+/// Maximum azimuths of that grid.
+const MAX_AZIMUTHS: usize = 7200;
 
 /// How far the form may be off besides the cusps of the feed (µm).
 const TOLERANCE_UM: f64 = 2.0;
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct TurningFile {
+pub(super) struct TurningFile {
+    /// Kind and version of the file.
+    #[schemars(extend("const" = "camwright/turning_job/1"))]
     #[serde(rename = "schema")]
     _schema: String,
+    /// Name of the job, also of its output files.
+    #[schemars(schema_with = "names::schema")]
     name: String,
+    /// One line about the job.
     #[serde(default)]
     title: String,
+    /// Machine file with an `insert`, by name or path.
     machine: String,
-    #[serde(rename = "surface")]
-    _surface: IgnoredAny,
+    /// Surface of the part.
+    surface: SurfaceFile,
+    /// Length of the part that is turned.
     turned: TurnedFile,
+    /// Radius of the bar, at least the largest radius of the part.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     bar_radius_mm: f64,
+    /// Z of the part in front of the insert's centre with z_axis at 0.
+    #[schemars(range(min = -1e5, max = 1e5))]
     part_zero_mm: f64,
+    /// Passes before the finishing pass. Default: the finishing pass takes all stock.
     roughing: Option<RoughingFile>,
+    /// Last pass.
     finishing: FinishingFile,
+    /// Angles of a turn at which the path is computed with exact derivatives.
+    #[schemars(range(min = 180, max = 3600))]
     #[serde(default = "default_angles")]
     angles_per_turn: u32,
+    /// Speed of c_axis.
     #[serde(default)]
     spindle: SpindleFile,
+    /// Distance of the insert from the bar before and after a pass.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     #[serde(default = "default_clearance")]
     clearance_mm: f64,
+    /// Speed of X on these travels.
+    #[schemars(range(min = 0.01, max = 1e5))]
     rapid_speed_mm_s: f64,
+    /// Grid of the simulated part.
     #[serde(default)]
     form_grid: FormGridFile,
+    /// Allowed form error beyond the cusps of the feed.
+    #[schemars(range(min = 1e-6, max = 1e6))]
     #[serde(default = "default_tolerance")]
     tolerance_um: f64,
+    /// Faults that the simulated machine injects into the job.
+    #[schemars(length(max = 100))]
     #[serde(default)]
     faults: Vec<FaultFile>,
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct TurnedFile {
+    /// Z of the part at which turning begins.
+    #[schemars(range(min = -1e5, max = 1e5))]
     from_mm: f64,
+    /// Z of the part at which turning ends.
+    #[schemars(range(min = -1e5, max = 1e5))]
     to_mm: f64,
 }
 
@@ -81,44 +111,69 @@ impl TurnedFile {
     }
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RoughingFile {
+    /// Stock on the section in the rake plane before the first pass. Default: all that the bar has over the
+    /// part.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     stock_mm: Option<f64>,
+    /// Stock that roughing leaves, along the section's normal in the rake plane.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     leaves_mm: f64,
+    /// Maximum depth of a roughing pass; passes are equal.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     deepest_mm: f64,
+    /// Feed per turn of z_axis at constant speed. Exactly one of both feeds.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     along_z_mm: Option<f64>,
+    /// Feed per turn of the contact along the curve of the section. Exactly one of both feeds.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     along_curve_mm: Option<f64>,
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct FinishingFile {
+    /// Feed per turn of z_axis at constant speed. Exactly one of both feeds.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     along_z_mm: Option<f64>,
+    /// Feed per turn of the contact along the curve of the section. Exactly one of both feeds.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     along_curve_mm: Option<f64>,
 }
 
-#[derive(Debug, Default, Clone, Copy, Deserialize)]
+#[derive(Debug, Default, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct SpindleFile {
+    /// Law of the speed of c_axis.
     #[serde(default)]
     law: SpindleLawFile,
+    /// Speed for `law: constant`.
+    #[schemars(range(min = 1e-3, max = 1e5))]
     rpm: Option<f64>,
 }
 
-#[derive(Debug, Default, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum SpindleLawFile {
+    /// Fastest constant speed within all limits.
     #[default]
     Fastest,
+    /// Constant speed `rpm`.
     Constant,
+    /// As fast as all limits allow at every angle.
     Varied,
 }
 
-#[derive(Debug, Default, Clone, Copy, Deserialize)]
+#[derive(Debug, Default, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct FormGridFile {
+    /// Azimuths of the simulated part. Default: 720.
+    #[schemars(range(min = MIN_AZIMUTHS, max = MAX_AZIMUTHS))]
     azimuths: Option<usize>,
+    /// Distance of the columns along the part. Default: a tenth of the finishing feed.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     column_mm: Option<f64>,
 }
 
@@ -187,12 +242,11 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<TurnedJob, Vec<Co
     let one = |error| vec![error];
     let document = Document::of(located, overrides).map_err(one)?;
     document.require_schema("turning_job", SCHEMA_VERSION).map_err(one)?;
-    let file: TurningFile = document.read().map_err(one)?;
-    let shape = SurfaceFile::of(&document).map_err(one)?;
-    let mut findings = ranges(&document, &file);
-    let machine = machine_file::named(&document, &file.machine).map_err(|error| findings.push(error)).ok();
+    let file: TurningFile = document.read()?;
+    let mut findings: Vec<ConfigError> = spindle(&document, &file).into_iter().collect();
+    let machine = machine_file::named(&document, &file.machine).map_err(|errors| findings.extend(errors)).ok();
     let mut files = JobFiles::of(&document);
-    let surface = shape.read(&document, &mut files).map_err(|errors| findings.extend(errors)).ok();
+    let surface = file.surface.read(&document, &mut files).map_err(|errors| findings.extend(errors)).ok();
     let faults = fault_file::read_all(&file.faults, &document, machine.as_ref(), &mut findings);
     let feeds = feeds(&document, &file).map_err(|errors| findings.extend(errors)).ok();
     let grid = feeds.and_then(|(_, feed)| grid(&document, &file, feed).map_err(|error| findings.push(error)).ok());
@@ -238,59 +292,17 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<TurnedJob, Vec<Co
     })
 }
 
-/// What can be said about single values, in the words and units of the file.
-fn ranges(document: &Document, file: &TurningFile) -> Vec<ConfigError> {
-    let mut findings = Vec::new();
-    let mut refuse = |key: &str, message: String| findings.push(document.error(key, message));
-    if let Some(message) = names::fault("job", &file.name) {
-        refuse("name", message);
-    }
-    let roughing = file.roughing.iter().flat_map(|roughing| {
-        [
-            roughing.stock_mm.map(|stock| ("roughing.stock_mm", stock)),
-            Some(("roughing.deepest_mm", roughing.deepest_mm)),
-            roughing.along_z_mm.map(|feed| ("roughing.along_z_mm", feed)),
-            roughing.along_curve_mm.map(|feed| ("roughing.along_curve_mm", feed)),
-        ]
-    });
-    let given = [
-        file.finishing.along_z_mm.map(|feed| ("finishing.along_z_mm", feed)),
-        file.finishing.along_curve_mm.map(|feed| ("finishing.along_curve_mm", feed)),
-        file.spindle.rpm.map(|rpm| ("spindle.rpm", rpm)),
-        file.form_grid.column_mm.map(|column| ("form_grid.column_mm", column)),
-    ];
-    let positive = [
-        ("bar_radius_mm", file.bar_radius_mm),
-        ("clearance_mm", file.clearance_mm),
-        ("rapid_speed_mm_s", file.rapid_speed_mm_s),
-        ("tolerance_um", file.tolerance_um),
-    ];
-    for (key, value) in positive.into_iter().chain(roughing.chain(given).flatten()) {
-        if !(value.is_finite() && value > 0.0) {
-            refuse(key, format!("{key} is {value}; it must be a positive number"));
-        }
-    }
-    if let Some(leaves) =
-        file.roughing.map(|roughing| roughing.leaves_mm).filter(|leaves| !(0.0..=1e3).contains(leaves))
-    {
-        refuse("roughing.leaves_mm", format!("roughing.leaves_mm is {leaves}; it must be 0 to 1000"));
-    }
-    if let Some(azimuths) =
-        file.form_grid.azimuths.filter(|azimuths| !(MIN_AZIMUTHS..=MOST_AZIMUTHS).contains(azimuths))
-    {
-        let message = format!("form_grid.azimuths is {azimuths}; it must be {MIN_AZIMUTHS} to {MOST_AZIMUTHS}");
-        refuse("form_grid.azimuths", message);
-    }
+/// Refuses a spindle speed that its law does not take.
+fn spindle(document: &Document, file: &TurningFile) -> Option<ConfigError> {
     match (file.spindle.law, file.spindle.rpm) {
         (SpindleLawFile::Constant, None) => {
-            refuse("spindle", "spindle.law constant needs spindle.rpm, the speed to turn at".into());
+            Some(document.error("spindle", "spindle.rpm is missing: spindle.law constant needs it"))
         }
-        (SpindleLawFile::Fastest | SpindleLawFile::Varied, Some(_)) => {
-            refuse("spindle.rpm", "spindle.rpm is about law: constant; the other laws take what the axes allow".into());
-        }
-        _ => {}
+        (SpindleLawFile::Fastest | SpindleLawFile::Varied, Some(_)) => Some(
+            document.error("spindle.rpm", "spindle.rpm is only for spindle.law constant; remove it or set that law"),
+        ),
+        _ => None,
     }
-    findings
 }
 
 /// Feeds of roughing and finishing.

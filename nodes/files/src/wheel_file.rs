@@ -1,20 +1,29 @@
 //! What files say about the wheel's surroundings and its dressing.
 
 use super::ConfigError;
+use super::names;
 use super::yaml::Document;
 use camwright::job::dressing::DressingSpec;
-use camwright::job::grinding::{ObstacleSpec, WheelPower, WheelWish};
+use camwright::job::grinding::{ObstacleSpec, Subject, WheelPower, WheelWish};
 use camwright::machine::description::ThermalDescription;
 use camwright::machine::fixture::{Dresser, Extent};
 use camwright::math::units::mm_from_um;
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Bound on the power of the wheel's spindle.
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WheelPowerFile {
+    /// Maximum power of the wheel spindle: width * (specific energy * Q' + rubbing * contact length * wheel
+    /// speed).
+    #[schemars(range(min = 1e-6, max = 1e9))]
     most_w: f64,
+    /// Energy per removed volume.
+    #[schemars(range(min = 1e-6, max = 1e6))]
     specific_energy_j_mm3: f64,
+    /// Force of rubbing per contact area.
+    #[schemars(range(min = 1e-6, max = 1e6))]
     rubbing_n_mm2: f64,
 }
 
@@ -29,19 +38,41 @@ impl WheelPowerFile {
 }
 
 /// The dresser of a machine.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct DresserFile {
+    /// Distance of the dresser's rim from the spindle axis; within the soft limits of X.
+    #[schemars(range(min = -1e5, max = 1e5))]
     x_mm: f64,
+    /// Position of z_axis with the dresser in front of the wheel; within the soft limits of Z.
+    #[schemars(range(min = -1e5, max = 1e5))]
     z_mm: f64,
+    /// Width of the dresser; the table travels 1 mm beyond the wheel on either side.
+    #[schemars(range(min = 0.1, max = 100.0))]
     width_mm: f64,
+    /// Speed of X on the last 0.5 mm before the dresser.
+    #[schemars(range(min = 1e-3, max = 1e3))]
     infeed_speed_mm_s: f64,
+    /// Speed of the table past the dresser.
+    #[schemars(range(min = 1e-3, max = 1e3))]
     traverse_speed_mm_s: f64,
+    /// Time after a dress.
+    #[schemars(range(min = 0.0, max = 600.0))]
     dwell_s: f64,
+    /// Maximum radius that one dress removes, wear included.
+    #[schemars(range(min = 1e-3, max = 1e4))]
     max_depth_um: f64,
 }
 
 impl DresserFile {
+    pub(super) fn x_mm(&self) -> f64 {
+        self.x_mm
+    }
+
+    pub(super) fn z_mm(&self) -> f64 {
+        self.z_mm
+    }
+
     pub(super) fn dresser(&self) -> Dresser {
         Dresser {
             x_mm: self.x_mm,
@@ -53,37 +84,31 @@ impl DresserFile {
             max_depth_mm: mm_from_um(self.max_depth_um),
         }
     }
-
-    /// Its values with their ranges, by key.
-    pub(super) fn ranges(&self, z: (f64, f64), x: (f64, f64)) -> [(&'static str, f64, f64, f64); 7] {
-        [
-            ("dresser.x_mm", self.x_mm, x.0, x.1),
-            ("dresser.z_mm", self.z_mm, z.0, z.1),
-            ("dresser.width_mm", self.width_mm, 0.1, 100.0),
-            ("dresser.infeed_speed_mm_s", self.infeed_speed_mm_s, 1e-3, 1e3),
-            ("dresser.traverse_speed_mm_s", self.traverse_speed_mm_s, 1e-3, 1e3),
-            ("dresser.dwell_s", self.dwell_s, 0.0, 600.0),
-            ("dresser.max_depth_um", self.max_depth_um, 1e-3, 1e4),
-        ]
-    }
 }
 
 /// How the wheelhead grows.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ThermalFile {
+    /// G: the wheelhead grows towards the part by G (1 - exp(-t/tau)) while its spindle runs.
+    #[schemars(range(min = -1000.0, max = 1000.0))]
     pub(super) growth_um: f64,
+    /// Time constant tau of the growth.
+    #[schemars(range(min = 1.0, max = 1e6))]
     pub(super) time_constant_s: f64,
+    /// State of a machine without a state file.
     #[serde(default)]
     start: StartFile,
 }
 
 /// How a machine that has never run begins.
-#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum StartFile {
     #[default]
+    /// Without growth.
     Cold,
+    /// Grown by G, with the wheel dressed in that state.
     Warm,
 }
 
@@ -98,11 +123,17 @@ impl ThermalFile {
 }
 
 /// A body of revolution on the table.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ExtentFile {
+    /// Begin of the body, as a position of z_axis with the wheel's middle in front of it.
+    #[schemars(range(min = -1e5, max = 1e5))]
     from_mm: f64,
+    /// End of the body.
+    #[schemars(range(min = -1e5, max = 1e5))]
     to_mm: f64,
+    /// Radius of the body about the spindle axis.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     radius_mm: f64,
 }
 
@@ -126,12 +157,20 @@ impl ExtentFile {
 }
 
 /// When a job dresses the wheel.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct DressingFile {
+    /// Dresses before a lobe after this many lobes.
+    #[schemars(range(min = 1, max = 1000000))]
     every_lobes: Option<u32>,
+    /// Dresses before a part after this many parts.
+    #[schemars(range(min = 1, max = 1000000))]
     every_parts: Option<u32>,
+    /// Dresses before a lobe whose form error from wheel wear would exceed this; needs `wheel.grinding_ratio`.
+    #[schemars(range(min = 1e-6, max = 1e6))]
     predicted_error_um: Option<f64>,
+    /// Depth that a dress removes from the radius of the worn wheel.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     depth_um: f64,
 }
 
@@ -147,12 +186,20 @@ impl DressingFile {
 }
 
 /// What the part has besides its lobes.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ObstacleFile {
+    /// Name of the obstacle.
+    #[schemars(schema_with = "names::schema")]
     name: String,
+    /// Begin of the obstacle, as a position of z_axis.
+    #[schemars(range(min = -1e5, max = 1e5))]
     from_mm: f64,
+    /// End of the obstacle.
+    #[schemars(range(min = -1e5, max = 1e5))]
     to_mm: f64,
+    /// Radius of the obstacle about the spindle axis.
+    #[schemars(range(min = 1e-6, max = 1e4))]
     radius_mm: f64,
 }
 
@@ -164,9 +211,6 @@ impl ObstacleFile {
 }
 
 /// What lobes and passes say about wheels, in the order of the file.
-pub(super) fn wishes<'a>(of: impl Iterator<Item = (&'static str, &'a str, Option<f64>)>) -> Vec<WheelWish> {
-    let wish = |(kind, name, radius): (_, _, Option<f64>)| {
-        Some(WheelWish { of: format!("{kind} {name}"), radius_mm: radius? })
-    };
-    of.filter_map(wish).collect()
+pub(super) fn wishes(of: impl Iterator<Item = (Subject, Option<f64>)>) -> Vec<WheelWish> {
+    of.filter_map(|(of, radius_mm)| Some(WheelWish { of, radius_mm: radius_mm? })).collect()
 }

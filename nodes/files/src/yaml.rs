@@ -2,14 +2,17 @@
 
 use super::job_files::AtHand;
 use super::locate::Located;
-use super::yaml_words::in_words;
-use super::{ConfigError, Place};
+use super::{ConfigError, Place, schema};
+use schemars::JsonSchema;
 use serde::de::{DeserializeOwned, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde::ser::{SerializeMap, SerializeSeq, Serializer};
 use serde::{Deserialize, Serialize};
 use serde_saphyr::Spanned;
 use std::fmt;
 use std::path::{Path, PathBuf};
+
+/// Maximum number of characters of an override that an error repeats.
+const MAX_SHOWN: usize = 80;
 
 /// A value of a YAML file and the line it stands on.
 #[derive(Debug, Clone, PartialEq)]
@@ -117,6 +120,19 @@ impl Serialize for Node {
 }
 
 impl Node {
+    fn to_json(&self) -> serde_json::Value {
+        use serde_json::Value as Json;
+        match &self.value {
+            Value::Null => Json::Null,
+            Value::Bool(value) => Json::Bool(*value),
+            Value::Integer(value) => Json::from(*value),
+            Value::Float(value) => Json::from(*value),
+            Value::Text(text) => Json::String(text.clone()),
+            Value::List(list) => list.iter().map(Node::to_json).collect(),
+            Value::Map(entries) => entries.iter().map(|(key, node)| (key.clone(), node.to_json())).collect(),
+        }
+    }
+
     /// The value at a dotted path; list elements are named by their index, or by their `name`.
     #[must_use]
     pub fn get(&self, path: &str) -> Option<&Node> {
@@ -226,20 +242,17 @@ impl Document {
         Ok(Self { path: path.to_path_buf(), text, root, overrides: overrides.to_vec(), at_hand })
     }
 
-    /// What it says, in types.
+    /// Reads the document as a type of a file.
     ///
     /// # Errors
-    /// Unknown keys, missing keys, values of the wrong type, with their line.
-    pub fn read<T: DeserializeOwned>(&self) -> Result<T, ConfigError> {
-        serde_saphyr::from_str(&self.text).map_err(|error| {
-            let mut error = yaml_error(&self.path, &error);
-            if !self.overrides.is_empty() {
-                // The text that was read is the rewritten one: its line numbers are not those of the file.
-                error.place.line = None;
-                error.message = format!("with the overrides {}: {}", self.overrides.join(" "), error.message);
-            }
-            error
-        })
+    /// Everything that the type does not declare: unknown and missing keys, values of another type or out of range, each with its line.
+    pub fn read<T: DeserializeOwned + JsonSchema>(&self) -> Result<T, Vec<ConfigError>> {
+        let findings = schema::findings(self, &schema::of::<T>());
+        if !findings.is_empty() {
+            return Err(findings);
+        }
+        serde_json::from_value(self.root.to_json())
+            .map_err(|error| vec![ConfigError::at(Place::file(&self.path), error.to_string())])
     }
 
     /// Where the value at a dotted path stands; the nearest enclosing value if it does not exist.
@@ -260,7 +273,17 @@ impl Document {
     /// An error about the value at a dotted path.
     #[must_use]
     pub fn error(&self, path: &str, message: impl Into<String>) -> ConfigError {
-        ConfigError::at(self.place(path), message)
+        let (place, message) = (self.place(path), message.into());
+        let is_about = |over: &&String| {
+            let key = over.split('=').next().unwrap_or_default().trim();
+            path.starts_with(key) || key.starts_with(path)
+        };
+        let short = |over: &String| over.chars().take(MAX_SHOWN).collect::<String>();
+        let with: Vec<String> = self.overrides.iter().filter(is_about).map(short).collect();
+        match place.line {
+            None if !with.is_empty() => ConfigError::at(place, format!("{message} (set by {})", with.join(" "))),
+            _ => ConfigError::at(place, message),
+        }
     }
 
     /// The text at a dotted path, if it is one.
@@ -313,7 +336,7 @@ fn yaml_error(path: &Path, error: &serde_saphyr::Error) -> ConfigError {
         Some(at) => message[..at].to_owned(),
         None => message,
     };
-    ConfigError::at(Place { file: path.to_path_buf(), line }, in_words(&message))
+    ConfigError::at(Place { file: path.to_path_buf(), line }, message)
 }
 
 #[cfg(test)]

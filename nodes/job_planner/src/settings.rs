@@ -1,6 +1,7 @@
 //! The planner's parameters: the settings of the digital switches DS0 … DS7 of JPS6156064B2 and others, laid over the job
 //! file. One that is not set leaves the file's value.
 
+use camwright_files::schema::{self, FileKind, Key, Range};
 use camwright_files::{any_job, job_file};
 use camwright_ros::{Parameter, ParameterValue, Parameters};
 
@@ -21,136 +22,52 @@ const OVERRIDES: &str = "overrides";
 /// Folders of files that jobs and overrides over ROS may name besides their own.
 pub(super) const FILE_FOLDERS: &str = "file_folders";
 
-/// What a value may be.
-#[derive(Debug, Clone, Copy)]
-enum Allowed {
-    Range(f64, f64),
-    OneOf(&'static [&'static str]),
-    Any,
-}
-
-/// A number above 0 that is not absurd.
-const ABOVE_0: Allowed = Allowed::Range(1e-6, 1e6);
-/// Work speeds (rpm).
-const WORK_SPEED: Allowed = Allowed::Range(1e-3, 1e5);
-/// Names of the speed laws of a job file.
-const SPEED_LAWS: Allowed = Allowed::OneOf(&[
-    "constant_work_speed",
-    "constant_footprint_speed",
-    "constant_removal_rate",
-    "constant_power",
-    "constant_temperature",
-    "time_optimal",
-]);
-/// What C does between lobes.
-const BETWEEN_LOBES: Allowed = Allowed::OneOf(&["stops", "turns_on"]);
-
-/// Parameters that carry the name of the key they override: type, range, text.
-const KEYS: [(&str, ParameterValue, Allowed, &str); 23] = [
-    ("rapid_advance_mm", ParameterValue::Double(0.0), ABOVE_0, "R0, rapid advance (mm)"),
-    ("rapid_speed_mm_s", ParameterValue::Double(0.0), ABOVE_0, "F0, speed of the rapid advance (mm/s)"),
-    ("infeed.total_mm", ParameterValue::Double(0.0), ABOVE_0, "RT, total infeed (mm)"),
-    ("infeed.per_block_um", ParameterValue::Double(0.0), ABOVE_0, "delta R, infeed per block (um)"),
-    ("infeed.spark_out_turns", ParameterValue::Integer(0), Allowed::Range(1.0, 1e6), "turns without infeed"),
-    (
-        "work_speed_rpm",
-        ParameterValue::Double(0.0),
-        WORK_SPEED,
-        "speed of the headstock in the cut, its largest with another speed law (rpm)",
-    ),
-    (
-        "speed.law",
-        ParameterValue::String(String::new()),
-        SPEED_LAWS,
-        "how the speed of the headstock follows the contact",
-    ),
-    (
-        "speed.footprint_speed_mm_s",
-        ParameterValue::Double(0.0),
-        ABOVE_0,
-        "speed of the contact along the contour (mm/s), with its law",
-    ),
-    ("speed.removal_rate_mm2_s", ParameterValue::Double(0.0), ABOVE_0, "specific removal rate (mm2/s), with its law"),
-    (
-        "speed.power_w_mm",
-        ParameterValue::Double(0.0),
-        ABOVE_0,
-        "with constant_power: power of the wheel spindle per width (W/mm)",
-    ),
-    (
-        "speed.specific_energy_j_mm3",
-        ParameterValue::Double(0.0),
-        ABOVE_0,
-        "with constant_power: energy that a removed volume takes (J/mm3)",
-    ),
-    (
-        "speed.rubbing_n_mm2",
-        ParameterValue::Double(0.0),
-        ABOVE_0,
-        "with constant_power: force of rubbing per area of contact (N/mm2)",
-    ),
-    (
-        "speed.reference_footprint_speed_mm_s",
-        ParameterValue::Double(0.0),
-        ABOVE_0,
-        "with constant_temperature: speed of the contact in a cut that just does not burn (mm/s)",
-    ),
-    (
-        "speed.reference_depth_um",
-        ParameterValue::Double(0.0),
-        ABOVE_0,
-        "with constant_temperature: depth of that cut along the normal (um)",
-    ),
-    (
-        "speed.reference_equivalent_diameter_mm",
-        ParameterValue::Double(0.0),
-        ABOVE_0,
-        "with constant_temperature: its equivalent diameter 2/(1/R + curvature) (mm)",
-    ),
-    ("dressing.every_lobes", ParameterValue::Integer(0), Allowed::Range(1.0, 1e6), "lobes from dress to dress"),
-    ("dressing.every_parts", ParameterValue::Integer(0), Allowed::Range(1.0, 1e6), "parts from dress to dress"),
-    (
-        "dressing.predicted_error_um",
-        ParameterValue::Double(0.0),
-        ABOVE_0,
-        "largest form error by wear that a lobe may be ground with (um)",
-    ),
-    ("dressing.depth_um", ParameterValue::Double(0.0), ABOVE_0, "what a dress takes off the wheel's radius (um)"),
-    (
-        "clearance_mm",
-        ParameterValue::Double(0.0),
-        Allowed::Range(0.0, 1e3),
-        "how far the wheel keeps from everything but the lobe it grinds (mm)",
-    ),
-    (
-        "c_between_lobes",
-        ParameterValue::String(String::new()),
-        BETWEEN_LOBES,
-        "stops, or turns_on: the next cut begins at the phase with which C is predicted to arrive",
-    ),
-    (
-        "arrival_margin_ms",
-        ParameterValue::Double(0.0),
-        Allowed::Range(0.0, 1e3),
-        "how much later than predicted the table may arrive without the phase being missed (ms)",
-    ),
-    (
-        "rotary_indexing",
-        ParameterValue::Bool(false),
-        Allowed::Any,
-        "the conventional way: the part is turned to each lobe's base first",
-    ),
+/// Keys of a job file that a parameter of the same name overrides.
+const KEYS: [&str; 23] = [
+    "rapid_advance_mm",
+    "rapid_speed_mm_s",
+    "infeed.total_mm",
+    "infeed.per_block_um",
+    "infeed.spark_out_turns",
+    "work_speed_rpm",
+    "speed.law",
+    "speed.footprint_speed_mm_s",
+    "speed.removal_rate_mm2_s",
+    "speed.power_w_mm",
+    "speed.specific_energy_j_mm3",
+    "speed.rubbing_n_mm2",
+    "speed.reference_footprint_speed_mm_s",
+    "speed.reference_depth_um",
+    "speed.reference_equivalent_diameter_mm",
+    "dressing.every_lobes",
+    "dressing.every_parts",
+    "dressing.predicted_error_um",
+    "dressing.depth_um",
+    "clearance_mm",
+    "c_between_lobes",
+    "arrival_margin_ms",
+    "rotary_indexing",
 ];
 
-/// A key as a parameter that is not set at first.
-fn declared(name: &str, example: &ParameterValue, allowed: Allowed, text: &str) -> Parameter {
-    let parameter = Parameter::optional(name, example.clone()).describe(&format!("{text}; not set: the job file's"));
-    match (allowed, example) {
-        #[allow(clippy::cast_possible_truncation, reason = "the bounds above are small whole numbers")]
-        (Allowed::Range(low, high), ParameterValue::Integer(_)) => parameter.integer_range(low as i64, high as i64),
-        (Allowed::Range(low, high), _) => parameter.range(low, high),
-        (Allowed::OneOf(choices), _) => parameter.choices(choices),
-        (Allowed::Any, _) => parameter,
+/// A key of the job file as a parameter without a value: type, range, choices and text are those of the key.
+fn declared(key: &Key) -> Parameter {
+    let example = match key.kind.as_str() {
+        "a whole number" => ParameterValue::Integer(0),
+        "a number" => ParameterValue::Double(0.0),
+        "true or false" => ParameterValue::Bool(false),
+        _ => ParameterValue::String(String::new()),
+    };
+    let unit = if key.unit().is_empty() { String::new() } else { format!(" ({})", key.unit()) };
+    let text = format!("{}{unit}; not set: the value of the job file", key.description.trim_end_matches('.'));
+    let parameter = Parameter::optional(&key.path, example.clone()).describe(&text);
+    match (example, key.range) {
+        #[allow(clippy::cast_possible_truncation, reason = "ranges of whole numbers are whole and small")]
+        (ParameterValue::Integer(_), Range { min: Some(low), max: Some(high) }) => {
+            parameter.integer_range(low as i64, high as i64)
+        }
+        (ParameterValue::Double(_), Range { min: Some(low), max: Some(high) }) => parameter.range(low, high),
+        (ParameterValue::String(_), _) => parameter.choices(&key.words.iter().map(String::as_str).collect::<Vec<_>>()),
+        _ => parameter,
     }
 }
 
@@ -159,7 +76,8 @@ pub(super) fn parameters() -> Vec<Parameter> {
     let mut parameters = vec![
         Parameter::string(JOB, "four_lobe_camshaft").describe("job that runs when a goal names none, by name or path"),
     ];
-    parameters.extend(KEYS.iter().map(|(name, example, allowed, text)| declared(name, example, *allowed, text)));
+    let keys = schema::keys(&FileKind::Job.schema());
+    parameters.extend(keys.iter().filter(|key| KEYS.contains(&key.path.as_str())).map(declared));
     parameters.push(
         Parameter::optional(PHASES, ParameterValue::DoubleArray(Vec::new()))
             .describe("phase angles alpha 1 ... alpha n of the lobes in their order (deg); not set: the job file's")
@@ -258,7 +176,7 @@ pub(super) fn overrides(parameters: &Parameters, of_goal: &[String]) -> Vec<Stri
 /// What the parameters with the name of a key say.
 fn overrides_by_key(value_of: impl Fn(&str) -> Option<ParameterValue>) -> Vec<String> {
     let mut overrides = Vec::new();
-    for (name, ..) in &KEYS {
+    for name in &KEYS {
         match value_of(name) {
             // The debug form keeps the point that makes a YAML number a float.
             Some(ParameterValue::Double(value)) => overrides.push(format!("{name}={value:?}")),
@@ -278,34 +196,14 @@ fn overrides_by_key(value_of: impl Fn(&str) -> Option<ParameterValue>) -> Vec<St
 mod tests {
     use super::*;
 
-    /// Every key that a parameter lays over a job file is one of its keys.
     #[test]
     fn every_parameter_is_a_key_of_the_job_file() {
-        let laws = [
-            ("speed.power", "constant_power"),
-            ("speed.specific", "constant_power"),
-            ("speed.rubbing", "constant_power"),
-            ("speed.reference", "constant_temperature"),
-            ("speed.footprint", "constant_footprint_speed"),
-            ("speed.removal", "constant_removal_rate"),
-        ];
-        for (name, example, _, _) in KEYS {
-            let law = laws.iter().find(|(prefix, _)| name.starts_with(prefix)).map(|(_, law)| *law);
-            let same_law = |other: &&(&str, ParameterValue, Allowed, &str)| {
-                law.is_some_and(|law| laws.iter().any(|(prefix, of)| other.0.starts_with(prefix) && *of == law))
-            };
-            let mut set: Vec<String> = KEYS.iter().filter(same_law).map(|key| format!("{}=1.5", key.0)).collect();
-            set.extend(law.map(|law| format!("speed.law={law}")));
-            if name.starts_with("dressing") {
-                set.push("dressing.depth_um=3.0".into());
-            }
-            match example {
-                ParameterValue::Double(_) => set.push(format!("{name}=1.5")),
-                ParameterValue::Integer(_) => set.push(format!("{name}=2")),
-                ParameterValue::Bool(_) => set.push(format!("{name}=true")),
-                _ => set.push("speed.law=time_optimal".into()),
-            }
-            job_file::load("four_lobe_camshaft", &set).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let keys = schema::keys(&FileKind::Job.schema());
+        for name in KEYS {
+            let key = keys.iter().find(|key| key.path == name).unwrap_or_else(|| panic!("{name} is not a key"));
+            assert!(!key.description.is_empty(), "{name}");
+            let has_range = key.range.min.is_some() && key.range.max.is_some();
+            assert!(has_range || !key.words.is_empty() || key.kind == "true or false", "{name} has no range");
         }
     }
 
@@ -320,13 +218,13 @@ mod tests {
     /// Every declared key reaches the job, whatever its type.
     #[test]
     fn every_parameter_that_is_set_becomes_an_override() {
-        let example = |name: &str| KEYS.iter().find(|key| key.0 == name).map(|key| key.1.clone());
-        let set = overrides_by_key(|name| match (name, example(name)?) {
-            ("speed.law", _) => Some(ParameterValue::String("time_optimal".into())),
-            ("c_between_lobes", _) => Some(ParameterValue::String("turns_on".into())),
-            (_, value) => Some(value),
+        let set = overrides_by_key(|name| match name {
+            "speed.law" => Some(ParameterValue::String("time_optimal".into())),
+            "c_between_lobes" => Some(ParameterValue::String("turns_on".into())),
+            "rotary_indexing" => Some(ParameterValue::Bool(false)),
+            _ => Some(ParameterValue::Double(1.5)),
         });
-        for (name, ..) in KEYS {
+        for name in KEYS {
             assert!(set.iter().any(|pair| pair.starts_with(&format!("{name}="))), "{name} is not in {set:?}");
         }
         let job = ["speed.law=time_optimal", "c_between_lobes=turns_on"];

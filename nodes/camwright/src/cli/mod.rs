@@ -17,6 +17,7 @@ mod run;
 mod run_cell;
 mod run_client;
 mod run_report;
+mod schema;
 mod setup;
 mod status;
 mod turned_report;
@@ -47,6 +48,8 @@ enum CommandLine {
     Post(post::PostArgs),
     /// Check a job or a lift table: every finding with file, line, value and bound.
     Check(check::CheckArgs),
+    /// Print the JSON Schema of job and machine files.
+    Schema(schema::SchemaArgs),
     /// Check a machine against its contract, clause by clause: a drive, a bridge, or the simulated machine.
     CheckMachine(check_machine::CheckMachineArgs),
     /// Tell what the drives of a lathe leave on a part, and what they would have to be.
@@ -91,6 +94,7 @@ pub fn main() -> ExitCode {
         CommandLine::Plan(args) => plan::main(&args),
         CommandLine::Post(args) => post::main(&args),
         CommandLine::Check(args) => check::main(&args),
+        CommandLine::Schema(args) => schema::main(&args),
         CommandLine::CheckMachine(args) => check_machine::main(&args, &ros_args),
         CommandLine::Drives(args) => drives::main(&args),
         CommandLine::Setup(args) => setup::main(&args, &ros_args),

@@ -12,8 +12,11 @@ fn every_value_out_of_range_is_told_with_its_line() {
         text.replace("stock_mm: 0.3", "stock_mm: -0.3").replace("spark_out_turns: 3", "spark_out_turns: 0")
     });
     assert_eq!(found.len(), 2, "{found:?}");
-    assert!(found[0].contains("stock_mm is -0.3; it must be a positive number"), "{found:?}");
-    assert!(found[1].starts_with("job.yaml:1") && found[1].contains("spark_out_turns is 0"), "{found:?}");
+    assert!(found[0].contains("stock_mm is -0.3; it must be 0.000001 to 10000"), "{found:?}");
+    assert!(
+        found[1].starts_with("job.yaml:1") && found[1].contains("spark_out_turns is 0; it must be 1 to 1000"),
+        "{found:?}"
+    );
 }
 
 /// The four lobes with an exhaust table of half as many blocks, and something more in the job.
@@ -62,8 +65,8 @@ fn a_fault_that_cannot_strike_is_told_with_its_line() {
         ("{kind: drive_fault, target: LS1, at_s: 1}", "drive_fault cannot strike \"LS1\""),
         ("{kind: estop}", "a fault needs one of at_tick and at_s"),
         ("{kind: estop, at_tick: 1, at_s: 1}", "a fault needs one of at_tick and at_s"),
-        ("{kind: estop, at_tick: 0}", "the first tick of a job is 1"),
-        ("{kind: estop, at_s: -1}", "at_s is -1, allowed is 0 to 1000000"),
+        ("{kind: estop, at_tick: 0}", "faults.0.at_tick is 0; it must be at least 1"),
+        ("{kind: estop, at_s: -1}", "faults.0.at_s is -1; it must be 0 to 1000000"),
         ("{kind: wheel_overspeed, value: 9, at_s: 1}", "value 9 is outside 1 to 3"),
     ] {
         let found = with(fault);
@@ -93,7 +96,7 @@ fn a_job_may_begin_with_any_lobe_by_name_or_number() {
 fn a_lobe_name_is_no_path() {
     let found = findings(|text| text.replace("name: A,", "name: \"../A\","));
     assert_eq!(found.len(), 1, "{found:?}");
-    assert!(found[0].contains("a name is made of letters"), "{found:?}");
+    assert!(found[0].contains("lobes.0.name is \"../A\"; it must be 1 to 64 letters, digits"), "{found:?}");
 }
 
 #[test]

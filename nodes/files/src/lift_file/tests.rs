@@ -47,12 +47,12 @@ impl Folder {
         let text = format!("lift: {lift}\n");
         let path = self.0.join("job.yaml");
         let document = Document::parse(&path, &text, &[]).expect("YAML");
-        #[derive(Deserialize)]
+        #[derive(Deserialize, JsonSchema)]
         struct Profile {
             lift: LiftFile,
         }
         let told = |error: ConfigError| error.to_string().replace(&format!("{}/", self.0.display()), "");
-        let file: Profile = document.read().map_err(|error| vec![told(error)])?;
+        let file: Profile = document.read().map_err(|errors| errors.into_iter().map(told).collect::<Vec<_>>())?;
         let profile = OfProfile { document: &document, key: "lift", name: "p", follower: Some((follower, 16.0)) };
         read(&file.lift, profile, &mut JobFiles::of(profile.document))
             .map_err(|errors| errors.into_iter().map(told).collect())
@@ -303,7 +303,7 @@ fn segments_are_a_lift_and_refusals_point_at_them() {
     assert!(text.contains("segment 1 (dwell)") && text.contains("the jerk of the X axis would be unbounded"), "{text}");
     let errors = folder.read("{segments: [{law: parabolic, angle_deg: 360}]}").unwrap_err();
     assert!(
-        errors[0].contains("there is no motion law \"parabolic\"; known are dwell, constant_velocity"),
+        errors[0].contains("segments.0.law is \"parabolic\"; it must be one of dwell, constant_velocity"),
         "{errors:?}"
     );
 }
@@ -336,7 +336,7 @@ fn keys_that_contradict_each_other_are_refused() {
         ("{table: t.txt, reading: cubic_spline, smooth_within_um: 5}", "goes through every point"),
         ("{table: t.txt, step_cam_deg: 5, step_crank_deg: 5}", "cam and in crank degrees"),
         ("{table: t.txt, step_crank_deg: 5, angle: cam}", "cam and in crank degrees"),
-        ("{table: t.txt, smooth_within_um: -1}", "smooth_within_um is -1; it must be a positive number"),
+        ("{table: t.txt, smooth_within_um: -1}", "lift.smooth_within_um is -1; it must be 0.000001 to 10000"),
         ("{table: t.txt, colums: [lift_mm]}", "colums"),
         ("{table: t.txt, columns: [cam_angle_deg, lift_mm, lift_inch]}", "two columns of lifts"),
         ("{table: t.txt, columns: [cam_angle_deg, lift_furlong]}", "unknown column \"lift_furlong\""),

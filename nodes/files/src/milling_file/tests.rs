@@ -153,7 +153,7 @@ fn every_number_is_refused_outside_its_range_with_its_line() {
         }
     }
     let negative = edited(PLATE, "radius_mm: 5.0", "radius_mm: -5.0");
-    assert_eq!(refusal(&negative, &[]), "job.yaml:4: tool.radius_mm is -5; it must be above 0, up to 1000");
+    assert_eq!(refusal(&negative, &[]), "job.yaml:4: tool.radius_mm is -5; it must be 0.000001 to 1000");
     let steps = edited(PLATE, "step_mm: 2", "step_mm: 0.001");
     assert_eq!(
         refusal(&steps, &[]),
@@ -184,13 +184,16 @@ fn keys_of_the_other_kind_and_missing_ones_are_refused() {
     );
     assert!(refusal(PLATE, &["tool.diameter_mm=10"]).contains("diameter_mm"), "an unknown key");
     assert!(refusal(PLATE, &["grooves.G.kind=spiral"]).contains("spiral"));
-    assert!(refusal(PLATE, &["profiles.track.gauge={kind: flat}"]).contains("gauge is about lobes that are ground"));
+    assert!(
+        refusal(PLATE, &["profiles.track.gauge={kind: flat}"])
+            .contains("gauge is for ground lobes; remove it from a milled part")
+    );
     assert!(refusal(PLATE, &["schema=camwright/milling_job/7"]).contains("is of schema version 7"));
 }
 
 #[test]
 fn a_job_needs_something_to_make_under_names_that_differ() {
-    assert!(refusal(PLATE, &["passes=[]"]).contains("the job has no passes; it needs at least 1"));
+    assert!(refusal(PLATE, &["passes=[]"]).contains("passes has 0 entries; it must have 1 to 100"));
     assert!(
         refusal(PLATE, &["cams=[]", "grooves=[]"])
             .contains("the job has neither cams nor grooves; it needs at least 1")
@@ -199,13 +202,16 @@ fn a_job_needs_something_to_make_under_names_that_differ() {
     assert!(
         refusal(PLATE, &["passes.rough.name=finish"]).contains("there are two passes named finish; names must differ")
     );
-    assert!(refusal(PLATE, &["cams.A.name=a)b"]).contains("\"a)b\": a name is made of letters, digits, '_' and '-'"));
+    assert!(
+        refusal(PLATE, &["cams.A.name=a)b"])
+            .contains("cams.0.name is \"a)b\"; it must be 1 to 64 letters, digits, '_' and '-'")
+    );
     let unknown = refusal(&edited(PLATE, "profile: disc", "profile: disk"), &[]);
     assert_eq!(unknown, "job.yaml:20: there is no profile disk; the job has track, disc");
     assert!(refusal(PLATE, &["grooves.G.profile=none"]).contains("there is no profile none; the job has track, disc"));
     let many: Vec<String> = (0..101).map(|i| format!("{{name: c{i}, profile: disc, z_mm: 0}}")).collect();
     let said = refusal(PLATE, &[&format!("cams=[{}]", many.join(", "))]);
-    assert!(said.ends_with("the job has 101 cams; at most 100 are allowed"), "{said}");
+    assert!(said.contains("cams has 101 entries; it must have at most 100 (set by cams="), "{said}");
 }
 
 /// Flanks of the track over so many degrees.

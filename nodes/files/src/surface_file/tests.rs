@@ -121,8 +121,8 @@ fn the_file_of_a_surface_is_in_the_hash_and_its_faults_are_told_with_it() {
         ("{kind: grid, file: none.csv}", "none.csv: not found as given"),
         ("{kind: mesh, file: a.stl}", "unit"),
         ("{kind: mesh, file: a.stl, unit: cm}", "cm"),
-        ("{kind: mesh, file: a.stl, unit: mm, axis: w}", "expected x, y or z"),
-        ("{kind: mesh, file: a.stl, unit: mm, axis: n}", "expected x, y or z"),
+        ("{kind: mesh, file: a.stl, unit: mm, axis: w}", "surface.axis is \"w\"; it must be one of x, y, z"),
+        ("{kind: mesh, file: a.stl, unit: mm, axis: n}", "surface.axis is false; it must be one of x, y, z"),
         ("{kind: grid}", "file"),
     ] {
         let told = job(surface).expect_err("refused").join("\n");

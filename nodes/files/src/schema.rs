@@ -1,0 +1,642 @@
+//! JSON Schema of the files, derived from their types, and the check of a file against it.
+//!
+//! A type of a file declares each of its keys once: name (with the unit), type, range, default and description. From this declaration
+//! come the check of a file with all findings at once, `camwright schema`, the tables of `params/README.md`, and the ranges of ROS
+//! parameters that override a key.
+
+use super::ConfigError;
+use super::job_file::JobFile;
+use super::machine_file::MachineFile;
+use super::milling_file::MillingFile;
+use super::turning_file::TurningFile;
+use super::yaml::{Document, Node, Value};
+use schemars::JsonSchema;
+use schemars::generate::SchemaSettings;
+use serde_json::Value as Json;
+use std::fmt::Write as _;
+
+/// Maximum number of findings that are reported for one file.
+const MAX_FINDINGS: usize = 50;
+
+/// Maximum number of characters of a value that an error repeats.
+const MAX_SHOWN: usize = 60;
+
+/// Kind of a file that users write, as its key `schema` names it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FileKind {
+    Job,
+    TurningJob,
+    MillingJob,
+    Machine,
+}
+
+impl FileKind {
+    pub const ALL: [Self; 4] = [Self::Job, Self::TurningJob, Self::MillingJob, Self::Machine];
+
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Job => "job",
+            Self::TurningJob => "turning_job",
+            Self::MillingJob => "milling_job",
+            Self::Machine => "machine",
+        }
+    }
+
+    /// JSON Schema of the files.
+    #[must_use]
+    pub fn schema(self) -> Json {
+        match self {
+            Self::Job => of::<JobFile>(),
+            Self::TurningJob => of::<TurningFile>(),
+            Self::MillingJob => of::<MillingFile>(),
+            Self::Machine => of::<MachineFile>(),
+        }
+    }
+}
+
+/// JSON Schema (draft 2020-12) of a type of a file, without references.
+#[must_use]
+pub(super) fn of<T: JsonSchema>() -> Json {
+    let settings = SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
+    settings.into_generator().into_root_schema_for::<T>().to_value()
+}
+
+/// Everything in a document that its schema does not allow, in the order of the schema.
+pub(super) fn findings(document: &Document, schema: &Json) -> Vec<ConfigError> {
+    let mut check = Check { document, findings: Vec::new(), more: 0 };
+    check.value(schema, &document.root, &mut KeyPath::default());
+    if check.more > 0 {
+        let message = format!("has {} more errors; correct these first", check.more);
+        check.findings.push(ConfigError::at(super::Place::file(&document.path), message));
+    }
+    check.findings
+}
+
+/// Path to a value: with indices for lookups, with names of list elements for messages.
+#[derive(Default)]
+struct KeyPath {
+    indexed: Vec<String>,
+    named: Vec<String>,
+}
+
+impl KeyPath {
+    fn push(&mut self, indexed: String, named: String) {
+        self.indexed.push(indexed);
+        self.named.push(named);
+    }
+
+    fn pop(&mut self) {
+        self.indexed.pop();
+        self.named.pop();
+    }
+
+    fn shown(&self) -> String {
+        if self.named.is_empty() { "the file".to_owned() } else { self.named.join(".") }
+    }
+}
+
+struct Check<'a> {
+    document: &'a Document,
+    findings: Vec<ConfigError>,
+    more: usize,
+}
+
+impl Check<'_> {
+    fn report(&mut self, path: &KeyPath, message: &str) {
+        if self.findings.len() >= MAX_FINDINGS {
+            self.more += 1;
+            return;
+        }
+        self.findings.push(self.document.error(&path.indexed.join("."), format!("{}{message}", path.shown())));
+    }
+
+    fn value(&mut self, schema: &Json, node: &Node, path: &mut KeyPath) {
+        if let Some(alternatives) = alternatives(schema) {
+            self.alternatives(&alternatives, node, path);
+            return;
+        }
+        let types = types(schema);
+        if matches!(node.value, Value::Null) && types.contains(&"null") {
+            return;
+        }
+        if !types.is_empty() && !types.iter().any(|name| is_of_type(&node.value, name)) {
+            self.report(path, &format!(" is {}; it must be {}", shown(&node.value), type_names(&types)));
+            return;
+        }
+        match &node.value {
+            Value::Integer(value) => self.number(schema, *value as f64, path),
+            Value::Float(value) => self.number(schema, *value, path),
+            Value::Text(text) => self.text(schema, text, path),
+            Value::List(list) => self.list(schema, list, path),
+            Value::Map(entries) => self.map(schema, entries, path),
+            Value::Bool(value) => {
+                let allowed = schema["enum"].as_array();
+                if allowed.is_some_and(|allowed| !allowed.contains(&Json::Bool(*value))) {
+                    let words = words(schema).unwrap_or_default().join(", ");
+                    self.report(path, &format!(" is {value}; it must be one of {words}"));
+                }
+            }
+            Value::Null => {}
+        }
+    }
+
+    fn number(&mut self, schema: &Json, value: f64, path: &KeyPath) {
+        if let Some(numbers) = schema["enum"].as_array() {
+            if !numbers.iter().any(|number| number.as_f64() == Some(value)) {
+                let allowed: Vec<String> = numbers.iter().map(Json::to_string).collect();
+                self.report(path, &format!(" is {value}; it must be {}", allowed.join(" or ")));
+            }
+            return;
+        }
+        let range = Range::of(schema);
+        if !range.contains(value) {
+            self.report(path, &format!(" is {value}; it must be {range}"));
+        }
+    }
+
+    fn text(&mut self, schema: &Json, text: &str, path: &KeyPath) {
+        if let Some(words) = words(schema) {
+            if !words.contains(&text) {
+                self.report(path, &format!(" is {}; {}", shown_text(text), expected_word(text, &words)));
+            }
+            return;
+        }
+        let length = text.chars().count();
+        if let Some(most) = count(schema, "maxLength").filter(|most| length > *most) {
+            self.report(path, &format!(" has {length} characters; it must have at most {most}"));
+            return;
+        }
+        let matches = |pattern: &str| regex_lite::Regex::new(pattern).is_ok_and(|pattern| pattern.is_match(text));
+        if let Some(pattern) = schema["pattern"].as_str().filter(|pattern| !matches(pattern)) {
+            let allowed = schema["x-allowed"].as_str().unwrap_or(pattern);
+            self.report(path, &format!(" is {}; it must be {allowed}", shown_text(text)));
+        }
+    }
+
+    fn list(&mut self, schema: &Json, list: &[Node], path: &mut KeyPath) {
+        let (least, most) = (count(schema, "minItems"), count(schema, "maxItems"));
+        let (is_short, is_long) = (least.is_some_and(|n| list.len() < n), most.is_some_and(|n| list.len() > n));
+        if is_short || is_long {
+            let allowed = match (least, most) {
+                (Some(least), Some(most)) if least == most => format!("{least}"),
+                (Some(least), Some(most)) => format!("{least} to {most}"),
+                (None, Some(most)) => format!("at most {most}"),
+                (least, None) => format!("at least {}", least.unwrap_or(0)),
+            };
+            let entries = if list.len() == 1 { "entry" } else { "entries" };
+            self.report(path, &format!(" has {} {entries}; it must have {allowed}", list.len()));
+            return;
+        }
+        for (index, item) in list.iter().enumerate() {
+            let named = match item.get("name").map(|name| &name.value) {
+                Some(Value::Text(name)) if super::names::is_name(name) => name.clone(),
+                _ => index.to_string(),
+            };
+            path.push(index.to_string(), named);
+            self.value(&schema["items"], item, path);
+            path.pop();
+        }
+    }
+
+    fn map(&mut self, schema: &Json, entries: &[(String, Node)], path: &mut KeyPath) {
+        let Some(properties) = schema["properties"].as_object() else {
+            if schema["additionalProperties"] == Json::Bool(false) && !entries.is_empty() {
+                self.unknown_keys(entries, &[], path);
+            }
+            return;
+        };
+        for (key, node) in entries.iter().filter(|(key, _)| properties.contains_key(key)) {
+            path.push(key.clone(), key.clone());
+            self.value(&properties[key], node, path);
+            path.pop();
+        }
+        if schema["additionalProperties"] == Json::Bool(false) {
+            let known: Vec<&str> = properties.keys().map(String::as_str).collect();
+            self.unknown_keys(entries, &known, path);
+        }
+        let required = schema["required"].as_array().into_iter().flatten().filter_map(Json::as_str);
+        for key in required.filter(|key| !entries.iter().any(|(name, _)| name == key)) {
+            path.push(key.to_owned(), key.to_owned());
+            let description = first_sentence(&properties[key]);
+            let wanted = if description.is_empty() { String::new() } else { format!(": {description}") };
+            self.report(path, &format!(" is missing{wanted}"));
+            path.pop();
+        }
+    }
+
+    fn unknown_keys(&mut self, entries: &[(String, Node)], known: &[&str], path: &mut KeyPath) {
+        for (key, _) in entries.iter().filter(|(key, _)| !known.contains(&key.as_str())) {
+            let hint = match nearest(key, known) {
+                Some(nearest) => format!("did you mean {nearest}?"),
+                None => format!("known keys here: {}", known.join(", ")),
+            };
+            let shown = key.chars().take(MAX_SHOWN).collect::<String>();
+            path.push(key.clone(), shown);
+            self.report(path, &format!(" is an unknown key; {hint}"));
+            path.pop();
+        }
+    }
+
+    /// A value that may have one of several forms.
+    fn alternatives(&mut self, alternatives: &[&Json], node: &Node, path: &mut KeyPath) {
+        let (empty, forms): (Vec<&Json>, Vec<&Json>) = alternatives.iter().partition(|form| types(form) == ["null"]);
+        if matches!(node.value, Value::Null) && !empty.is_empty() {
+            return;
+        }
+        let alternatives = forms.as_slice();
+        if let Some(tag) = tag(alternatives) {
+            self.tagged(tag, alternatives, node, path);
+            return;
+        }
+        if let Some(words) = alternatives.iter().map(|form| form["const"].as_str()).collect::<Option<Vec<_>>>() {
+            match &node.value {
+                Value::Text(text) if words.contains(&text.as_str()) => {}
+                Value::Text(text) => {
+                    self.report(path, &format!(" is {}; {}", shown_text(text), expected_word(text, &words)));
+                }
+                other => self.report(path, &format!(" is {}; it must be one of {}", shown(other), words.join(", "))),
+            }
+            return;
+        }
+        let fits = |form: &&Json| types(form).iter().any(|name| is_of_type(&node.value, name));
+        match alternatives.iter().find(|form| fits(form)) {
+            Some(form) => self.value(form, node, path),
+            None => {
+                let names: Vec<&str> = alternatives.iter().flat_map(|form| types(form)).collect();
+                self.report(path, &format!(" is {}; it must be {}", shown(&node.value), type_names(&names)));
+            }
+        }
+    }
+
+    /// Keys with values, of which one says which of the forms they have.
+    fn tagged(&mut self, tag: &str, forms: &[&Json], node: &Node, path: &mut KeyPath) {
+        let Value::Map(entries) = &node.value else {
+            let wanted = type_names(&["object"]);
+            self.report(path, &format!(" is {}; it must be {wanted}, among them {tag}", shown(&node.value)));
+            return;
+        };
+        let words: Vec<&str> = forms.iter().filter_map(|form| form["properties"][tag]["const"].as_str()).collect();
+        let word = node.get(tag).map(|node| &node.value);
+        path.push(tag.to_owned(), tag.to_owned());
+        let form = match word {
+            Some(Value::Text(text)) => {
+                let form = forms.iter().find(|form| form["properties"][tag]["const"].as_str() == Some(text));
+                if form.is_none() {
+                    self.report(path, &format!(" is {}; {}", shown_text(text), expected_word(text, &words)));
+                }
+                form
+            }
+            Some(other) => {
+                self.report(path, &format!(" is {}; it must be one of {}", shown(other), words.join(", ")));
+                None
+            }
+            None => {
+                self.report(path, &format!(" is missing; it must be one of {}", words.join(", ")));
+                None
+            }
+        };
+        path.pop();
+        match form {
+            Some(form) => self.value(form, node, path),
+            None => {
+                let known: Vec<&str> = forms
+                    .iter()
+                    .filter_map(|form| form["properties"].as_object())
+                    .flat_map(|map| map.keys())
+                    .map(String::as_str)
+                    .collect();
+                self.unknown_keys(entries, &known, path);
+            }
+        }
+    }
+}
+
+/// Forms that a value may have; none for a value of one form.
+fn alternatives(schema: &Json) -> Option<Vec<&Json>> {
+    let list = schema["oneOf"].as_array().or_else(|| schema["anyOf"].as_array())?;
+    let mut forms = Vec::new();
+    for form in list {
+        match alternatives(form) {
+            Some(inner) => forms.extend(inner),
+            None => forms.push(form),
+        }
+    }
+    Some(forms)
+}
+
+/// The key that tells forms apart, if they are all keys with values and have one.
+fn tag<'a>(forms: &[&'a Json]) -> Option<&'a str> {
+    let properties = forms.first()?["properties"].as_object()?;
+    let is_tag = |key: &str| forms.iter().all(|form| form["properties"][key]["const"].is_string());
+    properties.keys().map(String::as_str).find(|key| is_tag(key))
+}
+
+fn types(schema: &Json) -> Vec<&str> {
+    match &schema["type"] {
+        Json::String(name) => vec![name],
+        Json::Array(names) => names.iter().filter_map(Json::as_str).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// Texts that a value may be.
+fn words(schema: &Json) -> Option<Vec<&str>> {
+    if let Some(word) = schema["const"].as_str() {
+        return Some(vec![word]);
+    }
+    schema["enum"].as_array().map(|words| words.iter().filter_map(Json::as_str).collect())
+}
+
+fn count(schema: &Json, key: &str) -> Option<usize> {
+    schema[key].as_u64().and_then(|count| usize::try_from(count).ok())
+}
+
+fn is_of_type(value: &Value, name: &str) -> bool {
+    match value {
+        Value::Null => name == "null",
+        Value::Bool(_) => name == "boolean",
+        Value::Integer(_) => name == "integer" || name == "number",
+        Value::Float(_) => name == "number",
+        Value::Text(_) => name == "string",
+        Value::List(_) => name == "array",
+        Value::Map(_) => name == "object",
+    }
+}
+
+fn type_names(types: &[&str]) -> String {
+    let names: Vec<&str> = types
+        .iter()
+        .filter(|name| **name != "null")
+        .map(|name| match *name {
+            "boolean" => "true or false",
+            "integer" => "a whole number",
+            "number" => "a number",
+            "string" => "a text",
+            "array" => "a list",
+            _ => "keys with values",
+        })
+        .collect();
+    names.join(" or ")
+}
+
+fn shown(value: &Value) -> String {
+    match value {
+        Value::Null => "empty".to_owned(),
+        Value::Bool(value) => value.to_string(),
+        Value::Integer(value) => value.to_string(),
+        Value::Float(value) => value.to_string(),
+        Value::Text(text) => format!("the text {}", shown_text(text)),
+        Value::List(_) => "a list".to_owned(),
+        Value::Map(_) => "keys with values".to_owned(),
+    }
+}
+
+fn shown_text(text: &str) -> String {
+    let short: String = text.chars().take(MAX_SHOWN).collect();
+    if short.len() < text.len() { format!("{short:?} …") } else { format!("{short:?}") }
+}
+
+fn expected_word(text: &str, words: &[&str]) -> String {
+    let mut expected = match words {
+        [word] => format!("it must be {word:?}"),
+        _ => format!("it must be one of {}", words.join(", ")),
+    };
+    if let Some(nearest) = nearest(text, words).filter(|_| words.len() > 1) {
+        let _ = write!(expected, "; did you mean {nearest}?");
+    }
+    expected
+}
+
+/// The name that a misspelt one most likely means.
+fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
+    // Longer names are no misspelling of any key.
+    if name.len() > MAX_SHOWN {
+        return None;
+    }
+    let distance = |known: &&&str| strsim::damerau_levenshtein(name, known);
+    known.iter().min_by_key(distance).filter(|known| distance(known) <= 1 + name.len() / 4).copied()
+}
+
+/// The numbers that a key takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    pub min: Option<f64>,
+    pub max: Option<f64>,
+}
+
+impl Range {
+    fn of(schema: &Json) -> Self {
+        Self { min: schema["minimum"].as_f64(), max: schema["maximum"].as_f64() }
+    }
+
+    fn contains(&self, value: f64) -> bool {
+        value.is_finite() && self.min.is_none_or(|min| value >= min) && self.max.is_none_or(|max| value <= max)
+    }
+}
+
+impl std::fmt::Display for Range {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match (self.min, self.max) {
+            (Some(min), Some(max)) => write!(f, "{min} to {max}"),
+            (Some(min), None) => write!(f, "at least {min}"),
+            (None, Some(max)) => write!(f, "at most {max}"),
+            (None, None) => f.write_str("a finite number"),
+        }
+    }
+}
+
+/// A key as it is declared.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Key {
+    /// Dotted path; `[]` stands for the elements of a list.
+    pub path: String,
+    /// Type in words, or the words that it takes.
+    pub kind: String,
+    pub range: Range,
+    /// Words that it takes, if it takes words.
+    pub words: Vec<String>,
+    /// Default as written in YAML; none: the key is required, or its description says what its absence means.
+    pub default: Option<String>,
+    pub is_required: bool,
+    pub description: String,
+}
+
+impl Key {
+    /// Unit of the value, from the end of the key's name.
+    #[must_use]
+    pub fn unit(&self) -> &'static str {
+        let name = self.path.rsplit('.').next().unwrap_or_default().trim_end_matches("[]");
+        UNITS.iter().find(|(suffix, _)| name == &suffix[1..] || name.ends_with(suffix)).map_or("", |(_, unit)| unit)
+    }
+
+    /// Values that it takes: range, words or type.
+    #[must_use]
+    pub fn allowed(&self) -> String {
+        match (self.words.is_empty(), self.range) {
+            (false, _) => self.words.join(", "),
+            (true, Range { min: None, max: None }) => self.kind.clone(),
+            (true, range) if self.kind == "a whole number" => format!("{range}, whole"),
+            (true, range) => range.to_string(),
+        }
+    }
+}
+
+/// Ends of names of keys with their units, longer ends first.
+const UNITS: [(&str, &str); 40] = [
+    ("_n_um_mm_uncertainty", "N/µm per mm"),
+    ("_n_um_uncertainty", "N/µm"),
+    ("_n_mm_uncertainty", "N/mm"),
+    ("_n_um_mm", "N/µm per mm"),
+    ("_rad_s2", "rad/s²"),
+    ("_rad_s3", "rad/s³"),
+    ("_n_m_s", "N m s/rad"),
+    ("_n_s_m", "N s/m"),
+    ("_um_per_deg", "µm/deg"),
+    ("_energy_j_mm3", "J/mm³"),
+    ("_rate_mm2_s", "mm²/s"),
+    ("_per_block_um", "µm"),
+    ("_kg_m2", "kg m²"),
+    ("_mm_s3", "mm/s³"),
+    ("_mm_s2", "mm/s²"),
+    ("_n_mm2", "N/mm²"),
+    ("_um_s", "µm/s"),
+    ("_w_mm", "W/mm"),
+    ("_mm_s", "mm/s"),
+    ("_n_um", "N/µm"),
+    ("_n_mm", "N/mm"),
+    ("_n_m", "N m"),
+    ("_m_s", "m/s"),
+    ("_1_s", "1/s"),
+    ("_blocks_s", "1/s"),
+    ("_percent", "%"),
+    ("_counts", "counts"),
+    ("_per_mm", "1/mm"),
+    ("_ticks", "ticks"),
+    ("_turns", "turns"),
+    ("_rpm", "rpm"),
+    ("_deg", "deg"),
+    ("_us", "µs"),
+    ("_ms", "ms"),
+    ("_hz", "Hz"),
+    ("_kg", "kg"),
+    ("_um", "µm"),
+    ("_mm", "mm"),
+    ("_s", "s"),
+    ("_n", "N"),
+];
+
+/// Every key that a schema declares, sorted by path.
+#[must_use]
+pub fn keys(schema: &Json) -> Vec<Key> {
+    let mut keys = Vec::new();
+    collect(schema, "", &mut keys);
+    keys.sort_by(|a, b| a.path.cmp(&b.path));
+    keys.dedup_by(|later, earlier| later.path == earlier.path && merge(earlier, later));
+    keys
+}
+
+/// Joins what several forms declare of one key: their words, and that it is not required in all of them.
+fn merge(earlier: &mut Key, later: &mut Key) -> bool {
+    earlier.words.extend(later.words.iter().filter(|word| !earlier.words.contains(word)).cloned().collect::<Vec<_>>());
+    earlier.is_required &= later.is_required;
+    if !earlier.description.contains(&later.description) {
+        let separator = if earlier.description.is_empty() { "" } else { " " };
+        let _ = write!(earlier.description, "{separator}{}", later.description);
+    }
+    true
+}
+
+fn collect(schema: &Json, prefix: &str, keys: &mut Vec<Key>) {
+    let forms = alternatives(schema);
+    let is_tagged = forms.is_some();
+    for form in forms.unwrap_or_else(|| vec![schema]) {
+        if form["items"].is_object() {
+            collect(&form["items"], &format!("{prefix}[]"), keys);
+        }
+        let required: Vec<&str> = form["required"].as_array().into_iter().flatten().filter_map(Json::as_str).collect();
+        for (name, property) in form["properties"].as_object().into_iter().flatten() {
+            let path = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
+            let mut declared = key(&path, property, required.contains(&name.as_str()));
+            // The key that tells forms apart: each form describes its word.
+            if let (Some(word), true) = (property["const"].as_str(), form["description"].is_string() && is_tagged) {
+                describe_word(&mut declared.description, word, &description(form));
+            }
+            keys.push(declared);
+            collect(property, &path, keys);
+        }
+    }
+}
+
+fn key(path: &str, schema: &Json, is_required: bool) -> Key {
+    let forms = alternatives(schema).unwrap_or_else(|| vec![schema]);
+    let mut words: Vec<String> =
+        forms.iter().flat_map(|form| words(form).unwrap_or_default()).map(str::to_owned).collect();
+    words.extend(schema["enum"].as_array().into_iter().flatten().filter(|word| word.is_number()).map(Json::to_string));
+    let mut text = description(schema);
+    for form in forms.iter().filter(|form| form["const"].is_string() && form["description"].is_string()) {
+        describe_word(&mut text, form["const"].as_str().unwrap_or_default(), &description(form));
+    }
+    let types: Vec<&str> = forms.iter().flat_map(|form| types(form)).collect();
+    let mut named: Vec<&str> = Vec::new();
+    for name in types {
+        if !named.contains(&name) {
+            named.push(name);
+        }
+    }
+    Key {
+        path: path.to_owned(),
+        kind: type_names(&named),
+        range: Range::of(schema),
+        words,
+        default: default_text(&schema["default"]),
+        is_required,
+        description: text,
+    }
+}
+
+/// Adds the meaning of a word that a key takes to its description.
+fn describe_word(text: &mut String, word: &str, meaning: &str) {
+    let separator = if text.is_empty() { "" } else { " " };
+    let _ = write!(text, "{separator}`{word}`: {meaning}");
+}
+
+fn default_text(default: &Json) -> Option<String> {
+    match default {
+        Json::Null => None,
+        Json::String(text) if text.is_empty() => Some("empty".into()),
+        Json::String(text) => Some(text.clone()),
+        Json::Array(list) if list.is_empty() => Some("none".into()),
+        Json::Object(_) | Json::Array(_) => None,
+        other => Some(other.to_string()),
+    }
+}
+
+/// Description of a key, in one line.
+fn description(schema: &Json) -> String {
+    schema["description"].as_str().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn first_sentence(schema: &Json) -> String {
+    let text = description(schema);
+    text.split_once(". ").map_or(text.trim_end_matches('.').to_owned(), |(first, _)| first.to_owned())
+}
+
+/// The keys of a schema as a Markdown table.
+#[must_use]
+pub fn table(schema: &Json) -> String {
+    let mut table = String::from("| key | unit | allowed | default | meaning |\n|---|---|---|---|---|\n");
+    for key in keys(schema) {
+        let default = match (&key.default, key.is_required) {
+            (Some(default), _) => format!("`{default}`"),
+            (None, true) => "required".to_owned(),
+            (None, false) => String::new(),
+        };
+        let allowed = key.allowed();
+        let _ = writeln!(table, "| `{}` | {} | {allowed} | {default} | {} |", key.path, key.unit(), key.description);
+    }
+    table
+}
+
+#[cfg(test)]
+mod tests;
