@@ -48,19 +48,21 @@ const MAX_GOALS: usize = 1024;
 /// Clients that may wait for the result of one goal.
 const MAX_WAITING_FOR_RESULT: usize = 64;
 
-/// Whether a goal is taken on.
+/// Decision on a request for a goal.
 #[derive(Debug)]
 pub enum GoalDecision {
-    /// It is, at once.
+    /// Accepts the goal at once.
     Accept,
-    /// It is not; the reason goes to the log, since the protocol has no place for it.
+    /// Rejects the goal. The reason goes to the log, since the protocol has no field for it.
     Reject(String),
-    /// Somebody else decides: see [`GoalDecision::later`].
+    /// Defers the decision: see [`GoalDecision::later`].
     Later(LaterDecision),
 }
 
 impl GoalDecision {
-    /// A decision that takes longer than a callback may: this goes to the server, the decider to whoever decides.
+    /// Creates a deferred decision, for one that takes longer than a callback may.
+    ///
+    /// Return the decision to the server, and decide with the [`GoalDecider`].
     pub fn later() -> (GoalDecider, GoalDecision) {
         let decision: Arc<Mutex<Undecided>> = Arc::default();
         (GoalDecider(Arc::clone(&decision)), GoalDecision::Later(LaterDecision(decision)))
@@ -69,14 +71,14 @@ impl GoalDecision {
 
 type Verdict = Result<(), String>;
 
-/// A verdict and what is to be done with it, whichever comes first.
+/// A verdict and its continuation, whichever comes first.
 #[derive(Default)]
 struct Undecided {
     verdict: Option<Verdict>,
     then: Option<Box<dyn FnOnce(Verdict) + Send>>,
 }
 
-/// A decision that is still to come.
+/// Deferred decision.
 pub struct LaterDecision(Arc<Mutex<Undecided>>);
 
 impl fmt::Debug for LaterDecision {
@@ -109,12 +111,12 @@ impl fmt::Debug for GoalDecider {
 }
 
 impl GoalDecider {
-    /// The goal is taken on: [`ActionHandler::accepted`] comes on the executor thread.
+    /// Accepts the goal: [`ActionHandler::accepted`] is called on the executor thread.
     pub fn accept(self) {
         self.decide(Ok(()));
     }
 
-    /// It is not; the reason goes to the log.
+    /// Rejects the goal; the reason goes to the log.
     pub fn reject(self, reason: &str) {
         self.decide(Err(reason.to_string()));
     }
@@ -139,17 +141,31 @@ impl Drop for GoalDecider {
     }
 }
 
-/// What a server decides. All calls come on the executor thread and must not block.
+/// Decisions of an action server. All calls run on the executor thread and must not block.
+///
+/// A closure that receives the handle of every goal is a handler too: it accepts every goal and every request to cancel.
 pub trait ActionHandler<A: Action>: Send + 'static {
-    /// Whether to take on a goal. Nothing has happened yet and nothing may happen here.
-    fn goal(&mut self, id: GoalId, goal: &A::Goal) -> GoalDecision;
+    /// Decides on a request for a goal. Default: accepts.
+    fn goal(&mut self, _id: GoalId, _goal: &A::Goal) -> GoalDecision {
+        GoalDecision::Accept
+    }
 
-    /// Work may begin; the goal is executing. The handle goes to whoever does it.
+    /// Receives an accepted goal, which is executing from now on. Pass the handle to the code that works on it.
     fn accepted(&mut self, goal: GoalHandle<A>);
 
-    /// Whether a goal may be cancelled. If so its handle turns [`GoalHandle::is_canceling`] after this returns, and whoever works on
-    /// it ends it with [`GoalHandle::canceled`] (or otherwise, if the end was there already).
-    fn cancel(&mut self, id: GoalId) -> bool;
+    /// Decides on a request to cancel a goal. Default: accepts.
+    ///
+    /// After `true`, the handle of the goal is [`GoalHandle::is_canceling`]. The code that works on the goal ends it with
+    /// [`GoalHandle::canceled`], or with another outcome that came first.
+    fn cancel(&mut self, _id: GoalId) -> bool {
+        true
+    }
+}
+
+impl<A: Action, F: FnMut(GoalHandle<A>) + Send + 'static> ActionHandler<A> for F {
+    fn accepted(&mut self, goal: GoalHandle<A>) {
+        self(goal);
+    }
 }
 
 struct Entry<A: Action> {
@@ -227,7 +243,7 @@ impl<A: Action> Core<A> {
         }
     }
 
-    /// Takes a request for a goal.
+    /// Handles a request for a goal.
     fn send_goal<H: ActionHandler<A>>(
         self: &Arc<Self>,
         handler: &Arc<Mutex<H>>,
@@ -256,7 +272,7 @@ impl<A: Action> Core<A> {
         }
     }
 
-    /// Answers a request for a goal and, if it is taken on, lets the work begin.
+    /// Answers a request for a goal and, if it is accepted, starts the work.
     fn decided<H: ActionHandler<A>>(
         self: &Arc<Self>,
         handler: &Mutex<H>,
@@ -296,7 +312,7 @@ impl<A: Action> Core<A> {
         node.warn_once(&kind, &format!("goal {id} of {} rejected: {reason}", self.name));
     }
 
-    /// Takes a request to cancel, by the rules of `action_msgs/srv/CancelGoal`.
+    /// Handles a request to cancel, by the rules of `action_msgs/srv/CancelGoal`.
     fn cancel_goal<H: ActionHandler<A>>(&self, handler: &Mutex<H>, request: &CancelGoalRequest) -> CancelGoalResponse {
         let wanted = GoalId::from_msg(&request.goal_info.goal_id);
         let until_ns = from_time(&request.goal_info.stamp);
@@ -340,7 +356,7 @@ impl<A: Action> Core<A> {
         CancelGoalResponse { return_code, goals_canceling }
     }
 
-    /// Takes a request for a result: answered now or at the end of the goal.
+    /// Handles a request for a result: answered now or at the end of the goal.
     fn get_result(&self, request: <A::GetResult as Service>::Request, responder: Responder<A::GetResult>) {
         let id = GoalId::from_msg(&A::split_get_result_request(request));
         let mut goals = self.goals();
@@ -447,7 +463,7 @@ impl Node {
     /// Offers an action.
     ///
     /// # Errors
-    /// When the name breaks the rules or the node is shut down.
+    /// The name breaks the rules, or the node is shut down.
     pub fn action_server<A: Action>(
         &self,
         name: &str,

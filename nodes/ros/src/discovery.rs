@@ -1,4 +1,4 @@
-//! Who is there: endpoints, matches and node names, as discovery reports them.
+//! Graph of the domain: endpoints, matches and node names, as discovery reports them.
 //!
 //! The participant's status events go to one reader only, so there is one participant per node and this is its only reader: that is
 //! what the crate's own Spinner, which would take them away, is not used for.
@@ -50,7 +50,7 @@ pub struct EndpointInfo {
     pub guid: Guid,
     /// Fully qualified name of its node, once that is known (it comes up to a second after the endpoint).
     pub node: Option<String>,
-    /// What it offers or asks.
+    /// Offered or requested profile.
     pub qos: Qos,
     /// The hash of its type (`RIHS01_…`), if it tells that: ROS 2 peers do, our own endpoints cannot.
     pub type_hash: Option<String>,
@@ -110,7 +110,7 @@ pub(super) struct State {
 
 type Listener = Arc<dyn Fn() + Send + Sync>;
 
-/// What a node knows of the graph.
+/// A node's view of the graph.
 #[derive(Default)]
 pub(super) struct Graph {
     state: Mutex<State>,
@@ -171,7 +171,7 @@ impl Graph {
         self.changed.notify_all();
     }
 
-    /// Takes what discovery has reported; returns sentences about endpoints that cannot talk to ours, and about a flood of participants.
+    /// Processes reports of discovery; returns warnings about endpoints that are incompatible with ours, and about a flood of participants.
     pub(super) fn drain(
         &self,
         events: &DomainParticipantStatusListener,
@@ -194,7 +194,7 @@ impl Graph {
         sentences
     }
 
-    /// Takes a participant's list of nodes.
+    /// Processes a participant's list of nodes.
     pub(super) fn participant(&self, participant: ParticipantEntities) {
         let mut state = self.state();
         if participant.nodes.is_empty() {
@@ -245,7 +245,7 @@ impl Graph {
         question(&Matches(&self.state()))
     }
 
-    /// Whether a writer writes this type, if discovery has told.
+    /// Returns true if a writer has this type; none while discovery has not reported it.
     pub(super) fn has_type(&self, writer: &GUID, dds_type: &str) -> Option<bool> {
         self.state().writers.get(writer).map(|endpoint| endpoint.type_name == dds_type)
     }
@@ -334,7 +334,7 @@ impl Graph {
 }
 
 impl State {
-    /// Takes one event; tells whether it changed anything here.
+    /// Processes one event; returns true if it changed the graph.
     fn apply(&mut self, event: DomainParticipantStatusEvent) -> bool {
         let own = self.own;
         let ours = |guid: &GUID| own == Some(prefix(guid));

@@ -29,13 +29,13 @@ use camwright_threads::system_time::system_time_ns;
 pub enum Level {
     Unset = 0,
     Debug = 10,
-    /// What an operator likes to know.
+    /// Normal operation.
     Info = 20,
-    /// What an operator should look at.
+    /// Unusual, but the node goes on.
     Warn = 30,
-    /// What did not work.
+    /// Failed operation.
     Error = 40,
-    /// What ends the program.
+    /// Failure that ends the process.
     Fatal = 50,
 }
 
@@ -100,7 +100,7 @@ impl fmt::Debug for Logger {
     }
 }
 
-/// Where a line comes from.
+/// Origin of a log line.
 #[derive(Debug, Clone, Copy, Default)]
 struct Origin<'a> {
     file: &'a str,
@@ -167,7 +167,7 @@ impl Logger {
         Level::from_number(u32::from(self.inner.threshold.load(Ordering::Relaxed))).unwrap_or(self.inner.usual)
     }
 
-    /// Whether a level is let through.
+    /// Returns true if lines of a level are logged.
     pub fn is_enabled(&self, level: Level) -> bool {
         level as u8 >= self.inner.threshold.load(Ordering::Relaxed)
     }
@@ -261,7 +261,7 @@ impl Drop for CurrentLogger {
     }
 }
 
-/// Takes what `tracing` says to the logger of the current thread (else to that of the process's first node, else to stderr).
+/// Layer for `tracing`: passes events to the logger of the current thread, else to that of the process's first node, else to stderr.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RosLayer;
 

@@ -128,7 +128,7 @@ impl Loopback {
 }
 
 impl LocalEndpoint {
-    /// Whether a body given to [`LocalEndpoint::write`] would be kept or delivered.
+    /// Returns true if [`LocalEndpoint::write`] would store or deliver a body.
     pub(super) fn wants_bodies(&self) -> bool {
         let topics = self.loopback.topics();
         topics.get(&self.topic).is_some_and(|local| {

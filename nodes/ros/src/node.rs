@@ -31,11 +31,11 @@ use super::shutdown::{EXIT_FAILED, Shutdown};
 use super::{logger_services, type_description};
 use camwright_threads::supervised::Supervisor;
 
-/// How long a leaving node waits for its farewell to be sent: 300 ms let real ROS 2 forget its name within 10 ms; without it names
+/// Time for a leaving node to send its farewell: 300 ms let real ROS 2 forget its name within 10 ms; without it names
 /// stay for the lease of 50 s (measured with Fast DDS).
 const FAREWELL: Duration = Duration::from_millis(300);
 
-/// How long a new participant and those that run already get to know each other before it announces its first endpoint.
+/// Time for discovery between a new participant and running ones, before it announces its first endpoint.
 ///
 /// Discovery's own endpoints have then met, and every announcement arrives in order as it is made. Without the pause the first ones are
 /// missing where a peer has just found us, `RustDDS` sends the next ones before it repeats those, and a Fast DDS peer that has such gaps
@@ -44,10 +44,10 @@ const FAREWELL: Duration = Duration::from_millis(300);
 /// with the pause). The handshake was seen to take 70 to 100 ms on two busy cores.
 const ACQUAINTANCE: Duration = Duration::from_millis(250);
 
-/// How often a node that is closed to newcomers looks whether it can open.
+/// Period at which a node that is closed to newcomers checks if it can open.
 const GATE_PERIOD: Duration = Duration::from_secs(5);
 
-/// What a node is made from.
+/// Name, arguments, parameters and limits of a node to be created.
 #[derive(Debug, Clone)]
 pub struct NodeOptions {
     name: String,
@@ -58,7 +58,7 @@ pub struct NodeOptions {
 }
 
 impl NodeOptions {
-    /// A node with a default name, which `args` may remap.
+    /// Options of a node with a default name, which `args` may remap.
     pub fn new(name: &str, args: &RosArgs) -> Self {
         NodeOptions {
             name: name.to_string(),
@@ -127,7 +127,7 @@ pub(super) struct NodeInner {
     next_delay: Mutex<u64>,
     watch: Mutex<Option<watchdog::Watch>>,
     crate_side: Mutex<Option<CrateSide>>,
-    keep: Mutex<Vec<Box<dyn std::any::Any + Send>>>,
+    retained: Mutex<Vec<Box<dyn std::any::Any + Send>>>,
     supervisor: Supervisor,
 }
 
@@ -142,7 +142,7 @@ impl NodeInner {
         let Some(side) = self.crate_side.lock().unwrap_or_else(PoisonError::into_inner).take() else { return };
         self.executor.close();
         self.logger.detach();
-        self.keep.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        self.retained.lock().unwrap_or_else(PoisonError::into_inner).clear();
         self.watch.lock().unwrap_or_else(PoisonError::into_inner).take();
         let CrateSide { node, context, participant } = side;
         // Dropping the node publishes the list of nodes without it; the participant must live until that is on its way.
@@ -223,7 +223,7 @@ impl Node {
                 next_delay: Mutex::new(0),
                 watch: Mutex::new(Some(watch)),
                 crate_side: Mutex::new(Some(CrateSide { node, context, participant: participant.clone() })),
-                keep: Mutex::default(),
+                retained: Mutex::default(),
                 supervisor: Supervisor::default(),
             }),
         };
@@ -248,7 +248,7 @@ impl Node {
         let (graph, logger) = (Arc::clone(self.graph()), self.logger().clone());
         let gate = Arc::new(Mutex::new(gate));
         let (reopened, reporter) = (Arc::clone(&gate), logger.clone());
-        self.keep(self.timer(GATE_PERIOD, move || {
+        self.retain(self.timer(GATE_PERIOD, move || {
             let sentence = reopened.lock().unwrap_or_else(PoisonError::into_inner).reopen();
             sentence.iter().for_each(|sentence| reporter.warn(sentence));
         }));
@@ -265,7 +265,7 @@ impl Node {
                 })
             })
             .map_err(|error| RosError::create("graph listener", error))?;
-        self.keep(events);
+        self.retain(events);
         let graph = Arc::clone(self.graph());
         let nodes = self.reader(
             "ros_discovery_info",
@@ -275,13 +275,15 @@ impl Node {
             false,
             move |participant: ParticipantEntities, _| graph.participant(participant),
         )?;
-        self.keep(nodes);
+        self.retain(nodes);
         Ok(())
     }
 
-    /// Keeps something alive as long as the node is in the graph.
-    pub(super) fn keep(&self, what: impl std::any::Any + Send) {
-        self.inner.keep.lock().unwrap_or_else(PoisonError::into_inner).push(Box::new(what));
+    /// Keeps an endpoint, a timer or anything else until [`Node::shutdown`].
+    ///
+    /// A clone of the node in a retained callback keeps the node alive: call [`Node::shutdown`] then, a drop is not enough.
+    pub fn retain(&self, endpoint: impl std::any::Any + Send) {
+        self.inner.retained.lock().unwrap_or_else(PoisonError::into_inner).push(Box::new(endpoint));
     }
 
     pub(super) fn names(&self) -> &Names {
@@ -431,7 +433,7 @@ impl Node {
         self.inner.executor.post(Box::new(job));
     }
 
-    /// Whether the caller is inside a callback of this node, where blocking calls are refused.
+    /// Returns true inside a callback of this node, where blocking calls are rejected.
     pub fn on_executor_thread(&self) -> bool {
         self.inner.executor.is_current_thread()
     }
@@ -439,7 +441,7 @@ impl Node {
     /// Runs the node's callbacks on this thread until shutdown is requested or the node is shut down.
     ///
     /// # Errors
-    /// Another thread is at it.
+    /// Another thread runs them already.
     pub fn spin(&self, shutdown: &Shutdown) -> Result<(), RosError> {
         let _current = self.inner.logger.enter();
         if self.inner.executor.spin(shutdown) {
@@ -463,7 +465,7 @@ impl Node {
         Ok(SpinThread { shutdown, thread: Some(thread) })
     }
 
-    /// Starts the node's threads, and sees them die.
+    /// Supervisor that starts the node's threads and reports their death.
     #[must_use]
     pub fn supervisor(&self) -> &Supervisor {
         &self.inner.supervisor
@@ -499,7 +501,7 @@ fn raise_descriptor_limit() {
 
 const ENOUGH_DESCRIPTORS: u64 = 20_000;
 
-/// A node that may have gone.
+/// Weak reference to a node.
 #[derive(Clone)]
 pub(super) struct WeakNode(std::sync::Weak<NodeInner>);
 

@@ -32,6 +32,6 @@ pub(super) fn offer(node: &Node) -> Result<(), RosError> {
         }
         response
     })?;
-    node.keep(service);
+    node.retain(service);
     Ok(())
 }

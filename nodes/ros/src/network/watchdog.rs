@@ -47,7 +47,7 @@ pub(crate) struct Watch(u64);
 /// Watches a participant; `alarm` is called once, with the reason.
 ///
 /// # Errors
-/// The system gives no thread.
+/// The operating system refuses a thread.
 pub(crate) fn watch(vitals: Vitals, alarm: impl Fn(&str) + Send + 'static) -> std::io::Result<Watch> {
     static STARTED: Once = Once::new();
     let mut started = Ok(());
