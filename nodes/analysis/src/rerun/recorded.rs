@@ -131,7 +131,7 @@ impl Recorded {
                     known.push(page);
                 }
             } else if at == topics.keyframes {
-                heads.extend(arriving.take(&read(bag, &message)?));
+                heads.extend(arriving.add(&read(bag, &message)?));
             } else if at == topics.stream {
                 let stream: MachineStream = read(bag, &message)?;
                 last_tick = last_tick.max(stream.tick);
