@@ -5,6 +5,7 @@
 //!                        └─► LobeDesign ─► blank outline, form of the ground lobe
 //! ```
 
+pub mod chart;
 pub mod drawing;
 
 mod any_prepared;
@@ -53,7 +54,6 @@ pub use journals::{
 pub use kept_stiffness::{KeptContacts, kept_contacts, learn_stiffness};
 pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
 pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result};
-pub use plots::Scale;
 pub use program::{ProgramSummary, ProgrammedTurn, compare_program, write_program};
 pub use recorded::{NO_JOB_FILE, plan_recorded};
 pub use simulate::with_raw_part;

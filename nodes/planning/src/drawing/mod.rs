@@ -11,8 +11,8 @@ pub(crate) use lettering::{Anchor, Lettering};
 pub(crate) use png_file::png;
 pub(crate) use svg_file::svg;
 
-/// A place on the paper (mm): x to the right, y down, from the upper left corner.
-pub(crate) type Point = [f64; 2];
+/// A point on the paper (mm), from the upper left corner.
+pub(crate) use crate::chart::Point;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Colour(pub(crate) u8, pub(crate) u8, pub(crate) u8);

@@ -14,17 +14,17 @@ mod curves;
 pub(super) mod nc;
 mod turned;
 
-pub use chart::Scale;
 pub(crate) use turned::turned_plots;
 
 use super::PreparedJob;
 use super::export::{LobeSummary, PassSummary};
 use super::turn::Turn;
 use super::turn_summary::{Arc, arcs, bound_name};
+use crate::chart::Frame;
 use crate::drawing::{Anchor, Colour, Drawing, Lettering, Pen};
 use camwright::machine::description::Axis;
 use camwright::motion::speed_plan::{Bound, Quantity};
-use chart::{CURVE_MM, Frame, SMALL};
+use chart::{CURVE_MM, SMALL};
 
 /// Paper: A4, broadside (mm).
 const PAPER: (f64, f64) = (297.0, 210.0);

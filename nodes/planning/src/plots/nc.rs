@@ -1,10 +1,11 @@
 //! What `camwright post` draws: the cutter along its path, and the segments of which the program makes it.
 
 use super::super::program::{ToPost, error_mm};
-use super::chart::{CURVE_MM, Chart, SMALL, Scale};
+use super::chart::{CURVE_MM, Chart, SMALL};
 use super::contour::View;
 use super::curves::{ALLOWED, frame};
 use super::{Plot, ROOM, legend_entry, sheet};
+use crate::chart::Scale;
 use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Point};
 use camwright::gcode::post::{Posted, PostedTurn};
 use camwright::math::units::{TURN_RAD, deg_from_rad, rad_from_deg, um_from_mm};
@@ -222,11 +223,11 @@ fn segments(to_post: &ToPost<'_>, turn: &PostedTurn) -> Drawing {
         let knots: Vec<(f64, f64)> =
             turn.knots.iter().filter(|knot| full(knot.0)).map(|knot| (deg_from_rad(knot.0), knot.1[index])).collect();
         let letter = axis.letter();
-        let travel = Chart { frame: frame(3 * place, rows), scale: Scale::around(knots.iter().map(|knot| knot.1)) };
+        let travel = Chart::new(frame(3 * place, rows), Scale::around(knots.iter().map(|knot| knot.1)));
         travel.axes(&mut drawing, &format!("{letter} (mm)"), false);
         travel.curve(&mut drawing, knots.iter().copied(), CURVE);
         for (c_deg, value) in &knots {
-            let [x, y] = travel.at(c_deg.clamp(0.0, 360.0), *value);
+            let [x, y] = travel.0.at(c_deg.clamp(0.0, 360.0), *value);
             drawing.line(&[[x, y - 0.8], [x, y + 0.8]], KNOT);
         }
         let slopes: Vec<(f64, f64)> = knots
@@ -236,8 +237,7 @@ fn segments(to_post: &ToPost<'_>, turn: &PostedTurn) -> Drawing {
                 [(pair[0].0, slope), (pair[1].0, slope)]
             })
             .collect();
-        let steps =
-            Chart { frame: frame(3 * place + 1, rows), scale: Scale::around(slopes.iter().map(|slope| slope.1)) };
+        let steps = Chart::new(frame(3 * place + 1, rows), Scale::around(slopes.iter().map(|slope| slope.1)));
         steps.axes(&mut drawing, &format!("d{letter}/dC (mm/deg)"), false);
         steps.curve(&mut drawing, slopes.into_iter(), CURVE);
         let errors: Vec<(f64, f64)> = (0..=CURVE_POINTS)
@@ -247,7 +247,7 @@ fn segments(to_post: &ToPost<'_>, turn: &PostedTurn) -> Drawing {
             })
             .collect();
         let allowed = um_from_mm(turn.tolerance_mm);
-        let chart = Chart { frame: frame(3 * place + 2, rows), scale: Scale::around([-allowed, allowed].into_iter()) };
+        let chart = Chart::new(frame(3 * place + 2, rows), Scale::around([-allowed, allowed].into_iter()));
         chart.axes(&mut drawing, "error (µm)", 3 * place + 3 == rows);
         chart.curve(&mut drawing, errors.into_iter(), Pen::solid(Colour(0, 114, 178), 0.2));
         for level in [-allowed, allowed] {
