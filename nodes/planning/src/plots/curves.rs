@@ -2,7 +2,7 @@
 
 use super::super::turn::TurnPoint;
 use super::chart::{CURVE_MM, Chart, SMALL};
-use super::{Cut, ROOM, Sheet, colour};
+use super::sheet::{Cut, ROOM, Sheet, colour};
 use crate::chart::{Frame, Scale, round_step};
 use crate::drawing::{Anchor, Colour, Drawing, Lettering, Pen};
 use camwright::machine::description::{Axis, MotionLimits};

@@ -1,12 +1,12 @@
 //! What `camwright post` draws: the cutter along its path, and the segments of which the program makes it.
 
-use super::super::program::{ToPost, error_mm};
 use super::chart::{CURVE_MM, Chart, SMALL};
 use super::contour::View;
 use super::curves::{ALLOWED, frame};
-use super::{Plot, ROOM, legend_entry, sheet};
+use super::sheet::{PAPER, ROOM, legend_entry, sheet};
 use crate::chart::Scale;
-use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Point};
+use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Plot, Point};
+use crate::program::request::{Outline, Plane, ToPost, error_mm};
 use camwright::gcode::post::{Posted, PostedTurn};
 use camwright::math::units::{TURN_RAD, deg_from_rad, rad_from_deg, um_from_mm};
 use camwright::toolpath::cutter_path::CarriageAxis;
@@ -31,31 +31,6 @@ const CUTTERS: u32 = 36;
 /// Points of a segment, which is a spiral in the plane, and of a curve over a turn.
 const POINTS_PER_RAD: f64 = 60.0;
 const CURVE_POINTS: u32 = 7200;
-
-/// A shape, in mm of the part's frame.
-#[derive(Debug, Clone)]
-pub(crate) struct Outline {
-    /// Closed lines; material is inside of the first.
-    pub closed: Vec<Vec<Point>>,
-    /// Radius of the cutter (mm).
-    pub cutter_mm: f64,
-    /// How far its centre is beyond the programmed X (mm).
-    pub edge_mm: f64,
-    /// The plane in which it is drawn.
-    pub sheet: Sheet,
-}
-
-/// The plane of a drawing.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Sheet {
-    /// Across the spindle axis, seen from +Z.
-    Across,
-    /// A cylinder rolled off: to the right along its circumference, up along Z.
-    Developed {
-        /// Its radius (mm).
-        radius_mm: f64,
-    },
-}
 
 /// All drawings of a program, with the name of the cam or groove they are of.
 pub(crate) fn program_plots<'a>(to_post: &'a ToPost<'_>, posted: &Posted) -> Vec<(&'a str, Plot)> {
@@ -102,21 +77,21 @@ impl Places<'_> {
     fn at(&self, u_rad: f64, position: impl Fn(CarriageAxis) -> Option<f64>) -> Point {
         let azimuth = self.sense * u_rad;
         let of = |axis| self.axes.contains(&axis).then(|| position(axis)).flatten().unwrap_or(0.0);
-        match self.outline.sheet {
-            Sheet::Across => {
+        match self.outline.plane {
+            Plane::Across => {
                 let x_mm = of(CarriageAxis::X) + self.outline.edge_mm;
                 [x_mm * azimuth.cos(), x_mm * azimuth.sin()]
             }
-            Sheet::Developed { radius_mm } => [radius_mm * azimuth + of(CarriageAxis::Y), of(CarriageAxis::Z)],
+            Plane::Developed { radius_mm } => [radius_mm * azimuth + of(CarriageAxis::Y), of(CarriageAxis::Z)],
         }
     }
 }
 
 /// The shape with the cutter along its path; segments in turn in three colours.
 fn tool_path(to_post: &ToPost<'_>, feature: usize, turn: &PostedTurn, outline: &Outline) -> Drawing {
-    let shows = match outline.sheet {
-        Sheet::Across => "shape, cutter every 10° and the segments of its path, seen from +Z",
-        Sheet::Developed { .. } => {
+    let shows = match outline.plane {
+        Plane::Across => "shape, cutter every 10° and the segments of its path, seen from +Z",
+        Plane::Developed { .. } => {
             "walls rolled off at the mean radius, cutter every 10° and the segments of its path; Z upwards"
         }
     };
@@ -129,7 +104,7 @@ fn tool_path(to_post: &ToPost<'_>, feature: usize, turn: &PostedTurn, outline: &
     let centres: Vec<Point> =
         (0..CUTTERS).map(|index| centre_at(f64::from(index) * TURN_RAD / f64::from(CUTTERS))).collect();
     let view = view(outline, &centres);
-    let across = matches!(outline.sheet, Sheet::Across);
+    let across = matches!(outline.plane, Plane::Across);
     for (index, line) in outline.closed.iter().enumerate() {
         if across {
             view.area(&mut drawing, line, if index == 0 { METAL } else { BEHIND });
@@ -194,7 +169,7 @@ fn view(outline: &Outline, centres: &[Point]) -> View {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     // Degrees stand around the axis.
     let reach = DEGREES_AT * reach(outline, centres);
-    let degrees = [[-reach, -reach], [reach, reach]].into_iter().filter(|_| matches!(outline.sheet, Sheet::Across));
+    let degrees = [[-reach, -reach], [reach, reach]].into_iter().filter(|_| matches!(outline.plane, Plane::Across));
     for point in all.chain(cutters).chain(degrees) {
         for axis in 0..2 {
             (low[axis], high[axis]) = (low[axis].min(point[axis]), high[axis].max(point[axis]));
@@ -263,6 +238,6 @@ fn segments(to_post: &ToPost<'_>, turn: &PostedTurn) -> Drawing {
         turn.deviation.slope_jump_mm_rad / deg_from_rad(1.0),
         turn.velocity_step_mm_s
     );
-    drawing.text([super::PAPER.0 - 12.0, 21.0], Lettering { anchor: Anchor::End, ..SMALL }, &text);
+    drawing.text([PAPER.0 - 12.0, 21.0], Lettering { anchor: Anchor::End, ..SMALL }, &text);
     drawing
 }

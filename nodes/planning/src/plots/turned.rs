@@ -6,13 +6,16 @@
 //! | `x_axis` | the turn that asks most of X: its place, speed, acceleration and jerk with what is allowed of them, and the spindle's speed |
 //! | `clearance` | the angles between insert and surface over a turn, with what is asked of them |
 
-use super::super::turning::{ClearanceRow, LeastAngle, PassPoint, PreparedTurning, TurningSummary, points};
 use super::chart::{CURVE_MM, Chart, SMALL};
 use super::contour::View;
 use super::curves::{ALLOWED, LIMIT, frame};
-use super::{Plot, ROOM, legend_entry, sheet};
+use super::sheet::{ROOM, legend_entry, sheet};
 use crate::chart::Scale;
-use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Point};
+use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Plot, Point};
+use crate::turning::clearance_rows::{ClearanceRow, LeastAngle};
+use crate::turning::prepared::PreparedTurning;
+use crate::turning::summary::TurningSummary;
+use crate::turning::walk::{PassPoint, points};
 use camwright::machine::description::Axis;
 use camwright::math::units::{TURN_RAD, rad_from_deg, rpm_from_rad_s};
 use camwright::motion::point_to_point::MOVE_SHARE;
@@ -236,10 +239,10 @@ fn legend(drawing: &mut Drawing, entries: &[(&str, Pen)]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::PAPER;
+    use super::super::sheet::PAPER;
     use super::*;
     use crate::drawing::{png, svg};
-    use crate::turning::clearance_rows;
+    use crate::turning::clearance_rows::clearance_rows;
     use crate::{plan_turned, turning_summary};
 
     fn drawn(set: &[&str]) -> Vec<Plot> {
