@@ -316,7 +316,7 @@ impl Setup {
 
     /// Starts the cyclic thread. At pace fast it keeps no clock, and takes no priority from others.
     fn start_cycle(&self, cycle: Ticker, threads: &mut Threads) -> Result<Realtime, NodeError> {
-        let (waker, realtime) = (self.waker.clone(), Realtime::of(&self.node)?);
+        let (waker, realtime) = (self.waker.clone(), Realtime::for_node(&self.node)?);
         let priority = (self.pace == Pace::Realtime).then(|| realtime.clone());
         threads.spawn(&self.node, "machine cycle", move || {
             if let Some(priority) = priority {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{
-    logging::Level,
+    level::Level,
     names::{self, NameKind, RemapRule, RemapTarget},
     parameter_value::ParameterValue,
     params_file::{self, NodeParameters},

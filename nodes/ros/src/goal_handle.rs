@@ -12,7 +12,7 @@ use camwright_msgs::Action;
 
 use super::{
     action::{GoalId, GoalStatus},
-    action_server::Core,
+    goal_table::Core,
 };
 
 struct Token<A: Action> {

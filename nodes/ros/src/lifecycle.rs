@@ -249,7 +249,7 @@ impl Core {
         *self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn take(&self, edge: &Edge) {
+    fn follow(&self, edge: &Edge) {
         *self.state.lock().unwrap_or_else(PoisonError::into_inner) = edge.to;
         self.changed.notify_all();
         let now_ns = self.node.upgrade().map_or(0, |node| node.now_ns());
@@ -269,7 +269,7 @@ impl Core {
         if self.state() != edge.from {
             return Err(format!("cannot {} a node that is {}", edge.label, self.state().label()));
         }
-        self.take(edge);
+        self.follow(edge);
         let outcome = match edge.transition() {
             Some(Transition::Configure) => callbacks.configure(),
             Some(Transition::Activate) => callbacks.activate(),
@@ -283,7 +283,7 @@ impl Core {
             return Err("a thread of the node died meanwhile".into());
         }
         if let Some(end) = EDGES.iter().find(|end| end.from == edge.to && end.label == label) {
-            self.take(end);
+            self.follow(end);
         }
         if let Err(reason) = &outcome {
             self.logger.error(&format!("cannot {}: {reason}", edge.label));
@@ -296,7 +296,7 @@ impl Core {
         let from = self.state();
         let id =
             EDGES.iter().find(|edge| edge.from == from && edge.label == ERROR).map_or(DEACTIVATE_ERROR, |edge| edge.id);
-        self.take(&edge(id, ERROR, from, S::ErrorProcessing));
+        self.follow(&edge(id, ERROR, from, S::ErrorProcessing));
     }
 
     fn ask(&self, edge: &'static Edge, done: impl FnOnce(Result<(), String>) + Send + 'static) {

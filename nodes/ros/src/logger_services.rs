@@ -7,7 +7,8 @@ use camwright_msgs::rcl_interfaces::{
 
 use super::{
     error::RosError,
-    logging::{Level, Logger},
+    level::Level,
+    logging::Logger,
     node::{Node, private},
 };
 

@@ -14,7 +14,7 @@ use rustdds::{GUID, bytes::Bytes};
 
 use super::discovery::Graph;
 use super::qos::{Durability, History, Qos, Reliability};
-use super::topics::SampleInfo;
+use super::sample_info::SampleInfo;
 use camwright_threads::system_time::system_time_ns;
 
 /// Hands a body to a reader, on the executor thread.

@@ -8,8 +8,11 @@ use std::{
 
 use super::{
     args::RosArgs, clock::USE_SIM_TIME, error::RosError, node::Node, parameter_services::ParameterEvents,
-    parameter_value::ParameterValue, type_description::START_TYPE_DESCRIPTION_SERVICE,
+    parameter_value::ParameterValue,
 };
+
+/// Name of the parameter by which nodes of Jazzy offer `~/get_type_description`.
+pub(super) const START_TYPE_DESCRIPTION_SERVICE: &str = "start_type_description_service";
 
 /// Bounds of a number; a step of 0 is any value between.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -75,7 +75,7 @@ impl Realtime {
     ///
     /// # Errors
     /// A priority out of range, which the parameter's own range keeps out.
-    pub fn of(node: &Node) -> Result<Self, NodeError> {
+    pub fn for_node(node: &Node) -> Result<Self, NodeError> {
         let priority = node.parameters().integer(PRIORITY);
         let wanted = u8::try_from(priority).map_err(|_| NodeError::Parameter(format!("{PRIORITY}: {priority}")))?;
         if node.parameters().bool(LOCK_MEMORY) {

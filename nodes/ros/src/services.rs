@@ -34,7 +34,8 @@ use super::qos::Qos;
 use super::reader_depth::DepthBounds;
 use super::reply_pace::{ReplyPace, STEP};
 use super::rtps_messages::Reply;
-use super::topics::{SampleInfo, Subscription};
+use super::sample_info::SampleInfo;
+use super::topics::Subscription;
 use super::wire::{AsIs, CDR_LE_HEADER, Octets, to_cdr};
 
 /// Longest time for which a reply waits for the discovery of its reader. Discovery of a client's two endpoints takes some ms;
@@ -140,7 +141,7 @@ struct RequestId {
 }
 
 impl RequestId {
-    fn of(info: &SampleInfo, header: Option<Header>) -> Self {
+    fn from_sample(info: &SampleInfo, header: Option<Header>) -> Self {
         match info.related {
             None => RequestId { client: info.writer, number: info.number, header },
             // Fast DDS leaves the number unknown here: it is that of the request itself.
@@ -432,7 +433,7 @@ impl Node {
         let weak = self.downgrade();
         let take = move |body: Octets, info: &SampleInfo| match cyclone::read::<S::Request>(&body, &info.writer) {
             Ok((header, request)) => {
-                let id = RequestId::of(info, header);
+                let id = RequestId::from_sample(info, header);
                 side.note_request(id);
                 let (sender, side) = (info.writer, Arc::clone(&side));
                 let node = weak.upgrade();

@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::participant::{Vitals, is_rustdds};
+use super::vitals::{Vitals, is_rustdds};
 
 const PERIOD: Duration = Duration::from_millis(500);
 
