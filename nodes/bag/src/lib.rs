@@ -44,6 +44,7 @@ mod values;
 mod well_formed;
 pub mod writer;
 mod writer_task;
+mod yaml;
 
 use std::io;
 use std::path::{Path, PathBuf};
