@@ -11,6 +11,7 @@ use camwright_msgs::std_msgs::msg::Float64;
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
 use camwright_ros::{CancelOutcome, Client, GoalStatus, Node, NodeOptions, Qos, RosArgs, Subscription};
 use std::sync::mpsc::{self, Receiver};
+use std::time::Instant;
 
 /// Clients of the example, and the positions it publishes.
 struct User {
@@ -39,7 +40,14 @@ impl User {
     }
 
     fn wait_for_position(&self, wanted: f64) {
-        while (self.positions.recv_timeout(PATIENCE).expect("a position") - wanted).abs() > 1e-9 {}
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            let position = self.positions.recv_timeout(PATIENCE).expect("a position");
+            if (position - wanted).abs() < 1e-9 {
+                return;
+            }
+            assert!(Instant::now() < deadline, "the axis is at {position} m instead of {wanted} m");
+        }
     }
 
     fn push(&self) {
