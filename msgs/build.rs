@@ -8,7 +8,7 @@ use std::{env, fs};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
-    for watched in ["build.rs", "generator", "msg", "srv", "action", "standard"] {
+    for watched in ["build.rs", "generator", "src/syntax.rs", "msg", "srv", "action", "standard"] {
         println!("cargo::rerun-if-changed={watched}");
     }
     let text = generator::generate(&root)?;

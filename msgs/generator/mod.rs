@@ -1,6 +1,6 @@
 //! From interface files to Rust, at build time.
 //!
-//! The stages stand in the order the data walks: [`parse`] reads one file, [`load`] reads a package and adds the
+//! The stages stand in the order the data walks: [`parse`] reads one file (types by [`syntax`]), [`load`] reads a package and adds the
 //! messages that ROS derives from services and actions, [`describe`] computes type descriptions and their RIHS01
 //! hashes, [`schema`] writes the text a bag carries, [`rust`] writes the code. The rules of the file format are those
 //! of `rosidl_adapter` (Jazzy): what it would refuse or silently misread is an error here, with file and line.
@@ -11,6 +11,9 @@ pub(crate) mod model;
 pub(crate) mod parse;
 pub(crate) mod rust;
 pub(crate) mod schema;
+#[path = "../src/syntax.rs"]
+#[allow(unreachable_pub, reason = "the crate exports it")]
+pub(crate) mod syntax;
 pub(crate) mod value;
 
 use std::fmt;

@@ -1,5 +1,6 @@
 //! What an interface file says.
 
+pub(crate) use super::syntax::{Primitive, Shape};
 use std::fmt;
 use std::path::PathBuf;
 
@@ -69,65 +70,7 @@ impl fmt::Display for TypeName {
     }
 }
 
-/// A type that stands for itself.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Primitive {
-    Bool,
-    Byte,
-    /// An unsigned byte in spite of its name; only some standard interfaces have it.
-    Char,
-    Float32,
-    Float64,
-    Int8,
-    Uint8,
-    Int16,
-    Uint16,
-    Int32,
-    Uint32,
-    Int64,
-    Uint64,
-}
-
 impl Primitive {
-    /// The type of that name.
-    pub(crate) fn named(word: &str) -> Option<Self> {
-        Some(match word {
-            "bool" => Self::Bool,
-            "byte" => Self::Byte,
-            "char" => Self::Char,
-            "float32" => Self::Float32,
-            "float64" => Self::Float64,
-            "int8" => Self::Int8,
-            "uint8" => Self::Uint8,
-            "int16" => Self::Int16,
-            "uint16" => Self::Uint16,
-            "int32" => Self::Int32,
-            "uint32" => Self::Uint32,
-            "int64" => Self::Int64,
-            "uint64" => Self::Uint64,
-            _ => return None,
-        })
-    }
-
-    /// The type's word in an interface file.
-    pub(crate) fn word(self) -> &'static str {
-        match self {
-            Self::Bool => "bool",
-            Self::Byte => "byte",
-            Self::Char => "char",
-            Self::Float32 => "float32",
-            Self::Float64 => "float64",
-            Self::Int8 => "int8",
-            Self::Uint8 => "uint8",
-            Self::Int16 => "int16",
-            Self::Uint16 => "uint16",
-            Self::Int32 => "int32",
-            Self::Uint32 => "uint32",
-            Self::Int64 => "int64",
-            Self::Uint64 => "uint64",
-        }
-    }
-
     /// The Rust type.
     pub(crate) fn rust(self) -> &'static str {
         match self {
@@ -168,15 +111,6 @@ pub(crate) enum Base {
     /// Text, with its largest length in bytes if it has one.
     Text(Option<usize>),
     Nested(TypeName),
-}
-
-/// How many elements a field has.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Shape {
-    One,
-    Array(usize),
-    BoundedSequence(usize),
-    Sequence,
 }
 
 /// Type of a field.

@@ -1,6 +1,7 @@
 //! Reads the text of one interface.
 
-use super::model::{Base, Constant, Definition, Field, FieldType, Kind, Primitive, Shape, TypeName};
+use super::model::{Base, Constant, Definition, Field, FieldType, Kind, Shape, TypeName};
+use super::syntax::{Element, TypeError, TypeText, split_comment};
 use super::value;
 
 /// What is wrong in a text, and in which line of it (from 1).
@@ -11,7 +12,7 @@ pub(crate) struct Fault {
 }
 
 /// Something with a comment that later comment lines may extend.
-enum Element {
+enum Commented {
     Field,
     Constant,
 }
@@ -44,17 +45,15 @@ pub(crate) fn split(text: &str, parts: usize) -> Result<Vec<(usize, String)>, Fa
 pub(crate) fn message(package: &str, text: &str) -> Result<Definition, Fault> {
     let mut definition = Definition { text: text.to_owned(), ..Definition::default() };
     let mut pending: Vec<String> = Vec::new();
-    let mut last: Option<Element> = None;
+    let mut last: Option<Commented> = None;
     let mut in_heading = true;
     for (index, raw) in text.lines().enumerate() {
         let fault = |what: String| Fault { line: index + 1, what };
         let raw = raw.replace('\t', " ");
         // Comment lines at the very top, up to the first other line, speak of the message.
         in_heading = in_heading && raw.starts_with('#');
-        let (code, comment) = match raw.split_once('#') {
-            Some((code, comment)) => (code, Some(comment.trim_start_matches('#').trim().to_owned())),
-            None => (raw.as_str(), None),
-        };
+        let (code, comment) = split_comment(&raw);
+        let comment = comment.map(|comment| comment.trim_start_matches('#').trim().to_owned());
         if let Some(comment) = comment {
             if in_heading {
                 definition.comment.push(comment);
@@ -63,8 +62,8 @@ pub(crate) fn message(package: &str, text: &str) -> Result<Definition, Fault> {
             if !code.is_empty() && code.trim().is_empty() {
                 // An indented comment line goes on about what stands above it.
                 match last {
-                    Some(Element::Field) => definition.fields.last_mut().map(|field| field.comment.push(comment)),
-                    Some(Element::Constant) => definition.constants.last_mut().map(|c| c.comment.push(comment)),
+                    Some(Commented::Field) => definition.fields.last_mut().map(|field| field.comment.push(comment)),
+                    Some(Commented::Constant) => definition.constants.last_mut().map(|c| c.comment.push(comment)),
                     None => None,
                 };
                 continue;
@@ -82,7 +81,7 @@ pub(crate) fn message(package: &str, text: &str) -> Result<Definition, Fault> {
 }
 
 /// Reads a line without its comment.
-fn element(package: &str, code: &str, comment: Vec<String>, definition: &mut Definition) -> Result<Element, String> {
+fn element(package: &str, code: &str, comment: Vec<String>, definition: &mut Definition) -> Result<Commented, String> {
     let (type_text, rest) = code.split_once(' ').ok_or_else(|| format!("{code} is a type without a name"))?;
     let rest = rest.trim_start();
     if type_text.is_empty() {
@@ -105,7 +104,7 @@ fn element(package: &str, code: &str, comment: Vec<String>, definition: &mut Def
         }
         let value = value::of_base(&ty.base, text)?;
         definition.constants.push(Constant { name: name.to_owned(), base: ty.base, value, comment });
-        return Ok(Element::Constant);
+        return Ok(Commented::Constant);
     }
     let (name, text) = rest.split_once(' ').unwrap_or((rest, ""));
     if !is_field_name(name) {
@@ -117,7 +116,7 @@ fn element(package: &str, code: &str, comment: Vec<String>, definition: &mut Def
     let text = text.trim_start();
     let default = if text.is_empty() { None } else { Some(value::of_field(&ty, text)?) };
     definition.fields.push(Field { name: name.to_owned(), ty, default, comment });
-    Ok(Element::Field)
+    Ok(Commented::Field)
 }
 
 /// Reads a type, for example `string<=32[]` or `geometry_msgs/Point[<=4]`.
@@ -125,39 +124,28 @@ fn element(package: &str, code: &str, comment: Vec<String>, definition: &mut Def
 /// # Errors
 /// What is wrong with it, as a clause.
 pub(crate) fn field_type(package: &str, text: &str) -> Result<FieldType, String> {
-    let (base, shape) = match text.strip_suffix(']') {
-        None => (text, Shape::One),
-        Some(open) => {
-            let (base, size) =
-                open.rsplit_once('[').ok_or_else(|| format!("{text} closes a bracket it never opened"))?;
-            let number = |digits: &str| match digits.parse() {
-                Ok(n) if n > 0 => Ok(n),
-                _ => Err(format!("the size of {text} must be an integer above 0")),
-            };
-            let shape = match size.strip_prefix("<=") {
-                _ if size.is_empty() => Shape::Sequence,
-                Some(bound) => Shape::BoundedSequence(number(bound)?),
-                None => Shape::Array(number(size)?),
-            };
-            (base, shape)
-        }
+    let size = || format!("the size of {text} must be an integer above 0");
+    let element_text = text.split('[').next().unwrap_or_default();
+    let length = || format!("the bound of {element_text} must be an integer above 0");
+    let read = TypeText::parse(text).map_err(|error| match error {
+        TypeError::Unclosed => format!("{text} opens a bracket it never closes"),
+        TypeError::Unopened => format!("{text} closes a bracket it never opened"),
+        TypeError::Size(_) => size(),
+        TypeError::Length(_) => length(),
+    })?;
+    if read.shape == Shape::BoundedSequence(0) {
+        return Err(size());
+    }
+    let base = match read.element {
+        Element::Text(Some(0)) => return Err(length()),
+        Element::Text(bound) => Base::Text(bound),
+        Element::Primitive(primitive) => Base::Primitive(primitive),
+        Element::Named(name) => nested(package, name)?,
     };
-    Ok(FieldType { base: base_type(package, base)?, shape })
+    Ok(FieldType { base, shape: read.shape })
 }
 
-fn base_type(package: &str, text: &str) -> Result<Base, String> {
-    if let Some(primitive) = Primitive::named(text) {
-        return Ok(Base::Primitive(primitive));
-    }
-    if text == "string" {
-        return Ok(Base::Text(None));
-    }
-    if let Some(bound) = text.strip_prefix("string<=") {
-        return match bound.parse() {
-            Ok(n) if n > 0 => Ok(Base::Text(Some(n))),
-            _ => Err(format!("the bound of {text} must be an integer above 0")),
-        };
-    }
+fn nested(package: &str, text: &str) -> Result<Base, String> {
     if text.starts_with("wstring") {
         return Err("wstring does not travel between implementations; use string".to_owned());
     }

@@ -27,6 +27,7 @@
 mod bounds;
 pub mod cdr;
 mod registry;
+pub mod syntax;
 mod traits;
 
 pub use bounds::BoundsError;

@@ -60,6 +60,8 @@ fn what_is_published_is_in_the_bag_and_comes_back_when_it_is_played() {
     }
     assert!(cell.change_state(CONFIGURE) && cell.change_state(ACTIVATE));
     cell.wait_for_topics(&["/joint_states", "/plan_pages"]);
+    // The recorder may match the publisher before the publisher matches the recorder.
+    assert!(joints.wait_matched(1, PATIENCE));
     for tick in 0..500 {
         joints.publish(&joint_state(tick)).expect("room");
     }

@@ -2,10 +2,14 @@
 
 #[path = "../support/cell.rs"]
 mod cell;
+#[path = "../../nodes/ros/examples/homing_axis.rs"]
+#[allow(dead_code, reason = "the example runs its main function")]
+mod example;
 #[path = "../support/mod.rs"]
 mod support;
 
 mod cell_with_rclpy;
+mod homing_axis;
 mod interoperability;
 mod lathe_with_rclpy;
 mod loader_with_rclpy;

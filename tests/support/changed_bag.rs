@@ -63,7 +63,7 @@ impl Original {
     pub fn keyframes(&self) -> Vec<MachineKeyframe> {
         let mut arriving = Arriving::default();
         let of_keyframes = self.places::<MachineKeyframe>();
-        of_keyframes.into_iter().filter_map(|place| arriving.take(&self.decoded(place))).collect()
+        of_keyframes.into_iter().filter_map(|place| arriving.add(&self.decoded(place))).collect()
     }
 
     /// Where the pages of a keyframe stand.

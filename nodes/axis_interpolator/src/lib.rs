@@ -307,7 +307,7 @@ impl Shared {
         let pump = Pump::new(self, machine)?;
         let mut threads = Threads::default();
         let engine_waker = waker.clone();
-        let realtime = Realtime::of(&self.node)?;
+        let realtime = Realtime::for_node(&self.node)?;
         threads.spawn(&self.node, "interpolator cycle", move || {
             realtime.adopt_current_thread();
             engine.run(&engine_waker);

@@ -5,17 +5,18 @@ use super::goals::Served;
 use super::joint_trajectory::arrival::Step;
 use super::joint_trajectory::{settings, tracking};
 use super::{Shared, lock};
-use camwright::interpolator::{Event, InterpolatorAlarm, OrderKind, Outcome, StartError, State, Status};
+use camwright::interpolator::{Event, InterpolatorAlarm, OrderKind, Outcome, RestState, StartError, State, Status};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::MachineDescription;
 use camwright_files::convert::applied_input;
 use camwright_files::convert::m_from_mm;
 use camwright_files::convert::machine_report::input_name;
-use camwright_files::convert::motion_record::StartRecord;
-use camwright_files::convert::setpoints::trajectory_from_chunk;
+use camwright_files::convert::motion_record::{MotionRecord, StartRecord};
+use camwright_files::convert::setpoints::{ChunkBuffer, trajectory_from_chunk};
 use camwright_files::convert::time::TickClock;
 use camwright_msgs::camwright_msgs::msg::{Alarm, AppliedInput, InterpolatorState, MachineAlarms, MachineCommand};
 use camwright_msgs::control_msgs::msg::JointTrajectoryControllerState;
+use camwright_msgs::control_msgs::srv::QueryTrajectoryStateResponse;
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 use camwright_ros::liveness::Complaint;
 use camwright_ros::{Node, Publisher, Qos, RosError, Telemetry};
@@ -105,7 +106,7 @@ impl Pump {
             while let Some(report) = reports.receive() {
                 let clock = *self.clock.lock().unwrap_or_else(PoisonError::into_inner);
                 let Some(clock) = clock else { continue };
-                if let Err(error) = self.take(report, clock, &back) {
+                if let Err(error) = self.publish(report, clock, &back) {
                     self.complaint.warn(self.node.logger(), &format!("a report cannot be published: {error}"));
                 }
             }
@@ -121,65 +122,32 @@ impl Pump {
         }
     }
 
-    fn take(&mut self, report: FromEngine, clock: TickClock, back: &impl Fn(ToEngine)) -> Result<(), RosError> {
+    /// Turns one report of the engine into messages and answers.
+    fn publish(&mut self, report: FromEngine, clock: TickClock, back: &impl Fn(ToEngine)) -> Result<(), RosError> {
         match report {
-            FromEngine::Chunk(mut chunk) => {
-                let message = trajectory_from_chunk(&chunk, &self.machine, clock);
-                let outcome = self.outlets.setpoints.publish_within(&message, VITAL_LIMIT);
-                chunk.clear();
-                back(ToEngine::Chunk(chunk));
-                outcome
-            }
+            FromEngine::Chunk(chunk) => self.publish_chunk(chunk, clock, back),
             FromEngine::Command { sequence, command } => {
                 let message = message(sequence, command, clock, &self.machine);
                 self.outlets.commands.publish_within(&message, VITAL_LIMIT)
             }
-            FromEngine::Started { tick, rest, record } => {
-                let (name, _) = self.served().names();
-                self.node.logger().info(&format!("{name} begins at tick {tick}"));
-                let told = self.alarms(clock, tick, Vec::new());
-                let text = record.plan_hash().to_owned();
-                let content = StartRecord::new(&rest, *record).to_text();
-                let start = AppliedInput { kind: AppliedInput::START, text, content, ..Default::default() };
-                told.and(self.input(clock, tick, start))
-            }
-            FromEngine::NotStarted(error, _made) => {
-                if self.served().is_of_topic()
-                    && let Some(shared) = self.shared.upgrade()
-                {
-                    shared.warn_of_refusal(&error.to_string());
-                }
-                match error {
-                    StartError::Cancelled => self.served().withdraw(&error.to_string()),
-                    _ => self.served().refuse(&error.to_string()),
-                }
+            FromEngine::Started { tick, rest, record } => self.report_start(clock, tick, &rest, *record),
+            FromEngine::NotStarted(error, _motion) => {
+                self.reject_motion(&error);
                 Ok(())
             }
             FromEngine::Applied { tick, input } => {
                 self.input(clock, tick, applied_input::message(&input, &self.machine))
             }
             FromEngine::Status { tick, status } => {
-                let told = if self.alarms.is_none() { self.alarms(clock, tick, Vec::new()) } else { Ok(()) };
-                told.and(self.status(clock, tick, &status))
+                let published = if self.alarms.is_none() { self.alarms(clock, tick, Vec::new()) } else { Ok(()) };
+                published.and(self.status(clock, tick, &status))
             }
-            FromEngine::Event { tick, event: Event::Alarm(alarm) } => self.alarm(clock, tick, alarm),
-            FromEngine::Event { tick, event: Event::LeftOut { lobe, turns } } => {
-                self.node
-                    .logger()
-                    .info(&format!("the force is steady at tick {tick}: {turns} turns of spark-out are left out"));
-                self.served().leave_out(lobe, turns);
-                Ok(())
-            }
-            FromEngine::Event { event: Event::Probed(probed), .. } => {
-                self.served().probed = Some(probed);
-                Ok(())
-            }
-            FromEngine::Event { event: Event::Segment(_) | Event::Finished(_), .. } => Ok(()),
+            FromEngine::Event { tick, event } => self.report_event(clock, tick, event),
             FromEngine::Ended(ended) => {
-                let told = self.tell_lost_partner(clock, ended.last_tick);
+                let published = self.alarm_of_lost_partner(clock, ended.last_tick);
                 self.end(ended);
                 self.with_shared(Shared::begin_arrival);
-                told
+                published
             }
             FromEngine::Foreseen(foresight) => {
                 self.foreseen(&foresight, clock, back);
@@ -190,20 +158,17 @@ impl Pump {
                 let content = record.to_text();
                 self.input(clock, tick, AppliedInput { kind: AppliedInput::SPLICE, content, ..Default::default() })
             }
-            FromEngine::NotSpliced(error, _made) => {
+            FromEngine::NotSpliced(error, _motion) => {
                 self.with_shared(|shared| shared.refuse_arrival(&error.to_string()));
                 Ok(())
             }
             FromEngine::Tracking(tracking) => self.tracking(&tracking, clock),
-            FromEngine::Queried(told) => {
-                let answer = tracking::answer(told.as_ref(), &self.machine);
-                self.with_shared(|shared| {
-                    if let Some(responder) = lock(&shared.queries).pop_front() {
-                        responder.send(&answer);
-                    }
-                });
+            FromEngine::Queried(state) => {
+                let answer = tracking::answer(state.as_ref(), &self.machine);
+                self.answer_query(&answer);
                 Ok(())
             }
+            // The cyclic thread does not free memory.
             FromEngine::Used(news) => {
                 drop(news);
                 Ok(())
@@ -213,6 +178,72 @@ impl Pump {
                 Ok(())
             }
         }
+    }
+
+    /// Publishes setpoints and returns the emptied chunk to the engine.
+    fn publish_chunk(
+        &self,
+        mut chunk: Box<ChunkBuffer>,
+        clock: TickClock,
+        back: &impl Fn(ToEngine),
+    ) -> Result<(), RosError> {
+        let message = trajectory_from_chunk(&chunk, &self.machine, clock);
+        let outcome = self.outlets.setpoints.publish_within(&message, VITAL_LIMIT);
+        chunk.clear();
+        back(ToEngine::Chunk(chunk));
+        outcome
+    }
+
+    /// Logs the start of a motion, clears the alarms of the last one, and records where the axes start.
+    fn report_start(
+        &mut self,
+        clock: TickClock,
+        tick: u64,
+        rest: &RestState,
+        record: MotionRecord,
+    ) -> Result<(), RosError> {
+        let (name, _) = self.served().names();
+        self.node.logger().info(&format!("{name} begins at tick {tick}"));
+        let published = self.alarms(clock, tick, Vec::new());
+        let text = record.plan_hash().to_owned();
+        let content = StartRecord::new(rest, record).to_text();
+        let start = AppliedInput { kind: AppliedInput::START, text, content, ..Default::default() };
+        published.and(self.input(clock, tick, start))
+    }
+
+    /// Ends the goal of a motion that cannot start.
+    fn reject_motion(&self, error: &StartError) {
+        if self.served().is_of_topic() {
+            self.with_shared(|shared| shared.warn_of_refusal(&error.to_string()));
+        }
+        match error {
+            StartError::Cancelled => self.served().withdraw(&error.to_string()),
+            _ => self.served().refuse(&error.to_string()),
+        }
+    }
+
+    fn report_event(&mut self, clock: TickClock, tick: u64, event: Event) -> Result<(), RosError> {
+        match event {
+            Event::Alarm(alarm) => return self.alarm(clock, tick, alarm),
+            Event::LeftOut { lobe, turns } => {
+                self.node
+                    .logger()
+                    .info(&format!("the force is steady at tick {tick}: {turns} turns of spark-out are left out"));
+                self.served().leave_out(lobe, turns);
+            }
+            Event::Probed(probed) => self.served().probed = Some(probed),
+            Event::Segment(_) | Event::Finished(_) => {}
+        }
+        Ok(())
+    }
+
+    /// Answers the oldest `query_state` request.
+    fn answer_query(&self, answer: &QueryTrajectoryStateResponse) {
+        self.with_shared(|shared| {
+            if let Some(responder) = lock(&shared.queries).pop_front() {
+                responder.send(answer);
+            }
+        });
     }
 
     fn with_shared(&self, act: impl FnOnce(&Shared)) {
@@ -335,8 +366,8 @@ impl Pump {
         self.outlets.alarms.publish_within(&message, VITAL_LIMIT)
     }
 
-    /// A motion is over because of a partner: tells the alarm that is no machine's.
-    fn tell_lost_partner(&mut self, clock: TickClock, tick: u64) -> Result<(), RosError> {
+    /// Publishes the alarm of a motion that ended because a partner was lost.
+    fn alarm_of_lost_partner(&mut self, clock: TickClock, tick: u64) -> Result<(), RosError> {
         let alarm = self.served().alarm.clone();
         let Some((number, text)) = alarm else { return Ok(()) };
         let kind = AlarmKind::from_number(number);

@@ -5,7 +5,7 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use super::BagError;
-use super::tables::Column;
+use super::columns::Column;
 use super::values::{Value, plain};
 
 /// A table under way.

@@ -1,37 +1,19 @@
 //! What a bag itself says of its types (`ros2msg`): enough to find every value in a message without knowing the type beforehand.
 
+use camwright_msgs::syntax::{Element, Primitive, Shape, TypeError, TypeText, split_comment};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Types that a type may use: far more than any does, and few enough for a message to be read by recursion.
 const MOST_TYPES: usize = 256;
 
-/// What a field is made of.
+/// Type of one element of a field.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Kind {
-    Bool,
-    Int8,
-    Uint8,
-    Int16,
-    Uint16,
-    Int32,
-    Uint32,
-    Int64,
-    Uint64,
-    Float32,
-    Float64,
-    /// So many bytes at most, where a bound is told.
+    Primitive(Primitive),
+    /// Text, with its maximum length in bytes if it is bounded.
     Text(Option<usize>),
     /// Another type, by its number in [`Definition::types`].
     Nested(usize),
-}
-
-/// How many of it there are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Count {
-    One,
-    Array(usize),
-    /// As many as the message says, and at most so many where a bound is told.
-    Sequence(Option<usize>),
 }
 
 /// A field of a type.
@@ -39,7 +21,7 @@ pub(super) enum Count {
 pub(super) struct Field {
     pub(super) name: String,
     pub(super) kind: Kind,
-    pub(super) count: Count,
+    pub(super) shape: Shape,
 }
 
 /// A type and those it uses; the type itself is the first.
@@ -76,7 +58,7 @@ impl Definition {
             texts.iter().enumerate().rev().map(|(index, (name, _))| (name.clone(), index)).collect();
         let types = texts.iter().map(|(name, body)| {
             let package = name.split('/').next().unwrap_or_default();
-            let lines = body.lines().map(|line| line.split('#').next().unwrap_or_default().trim());
+            let lines = body.lines().map(|line| split_comment(line).0.trim());
             lines
                 .filter(|line| !line.is_empty())
                 .filter_map(|line| field(line, package, &numbers).transpose())
@@ -133,51 +115,17 @@ fn field(line: &str, package: &str, numbers: &BTreeMap<String, usize>) -> Result
     if rest[name.len()..].trim_start().starts_with('=') {
         return Ok(None);
     }
-    let (base, count) = match kind.split_once('[') {
-        None => (kind, Count::One),
-        Some((base, bound)) => {
-            let bound = bound.strip_suffix(']').ok_or_else(|| format!("'{line}': a bracket is open"))?;
-            (base, count(bound).ok_or_else(|| format!("'{line}': '{bound}' is no number of elements"))?)
-        }
+    let read = TypeText::parse(kind).map_err(|error| match error {
+        TypeError::Unclosed | TypeError::Unopened => format!("'{line}': a bracket is open"),
+        TypeError::Size(size) => format!("'{line}': '{size}' is no number of elements"),
+        TypeError::Length(length) => format!("'{line}': '{length}' is no length"),
+    })?;
+    let kind = match read.element {
+        Element::Primitive(primitive) => Kind::Primitive(primitive),
+        Element::Text(bound) => Kind::Text(bound),
+        Element::Named(base) => nested(&full_name(base, package), numbers)?,
     };
-    let (base, most) = match base.split_once("<=") {
-        None => (base, None),
-        Some((base, most)) => (base, Some(most.parse().map_err(|_| format!("'{line}': '{most}' is no length"))?)),
-    };
-    let kind = match primitive(base) {
-        Some(Kind::Text(_)) => Kind::Text(most),
-        Some(kind) => kind,
-        None => nested(&full_name(base, package), numbers)?,
-    };
-    Ok(Some(Field { name, kind, count }))
-}
-
-/// What stands in the brackets of a field. ROS has no arrays of no elements, which would hold any number of types in no byte.
-fn count(bound: &str) -> Option<Count> {
-    match bound.strip_prefix("<=") {
-        Some(most) => most.parse().ok().map(|most| Count::Sequence(Some(most))),
-        None if bound.is_empty() => Some(Count::Sequence(None)),
-        None => bound.parse().ok().filter(|count| *count > 0).map(Count::Array),
-    }
-}
-
-/// What is no type of a package.
-fn primitive(base: &str) -> Option<Kind> {
-    Some(match base {
-        "bool" => Kind::Bool,
-        "int8" => Kind::Int8,
-        "uint8" | "byte" | "char" => Kind::Uint8,
-        "int16" => Kind::Int16,
-        "uint16" => Kind::Uint16,
-        "int32" => Kind::Int32,
-        "uint32" => Kind::Uint32,
-        "int64" => Kind::Int64,
-        "uint64" => Kind::Uint64,
-        "float32" => Kind::Float32,
-        "float64" => Kind::Float64,
-        "string" => Kind::Text(None),
-        _ => return None,
-    })
+    Ok(Some(Field { name, kind, shape: read.shape }))
 }
 
 /// `package/Type` of a field's type, which within a package may be named without it.
@@ -191,12 +139,15 @@ fn full_name(base: &str, package: &str) -> String {
 
 /// `package/Type` of every type that the fields of a definition have.
 pub fn used_by(package: &str, definition: &str) -> BTreeSet<String> {
-    let fields = definition.lines().filter_map(|line| line.split('#').next()?.split_whitespace().next());
-    // Arrays and bounds belong to the field.
-    let bases = fields.map(|kind| kind.split(['[', '<']).next().unwrap_or(kind));
-    // These two have no values that we read, and are no types of a package either.
-    let is_used = |base: &&str| primitive(base).is_none() && !matches!(*base, "wstring" | "float128");
-    bases.filter(is_used).map(|base| full_name(base, package)).collect()
+    let types = definition.lines().filter_map(|line| split_comment(line).0.split_whitespace().next());
+    let elements = types.filter_map(|text| TypeText::parse(text).ok()).map(|read| read.element);
+    let named = elements.filter_map(|element| match element {
+        // Types without a package, whose values are not read here.
+        Element::Named(base) if base.starts_with("wstring") || base == "float128" => None,
+        Element::Named(base) => Some(full_name(base, package)),
+        Element::Primitive(_) | Element::Text(_) => None,
+    });
+    named.collect()
 }
 
 fn nested(name: &str, numbers: &BTreeMap<String, usize>) -> Result<Kind, String> {
@@ -232,9 +183,10 @@ mod tests {
         assert_eq!(parse(&format!("B b\n{line}\nB\nint8 x\n")), "'B' does not name a type");
         let good =
             Definition::parse("a/msg/A", "int8 X = 3\nint8[<=4] b 1 # c\nstring<=3[2] s\n").expect("it is right");
-        let field = |name: &str, kind, count| Field { name: name.into(), kind, count };
-        let fields =
-            [field("b", Kind::Int8, Count::Sequence(Some(4))), field("s", Kind::Text(Some(3)), Count::Array(2))];
+        let field = |name: &str, kind, shape| Field { name: name.into(), kind, shape };
+        let int8 = Kind::Primitive(Primitive::Int8);
+        let fields = [field("b", int8, Shape::BoundedSequence(4)), field("s", Kind::Text(Some(3)), Shape::Array(2))];
+
         assert_eq!(good.types, [fields]);
         assert_eq!(parse("int8 a\nint16 a\n"), "the field a is there twice");
         assert_eq!(parse("int8[0] a\n"), "'int8[0] a': '0' is no number of elements");

@@ -1,23 +1,13 @@
-//! What other programs want of a bag: tables, one of each topic, or a copy in another layout, a smaller one (Zstandard).
+//! Exports of a bag: a table of each topic, or a copy in another layout, compressed for example.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use indicatif::ProgressBar;
-
+pub use super::exported::Exported;
 pub use super::tables::{TableFormat, to_tables};
 use super::writer::REPEATED;
 use super::{Bag, BagError, BagWriter, Preset, WriterOptions};
-use crate::progress;
-
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Exported {
-    /// Files of tables, or the new bag.
-    pub paths: Vec<PathBuf>,
-    pub messages: u64,
-    /// Topics that could not be written as tables, and why.
-    pub left_out: Vec<(String, String)>,
-}
+use crate::progress::bar_over;
 
 /// A copy of `bag` in another layout, compressed for example: the same messages with the same times and numbers, in one file.
 ///
@@ -51,10 +41,4 @@ pub fn to_bag(bag: &Bag, into: &Path, preset: Preset) -> Result<Exported, BagErr
             Err(error)
         }
     }
-}
-
-/// A bar over the messages of a bag, which is read so many times.
-pub(super) fn bar_over(bag: &Bag, times: u64) -> ProgressBar {
-    let messages = bag.message_counts().iter().fold(0, |sum: u64, count| sum.saturating_add(*count));
-    progress::bar(messages.saturating_mul(times), "{bar:40} {human_pos} of {human_len} messages (eta {eta})")
 }

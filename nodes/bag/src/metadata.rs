@@ -1,7 +1,6 @@
 //! `metadata.yaml`, version 9 as Jazzy writes it, and the older versions as far as they can be read.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::fs::{self, File};
 use std::io::Write as _;
 use std::path::Path;
@@ -10,6 +9,7 @@ use serde::Deserialize;
 
 use super::json::quoted;
 use super::qos::{self, QosProfile, RawProfile};
+use super::yaml::{YamlWriter, scalar};
 use super::{BagError, Topic};
 
 /// The metadata version of Jazzy.
@@ -93,72 +93,47 @@ pub struct BagMetadata {
     pub ros_distro: String,
 }
 
-/// A scalar as YAML takes it for a string again: plain where no reader can see anything else in it.
-fn scalar(text: &str) -> String {
-    let starts_plain = text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '/');
-    let is_plain = text.chars().all(|c| c.is_ascii_alphanumeric() || "/_.-".contains(c));
-    // YAML 1.1 readers see truth values and nothing in these.
-    let is_word =
-        matches!(text.to_ascii_lowercase().as_str(), "y" | "n" | "yes" | "no" | "on" | "off" | "true" | "false")
-            || text.eq_ignore_ascii_case("null");
-    if starts_plain && is_plain && !is_word { text.to_owned() } else { quoted(text) }
-}
-
 impl BagMetadata {
     /// The mapping under `rosbag2_bagfile_information`, as it stands in the MCAP metadata record: rosbag2's field order,
     /// no line end after the last line.
     #[must_use]
     pub fn to_yaml(&self) -> String {
-        let mut t = String::new();
-        // Writing to a String cannot fail.
-        let _ = write!(t, "version: {}\nstorage_identifier: {}", self.version, scalar(&self.storage_identifier));
-        let _ = write!(t, "\nduration:\n  nanoseconds: {}", self.duration_ns);
-        let _ = write!(t, "\nstarting_time:\n  nanoseconds_since_epoch: {}", self.starting_time_ns);
-        let _ = write!(t, "\nmessage_count: {}", self.message_count);
-        t.push_str("\ntopics_with_message_count:");
-        if self.topics.is_empty() {
-            t.push_str(" []");
-        }
-        for topic in &self.topics {
-            let _ = write!(t, "\n  - topic_metadata:\n      name: {}", scalar(&topic.name));
-            let _ = write!(t, "\n      type: {}\n      serialization_format: cdr", scalar(&topic.type_name));
-            if topic.offered_qos.is_empty() {
-                t.push_str("\n      offered_qos_profiles: []");
-            } else {
-                let _ = write!(t, "\n      offered_qos_profiles:\n{}", qos::to_yaml(&topic.offered_qos, 8));
-            }
-            let _ = write!(t, "\n      type_description_hash: {}", scalar(&topic.type_hash));
-            let _ = write!(t, "\n    message_count: {}", topic.message_count);
-        }
-        let _ = write!(t, "\ncompression_format: {}", quoted(&self.compression_format));
-        let _ = write!(t, "\ncompression_mode: {}", quoted(&self.compression_mode));
-        t.push_str("\nrelative_file_paths:");
-        if self.relative_file_paths.is_empty() {
-            t.push_str(" []");
-        }
-        for path in &self.relative_file_paths {
-            let _ = write!(t, "\n  - {}", scalar(path));
-        }
-        t.push_str("\nfiles:");
-        if self.files.is_empty() {
-            t.push_str(" []");
-        }
-        for file in &self.files {
-            let _ = write!(t, "\n  - path: {}", scalar(&file.path));
-            let _ = write!(t, "\n    starting_time:\n      nanoseconds_since_epoch: {}", file.starting_time_ns);
-            let _ = write!(t, "\n    duration:\n      nanoseconds: {}", file.duration_ns);
-            let _ = write!(t, "\n    message_count: {}", file.message_count);
-        }
+        let mut yaml = YamlWriter::new(0);
+        yaml.value("version", self.version);
+        yaml.text("storage_identifier", &self.storage_identifier);
+        yaml.map("duration", |yaml| yaml.value("nanoseconds", self.duration_ns));
+        yaml.map("starting_time", |yaml| yaml.value("nanoseconds_since_epoch", self.starting_time_ns));
+        yaml.value("message_count", self.message_count);
+        yaml.list("topics_with_message_count", &self.topics, |yaml, topic| {
+            yaml.map("topic_metadata", |yaml| {
+                yaml.text("name", &topic.name);
+                yaml.text("type", &topic.type_name);
+                yaml.value("serialization_format", "cdr");
+                yaml.list("offered_qos_profiles", &topic.offered_qos, qos::write);
+                yaml.text("type_description_hash", &topic.type_hash);
+            });
+            yaml.value("message_count", topic.message_count);
+        });
+        yaml.value("compression_format", quoted(&self.compression_format));
+        yaml.value("compression_mode", quoted(&self.compression_mode));
+        yaml.texts("relative_file_paths", &self.relative_file_paths);
+        yaml.list("files", &self.files, |yaml, file| {
+            yaml.text("path", &file.path);
+            yaml.map("starting_time", |yaml| yaml.value("nanoseconds_since_epoch", file.starting_time_ns));
+            yaml.map("duration", |yaml| yaml.value("nanoseconds", file.duration_ns));
+            yaml.value("message_count", file.message_count);
+        });
         if self.custom_data.is_empty() {
-            t.push_str("\ncustom_data: ~");
+            yaml.value("custom_data", "~");
         } else {
-            t.push_str("\ncustom_data:");
-            for (key, value) in &self.custom_data {
-                let _ = write!(t, "\n  {}: {}", scalar(key), quoted(value));
-            }
+            yaml.map("custom_data", |yaml| {
+                for (key, value) in &self.custom_data {
+                    yaml.value(&scalar(key), quoted(value));
+                }
+            });
         }
-        let _ = write!(t, "\nros_distro: {}", scalar(&self.ros_distro));
-        t
+        yaml.text("ros_distro", &self.ros_distro);
+        yaml.finish()
     }
 
     /// The whole text of `metadata.yaml`.

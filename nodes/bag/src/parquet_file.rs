@@ -13,7 +13,7 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{Type, TypePtr};
 
 use super::BagError;
-use super::tables::{Column, ColumnType};
+use super::columns::{Column, ColumnType};
 use super::values::Value;
 
 /// What is gathered before a group of rows is written, in values of eight bytes: 64 MiB.

@@ -1,5 +1,6 @@
 //! A bar of progress for people who look on.
 
+use super::Bag;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Often enough for people (1/s); what it tells of has better things to do.
@@ -12,4 +13,10 @@ pub fn bar(length: u64, template: &str) -> ProgressBar {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,
     }
+}
+
+/// A bar over the messages of a bag that is read this many times.
+pub(crate) fn bar_over(bag: &Bag, times: u64) -> ProgressBar {
+    let messages = bag.message_counts().iter().fold(0, |sum: u64, count| sum.saturating_add(*count));
+    bar(messages.saturating_mul(times), "{bar:40} {human_pos} of {human_len} messages (eta {eta})")
 }

@@ -1,9 +1,8 @@
 //! The quality of service a publisher offered, in the words of rosbag2's metadata version 9.
 
-use std::fmt::Write as _;
-use std::time::Duration;
-
+use super::yaml::YamlWriter;
 use serde::Deserialize;
+use std::time::Duration;
 
 /// What rosbag2 writes for a duration without end: the largest signed 64-bit number of nanoseconds.
 const INFINITE_S: u64 = 9_223_372_036;
@@ -136,35 +135,36 @@ impl QosProfile {
     }
 }
 
-fn seconds(text: &mut String, pad: &str, key: &str, duration: Option<Duration>) {
-    let (sec, nsec) = duration.map_or((INFINITE_S, INFINITE_NS), |d| (d.as_secs(), u64::from(d.subsec_nanos())));
-    // Writing to a String cannot fail.
-    let _ = write!(text, "\n{pad}  {key}:\n{pad}    sec: {sec}\n{pad}    nsec: {nsec}");
+/// Writes one profile, in the order of rosbag2's encoder.
+pub(super) fn write(yaml: &mut YamlWriter, profile: &QosProfile) {
+    yaml.value("history", profile.history.word());
+    yaml.value("depth", profile.depth);
+    yaml.value("reliability", profile.reliability.word());
+    yaml.value("durability", profile.durability.word());
+    write_time(yaml, "deadline", profile.deadline);
+    write_time(yaml, "lifespan", profile.lifespan);
+    yaml.value("liveliness", profile.liveliness.word());
+    write_time(yaml, "liveliness_lease_duration", profile.liveliness_lease);
+    yaml.value("avoid_ros_namespace_conventions", profile.avoid_ros_namespace_conventions);
 }
 
-/// The YAML list of `profiles`, each line after `indent` spaces, byte for byte as rosbag2's encoder lays it out; without a
-/// line end after the last line. No profiles: `[]`.
+fn write_time(yaml: &mut YamlWriter, key: &str, duration: Option<Duration>) {
+    let (sec, nsec) = duration.map_or((INFINITE_S, INFINITE_NS), |d| (d.as_secs(), u64::from(d.subsec_nanos())));
+    yaml.map(key, |yaml| {
+        yaml.value("sec", sec);
+        yaml.value("nsec", nsec);
+    });
+}
+
+/// The YAML list of `profiles`, each line after `indent` spaces, byte for byte as rosbag2 writes it. No profiles: `[]`.
 #[must_use]
 pub fn to_yaml(profiles: &[QosProfile], indent: usize) -> String {
     if profiles.is_empty() {
         return "[]".to_owned();
     }
-    let pad = " ".repeat(indent);
-    let mut text = String::new();
-    for (i, p) in profiles.iter().enumerate() {
-        if i > 0 {
-            text.push('\n');
-        }
-        let _ = write!(text, "{pad}- history: {}\n{pad}  depth: {}", p.history.word(), p.depth);
-        let _ = write!(text, "\n{pad}  reliability: {}", p.reliability.word());
-        let _ = write!(text, "\n{pad}  durability: {}", p.durability.word());
-        seconds(&mut text, &pad, "deadline", p.deadline);
-        seconds(&mut text, &pad, "lifespan", p.lifespan);
-        let _ = write!(text, "\n{pad}  liveliness: {}", p.liveliness.word());
-        seconds(&mut text, &pad, "liveliness_lease_duration", p.liveliness_lease);
-        let _ = write!(text, "\n{pad}  avoid_ros_namespace_conventions: {}", p.avoid_ros_namespace_conventions);
-    }
-    text
+    let mut yaml = YamlWriter::new(indent);
+    yaml.items(profiles, write);
+    yaml.finish()
 }
 
 /// Reads what [`to_yaml`] writes, and the numbers of bags before version 9.

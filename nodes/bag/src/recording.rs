@@ -1,16 +1,16 @@
 //! A recording: a bag written by a thread of its own behind a bounded queue, with every loss counted.
 
-use camwright_threads::supervised::Supervisor;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError, mpsc};
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::thread::{JoinHandle, Thread};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use super::durations::{Durations, DurationsTold};
+use super::durations::DurationsTold;
 use super::metadata::BagMetadata;
-use super::snapshot::SnapshotOptions;
-use super::writer::{BagWriter, Outcome, WriterOptions};
+pub use super::recording_options::RecordingOptions;
+use super::recording_state::{Command, Shared, TopicState};
+use super::writer::{BagWriter, Outcome};
 use super::writer_task::WriterTask;
 use super::{BagError, Topic};
 
@@ -18,41 +18,6 @@ use super::{BagError, Topic};
 /// 64 topics fit into it that have all they may; a cell has some forty, of which a handful is fast.
 const RARE: u64 = 256;
 const KEPT_FOR_RARE: u64 = 4;
-
-/// What a recording is to be.
-#[derive(Debug, Clone)]
-pub struct RecordingOptions {
-    /// Layout and custom data.
-    pub writer: WriterOptions,
-    /// How long a message may wait before it is handed to the system: what a kill of the process can cost. Shorter makes
-    /// smaller chunks; 100 ms costs nothing measurable.
-    pub flush_interval: Duration,
-    /// How long until it is on the disk: what a power failure can cost. A sync takes milliseconds.
-    pub sync_interval: Duration,
-    /// What is left free on the disk (B): with less, the recording does not begin, or ends.
-    pub min_free_bytes: u64,
-    /// Hold the last messages in memory, and write them on [`Recording::snapshot`] only.
-    pub snapshot: Option<SnapshotOptions>,
-    /// Most bytes waiting in the queue. One topic may take half of them, all that are fast three quarters together: the last quarter is
-    /// for topics of which little waits (each up to a 256th of the queue), so that commands and events have room whatever else comes.
-    pub queue_bytes: u64,
-    /// Sees the writer's thread die.
-    pub supervisor: Supervisor,
-}
-
-impl Default for RecordingOptions {
-    fn default() -> Self {
-        Self {
-            writer: WriterOptions::default(),
-            flush_interval: Duration::from_millis(100),
-            sync_interval: Duration::from_secs(1),
-            min_free_bytes: 0,
-            snapshot: None,
-            queue_bytes: 256 << 20,
-            supervisor: Supervisor::default(),
-        }
-    }
-}
 
 /// Messages of one topic. Once nothing is in the queue, received = written + dropped, and + passed + what is held where only
 /// snapshots are written.
@@ -98,99 +63,6 @@ pub struct Counts {
     pub queued_bytes: u64,
     /// Each topic, in the order they were added.
     pub topics: Vec<TopicCounts>,
-}
-
-/// What the two threads both see of one topic.
-#[derive(Debug, Default)]
-pub(super) struct TopicState {
-    topic: String,
-    type_name: String,
-    pub(super) received: AtomicU64,
-    pub(super) written: AtomicU64,
-    pub(super) dropped: AtomicU64,
-    pub(super) passed: AtomicU64,
-    pub(super) queued_bytes: AtomicU64,
-}
-
-/// What the two threads both see.
-#[derive(Debug, Default)]
-pub(super) struct Shared {
-    pub(super) queued_bytes: AtomicU64,
-    pub(super) bytes: AtomicU64,
-    pub(super) free_bytes: AtomicU64,
-    pub(super) files: AtomicU64,
-    pub(super) repeated: AtomicU64,
-    pub(super) fault: OnceLock<String>,
-    /// Names of files that were closed and opened since that was asked last.
-    pub(super) splits: Mutex<Vec<(String, String)>>,
-    /// Messages known to have been lost before they were handed over.
-    missed: AtomicU64,
-    /// Messages for which the queue had no room.
-    queue_full: AtomicU64,
-    /// How long it took to hand each message over.
-    enqueue: Durations,
-    /// Guards the list only; it is locked to add a topic or to read the counts, never while writing.
-    topics: Mutex<Vec<Arc<TopicState>>>,
-}
-
-impl Shared {
-    pub(super) fn topics(&self) -> Vec<Arc<TopicState>> {
-        self.topics.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-
-    /// What was lost, and where.
-    pub(super) fn losses(&self) -> Losses {
-        Losses {
-            dropped: self.topics().iter().map(|t| t.dropped.load(Ordering::Acquire)).sum(),
-            queue_full: self.queue_full.load(Ordering::Acquire),
-            missed: self.missed.load(Ordering::Acquire),
-        }
-    }
-
-    /// How long it took to hand a message over.
-    pub(super) fn enqueue(&self) -> DurationsTold {
-        self.enqueue.told()
-    }
-}
-
-/// Messages that were published and are not in the bag.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Losses {
-    /// Handed over and not written.
-    pub(super) dropped: u64,
-    /// Those of them for which the queue had no room.
-    pub(super) queue_full: u64,
-    pub(super) missed: u64,
-}
-
-/// Hears how something went that the writer was asked for.
-type Answer<T> = Box<dyn FnOnce(T) + Send>;
-
-/// What the writer's thread is told.
-pub(super) enum Command {
-    Topic(Topic),
-    Message {
-        topic: usize,
-        log_time_ns: u64,
-        publish_time_ns: u64,
-        data: Vec<u8>,
-    },
-    /// Whoever asked is told whether there is a next file.
-    Split(Answer<bool>),
-    /// Whoever asked is told how many messages were written.
-    Snapshot(Answer<u64>),
-    Stop(Outcome),
-}
-
-impl Command {
-    /// Answers that nothing was done: the recording has ended.
-    pub(super) fn refuse(self) {
-        match self {
-            Self::Split(answer) => answer(false),
-            Self::Snapshot(answer) => answer(0),
-            Self::Topic(_) | Self::Message { .. } | Self::Stop(_) => {}
-        }
-    }
 }
 
 /// A topic of a recording.

@@ -1,7 +1,8 @@
 //! Messages that were recorded when their type had fewer fields: what came to it since stands at its end, and is empty.
 
 use super::Topic;
-use super::definition::{Count, Definition};
+use super::definition::Definition;
+use camwright_msgs::syntax::Shape;
 
 /// How many lists the definition of a type has, as it is now, beyond the one of a topic. None are missing where it differs in any other way,
 /// or not at all.
@@ -13,7 +14,10 @@ pub fn lists_since(topic: &Topic, now: &str) -> usize {
     let (Some(former), Some(now)) = (parse(&topic.definition), parse(now)) else { return 0 };
     let ([former, former_parts @ ..], [now, parts @ ..]) = (&former.types[..], &now.types[..]) else { return 0 };
     match now.strip_prefix(&former[..]) {
-        Some(since) if former_parts == parts && since.iter().all(|field| matches!(field.count, Count::Sequence(_))) => {
+        Some(since)
+            if former_parts == parts
+                && since.iter().all(|field| matches!(field.shape, Shape::Sequence | Shape::BoundedSequence(_))) =>
+        {
             since.len()
         }
         _ => 0,

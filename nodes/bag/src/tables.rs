@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::columns::{Column, ColumnType};
 use super::csv::CsvFile;
 use super::definition::Definition;
-use super::export::{Exported, bar_over};
+use super::exported::Exported;
 use super::parquet_file::ParquetFile;
 use super::values::{Value, read};
 use super::{Bag, BagError, Message};
+use crate::progress::bar_over;
 
 /// Columns of a table at most: far more than any message has, and few enough for every row to have a place for each.
 const MOST_COLUMNS: usize = 10_000;
@@ -21,40 +23,6 @@ pub enum TableFormat {
     Csv,
     /// Apache Parquet, each column with its type.
     Parquet,
-}
-
-/// What a column holds.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum ColumnType {
-    Bool,
-    /// With the width (bits).
-    Signed(u8),
-    Unsigned(u8),
-    Float32,
-    Float64,
-    Text,
-    List(Box<ColumnType>),
-}
-
-/// A column, named by the path of its value in the message.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Column {
-    pub(super) name: String,
-    pub(super) kind: ColumnType,
-}
-
-impl ColumnType {
-    fn of(value: &Value) -> Self {
-        match value {
-            Value::Bool(_) => Self::Bool,
-            Value::Signed(_, bits) => Self::Signed(*bits),
-            Value::Unsigned(_, bits) => Self::Unsigned(*bits),
-            Value::Float32(_) => Self::Float32,
-            Value::Float64(_) => Self::Float64,
-            Value::Text(_) => Self::Text,
-            Value::List(values) => Self::List(Box::new(values.first().map_or(Self::Text, Self::of))),
-        }
-    }
 }
 
 /// The table of one topic.
@@ -159,7 +127,7 @@ impl Table {
             }
             if columns.len() < MOST_COLUMNS {
                 numbers.insert(path.to_owned(), columns.len());
-                columns.push(Column { name: path.to_owned(), kind: ColumnType::of(&value) });
+                columns.push(Column { name: path.to_owned(), kind: ColumnType::from_value(&value) });
             } else {
                 is_too_wide = true;
             }

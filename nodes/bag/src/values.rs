@@ -1,6 +1,7 @@
 //! The values of a message, found in its CDR by the definition that stands in the bag.
 
-use super::definition::{Count, Definition, Field, Kind};
+use super::definition::{Definition, Field, Kind};
+use camwright_msgs::syntax::{Primitive, Shape};
 
 /// Elements of an array that is told as a whole, at most: each takes the room of a value.
 const MOST_LISTED: usize = 4 << 20;
@@ -86,9 +87,9 @@ impl<'a> Cursor<'a> {
         longest: usize,
         told: &mut dyn FnMut(&str, Value),
     ) -> Result<(), String> {
-        let count = match field.count {
-            Count::One => return self.one(definition, &field.kind, path, longest, told),
-            Count::Array(_) | Count::Sequence(_) => self.count(field.count)?,
+        let count = match field.shape {
+            Shape::One => return self.one(definition, &field.kind, path, longest, told),
+            _ => self.count(field.shape)?,
         };
         if count <= longest {
             for element in 0..count {
@@ -112,6 +113,23 @@ impl<'a> Cursor<'a> {
         Ok(())
     }
 
+    fn primitive(&mut self, primitive: Primitive) -> Result<Value, String> {
+        use Primitive as P;
+        Ok(match primitive {
+            P::Bool => Value::Bool(self.number::<1>()?[0] != 0),
+            P::Int8 => Value::Signed(i8::from_le_bytes(self.number()?).into(), 8),
+            P::Byte | P::Char | P::Uint8 => Value::Unsigned(u8::from_le_bytes(self.number()?).into(), 8),
+            P::Int16 => Value::Signed(i16::from_le_bytes(self.number()?).into(), 16),
+            P::Uint16 => Value::Unsigned(u16::from_le_bytes(self.number()?).into(), 16),
+            P::Int32 => Value::Signed(i32::from_le_bytes(self.number()?).into(), 32),
+            P::Uint32 => Value::Unsigned(self.length()?.into(), 32),
+            P::Int64 => Value::Signed(i64::from_le_bytes(self.number()?), 64),
+            P::Uint64 => Value::Unsigned(u64::from_le_bytes(self.number()?), 64),
+            P::Float32 => Value::Float32(f32::from_le_bytes(self.number()?)),
+            P::Float64 => Value::Float64(f64::from_le_bytes(self.number()?)),
+        })
+    }
+
     fn one(
         &mut self,
         definition: &Definition,
@@ -122,17 +140,7 @@ impl<'a> Cursor<'a> {
     ) -> Result<(), String> {
         let value = match kind {
             Kind::Nested(index) => return self.fields(definition, *index, path, longest, told),
-            Kind::Bool => Value::Bool(self.number::<1>()?[0] != 0),
-            Kind::Int8 => Value::Signed(i8::from_le_bytes(self.number()?).into(), 8),
-            Kind::Uint8 => Value::Unsigned(u8::from_le_bytes(self.number()?).into(), 8),
-            Kind::Int16 => Value::Signed(i16::from_le_bytes(self.number()?).into(), 16),
-            Kind::Uint16 => Value::Unsigned(u16::from_le_bytes(self.number()?).into(), 16),
-            Kind::Int32 => Value::Signed(i32::from_le_bytes(self.number()?).into(), 32),
-            Kind::Uint32 => Value::Unsigned(self.length()?.into(), 32),
-            Kind::Int64 => Value::Signed(i64::from_le_bytes(self.number()?), 64),
-            Kind::Uint64 => Value::Unsigned(u64::from_le_bytes(self.number()?), 64),
-            Kind::Float32 => Value::Float32(f32::from_le_bytes(self.number()?)),
-            Kind::Float64 => Value::Float64(f64::from_le_bytes(self.number()?)),
+            Kind::Primitive(primitive) => self.primitive(*primitive)?,
             Kind::Text(_) => {
                 let length = usize::try_from(self.length()?).map_err(|error| error.to_string())?;
                 let bytes = self.take(length)?;
@@ -146,11 +154,13 @@ impl<'a> Cursor<'a> {
     }
 
     /// How many elements follow: no more than there are bytes left, since each has one at least.
-    pub(super) fn count(&mut self, count: Count) -> Result<usize, String> {
-        let count = match count {
-            Count::One => 1,
-            Count::Array(count) => count,
-            Count::Sequence(_) => usize::try_from(self.length()?).map_err(|error| error.to_string())?,
+    pub(super) fn count(&mut self, shape: Shape) -> Result<usize, String> {
+        let count = match shape {
+            Shape::One => 1,
+            Shape::Array(count) => count,
+            Shape::Sequence | Shape::BoundedSequence(_) => {
+                usize::try_from(self.length()?).map_err(|error| error.to_string())?
+            }
         };
         let left = self.left();
         if count > left { Err(format!("{count} elements are told, {left} bytes are left")) } else { Ok(count) }

@@ -1,7 +1,8 @@
 //! Whether a message is what its definition says, to its last byte.
 
-use super::definition::{Count, Definition, Field, Kind};
+use super::definition::{Definition, Field, Kind};
 use super::values::Cursor;
+use camwright_msgs::syntax::{Primitive, Shape};
 
 /// Walks through a message by its definition.
 ///
@@ -34,8 +35,8 @@ fn fields(cursor: &mut Cursor<'_>, definition: &Definition, index: usize) -> Res
 }
 
 fn field(cursor: &mut Cursor<'_>, definition: &Definition, field: &Field) -> Result<(), String> {
-    let count = cursor.count(field.count)?;
-    if let Count::Sequence(Some(most)) = field.count
+    let count = cursor.count(field.shape)?;
+    if let Shape::BoundedSequence(most) = field.shape
         && count > most
     {
         return Err(format!("{count} elements, {most} are allowed"));
@@ -43,14 +44,21 @@ fn field(cursor: &mut Cursor<'_>, definition: &Definition, field: &Field) -> Res
     match &field.kind {
         Kind::Nested(index) => (0..count).try_for_each(|_| fields(cursor, definition, *index)),
         Kind::Text(most) => (0..count).try_for_each(|_| text(cursor, *most)),
-        Kind::Bool => match cursor.take(count)?.iter().find(|byte| **byte > 1) {
+        Kind::Primitive(primitive) => primitives(cursor, *primitive, count),
+    }
+}
+
+fn primitives(cursor: &mut Cursor<'_>, primitive: Primitive, count: usize) -> Result<(), String> {
+    use Primitive as P;
+    match primitive {
+        P::Bool => match cursor.take(count)?.iter().find(|byte| **byte > 1) {
             Some(byte) => Err(format!("{byte} is neither true nor false")),
             None => Ok(()),
         },
-        Kind::Int8 | Kind::Uint8 => cursor.take(count).map(drop),
-        Kind::Int16 | Kind::Uint16 => numbers::<2>(cursor, count),
-        Kind::Int32 | Kind::Uint32 | Kind::Float32 => numbers::<4>(cursor, count),
-        Kind::Int64 | Kind::Uint64 | Kind::Float64 => numbers::<8>(cursor, count),
+        P::Byte | P::Char | P::Int8 | P::Uint8 => cursor.take(count).map(drop),
+        P::Int16 | P::Uint16 => numbers::<2>(cursor, count),
+        P::Int32 | P::Uint32 | P::Float32 => numbers::<4>(cursor, count),
+        P::Int64 | P::Uint64 | P::Float64 => numbers::<8>(cursor, count),
     }
 }
 

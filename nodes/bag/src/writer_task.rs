@@ -7,7 +7,8 @@ use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::metadata::BagMetadata;
-use super::recording::{Command, RecordingOptions, Shared, TopicState};
+use super::recording_options::RecordingOptions;
+use super::recording_state::{Command, Shared, TopicState};
 use super::snapshot::{Held, Ring};
 use super::writer::{BagWriter, Outcome};
 use super::{BagError, Topic, TopicId};

@@ -21,8 +21,8 @@ use camwright_msgs::{Message, by_type_name};
 use camwright_bag::{CHUNK_BYTES, free_bytes};
 use camwright_files::convert::bytes_from_mb;
 use camwright_files::convert::job_files::pages_from_files;
-use camwright_files::convert::keyframes::BYTES_PER_PAGE;
 use camwright_files::convert::machine_description::WHEEL_JOINT;
+use camwright_files::convert::pages::{BYTES_PER_PAGE, page_count};
 use camwright_files::convert::setpoints::joint_names;
 use camwright_files::convert::setpoints::{CHUNK_TICKS, STOP_POINTS};
 use camwright_machine_cycle::keyframes::{PERIOD_S as KEYFRAME_PERIOD_S, ticks_between};
@@ -277,10 +277,10 @@ fn of_keyframes(prepared: &AnyPrepared) -> Option<TopicSize> {
     };
     let size = MachineAgain::of(machine).state().ok()?.len();
     let ticks = ticks_between(size, KEYFRAME_PERIOD_S, description.cycle_time_s());
-    let pages = size.div_ceil(BYTES_PER_PAGE);
-    let page = MachineKeyframe { data: vec![0; size / pages], ..MachineKeyframe::default() };
+    let pages = page_count(size, BYTES_PER_PAGE);
+    let page = MachineKeyframe { data: vec![0; size / pages as usize], ..MachineKeyframe::default() };
     let keyframes = prepared.duration_s() / (ticks as f64 * description.cycle_time_s());
-    Some(topic::<MachineKeyframe>("machine/keyframes", count(keyframes.floor(), pages as f64), bytes_of(&page)))
+    Some(topic::<MachineKeyframe>("machine/keyframes", count(keyframes.floor(), f64::from(pages)), bytes_of(&page)))
 }
 
 fn topic<T: Message>(topic: &'static str, messages: u64, bytes: u64) -> TopicSize {

@@ -376,49 +376,18 @@ impl Ticker {
         self.machine.alarms().iter().any(|alarm| alarm.kind.entry().severity > Severity::Warning)
     }
 
+    /// Executes one tick: step of the machine, state of the stream, messages, keyframe.
     pub fn tick(&mut self) {
         let next = self.machine.tick() + 1;
-        if self.buffer.is_underrun(next) && !self.is_stopped_by_alarm() {
-            self.machine.raise(AlarmKind::Underrun, 0.0, 0.0);
-            self.buffer.close();
-            self.state.news = true;
-        }
-        let setpoint = self.buffer.at(next);
-        let count = self.take_due(next);
-        let faults = self.faults.due(next);
-        for fault in faults.iter() {
-            if let Fault::LostChunks(chunks) = fault {
-                self.losing = *chunks;
-            }
-        }
-        let mut report = self.machine.step(setpoint.as_ref(), &self.now[..count], &faults);
-        self.buffer.executed(next);
-        let is_raised = report.raised.iter().next().is_some();
-        if self.is_stopped_by_alarm() && is_raised {
-            self.buffer.close();
-        }
-        // Setpoints that wait for their tick are no standstill.
-        if report.motion == MotionState::Standstill && self.buffer.has_setpoints() {
-            report.motion = MotionState::Running;
-        }
-        self.state.news |= is_raised || self.last_report.is_none_or(|last| last.motion != report.motion);
-        if self.state.has_holder && self.buffer.is_spent() {
-            self.state.has_holder = false;
-            self.state.news = true;
-        }
-        if report.motion == MotionState::Standstill && self.state.alarms_reset {
-            self.state.news = true;
-        }
+        self.raise_underrun(next);
+        let report = self.step_machine(next);
+        self.update_stream_state(&report);
         let is_quiet = self.is_quiet(&report);
         self.last_report = Some(report);
         if self.machine.lasting().dress_count != self.told.dress_count {
             self.tell_lasting();
         }
-        self.bounds.tick.store(next, Ordering::Relaxed);
-        self.bounds.in_motion.store(self.state.has_holder, Ordering::Relaxed);
-        let alarms =
-            self.machine.alarms().iter().filter(|alarm| alarm.kind.entry().severity > Severity::Warning).count();
-        self.bounds.alarms.store(alarms as u64, Ordering::Relaxed);
+        self.update_bounds(next);
         if is_quiet {
             self.send_quietly(Outbound::Tick(report, self.state));
         } else {
@@ -431,8 +400,61 @@ impl Ticker {
         self.write_keyframe();
     }
 
-    /// Commands of a tick, into `now`; their number.
-    fn take_due(&mut self, tick: u64) -> usize {
+    /// Raises an alarm if the setpoint of the next tick is missing.
+    fn raise_underrun(&mut self, next: u64) {
+        if self.buffer.is_underrun(next) && !self.is_stopped_by_alarm() {
+            self.machine.raise(AlarmKind::Underrun, 0.0, 0.0);
+            self.buffer.close();
+            self.state.news = true;
+        }
+    }
+
+    /// Steps the machine with the setpoint, the commands and the faults of a tick.
+    fn step_machine(&mut self, next: u64) -> TickReport {
+        let setpoint = self.buffer.at(next);
+        let count = self.execute_due(next);
+        let faults = self.faults.due(next);
+        for fault in faults.iter() {
+            if let Fault::LostChunks(chunks) = fault {
+                self.losing = *chunks;
+            }
+        }
+        let mut report = self.machine.step(setpoint.as_ref(), &self.now[..count], &faults);
+        self.buffer.executed(next);
+        if self.is_stopped_by_alarm() && report.raised.iter().next().is_some() {
+            self.buffer.close();
+        }
+        // Setpoints that wait for their tick are no standstill.
+        if report.motion == MotionState::Standstill && self.buffer.has_setpoints() {
+            report.motion = MotionState::Running;
+        }
+        report
+    }
+
+    /// Marks what is new on the stream, and ends the holder's right when its setpoints are spent.
+    fn update_stream_state(&mut self, report: &TickReport) {
+        let is_raised = report.raised.iter().next().is_some();
+        self.state.news |= is_raised || self.last_report.is_none_or(|last| last.motion != report.motion);
+        if self.state.has_holder && self.buffer.is_spent() {
+            self.state.has_holder = false;
+            self.state.news = true;
+        }
+        if report.motion == MotionState::Standstill && self.state.alarms_reset {
+            self.state.news = true;
+        }
+    }
+
+    /// Updates the figures that other threads read without a message.
+    fn update_bounds(&self, tick: u64) {
+        self.bounds.tick.store(tick, Ordering::Relaxed);
+        self.bounds.in_motion.store(self.state.has_holder, Ordering::Relaxed);
+        let alarms =
+            self.machine.alarms().iter().filter(|alarm| alarm.kind.entry().severity > Severity::Warning).count();
+        self.bounds.alarms.store(alarms as u64, Ordering::Relaxed);
+    }
+
+    /// Executes the orders of a tick; those of the machine go into `now`. Returns their number.
+    fn execute_due(&mut self, tick: u64) -> usize {
         let mut count = 0;
         for index in 0..PENDING_COMMANDS {
             let Some(command) = self.commands[index].filter(|command| command.tick <= tick) else { continue };

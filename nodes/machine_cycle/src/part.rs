@@ -4,6 +4,7 @@ use camwright::simulation::Machine;
 use camwright::simulation::turned_part::{MOST_CELLS, PartGrid, TurnedPart, TurnedPartError};
 use camwright::simulation::work_area::LoadingRefused;
 use camwright::simulation::workpiece::{CutRecord, LobeError};
+use camwright_files::convert::pages::{RADII_PER_PAGE, split};
 use camwright_files::convert::time::TickClock;
 use camwright_files::convert::{m_from_mm, mm_from_m};
 use camwright_msgs::camwright_msgs::msg::TurnedPage;
@@ -166,20 +167,16 @@ impl Snapshot {
     }
 }
 
-/// Radii of a page: 32 kB.
-const RADII_OF_A_PAGE: usize = 4096;
-
-/// Most pages of a turned part: a late reader still gets all of them.
+/// Maximum number of pages of a turned part: a late reader still gets all of them.
 pub const MOST_PAGES: u32 = 512;
 
-const _: () = assert!(MOST_PAGES as usize * RADII_OF_A_PAGE == MOST_CELLS);
+const _: () = assert!(MOST_PAGES as usize * RADII_PER_PAGE == MOST_CELLS);
 
 impl SnapshotTurned {
-    /// Its pages, as of a tick.
+    /// Pages of the part at a tick.
     pub fn pages(&self, tick: u64, finished: bool, clock: TickClock) -> impl Iterator<Item = TurnedPage> {
         let count = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
-        let pages = self.radii_mm.len().div_ceil(RADII_OF_A_PAGE);
-        self.radii_mm.chunks(RADII_OF_A_PAGE).enumerate().map(move |(page, radii)| TurnedPage {
+        split(&self.radii_mm, RADII_PER_PAGE).map(move |piece| TurnedPage {
             stamp: clock.stamp(tick),
             tick,
             name: self.name.clone(),
@@ -189,10 +186,10 @@ impl SnapshotTurned {
             columns: count(self.grid.columns),
             from_z: m_from_mm(self.grid.from_mm),
             to_z: m_from_mm(self.grid.to_mm),
-            page: count(page),
-            pages: count(pages),
-            first: (page * RADII_OF_A_PAGE) as u64,
-            radius: radii.iter().map(|radius| m_from_mm(*radius)).collect(),
+            page: piece.page,
+            pages: piece.page_count,
+            first: piece.offset as u64,
+            radius: piece.items.iter().map(|radius| m_from_mm(*radius)).collect(),
         })
     }
 }

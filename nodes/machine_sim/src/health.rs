@@ -70,7 +70,7 @@ impl Health {
     }
 
     /// What outlives the run has changed.
-    pub(super) fn keep(&self, lasting: &LastingState) {
+    pub(super) fn update(&self, lasting: &LastingState) {
         self.seen().lasting = Some(*lasting);
     }
 

@@ -39,10 +39,10 @@ use camwright_ros::liveness;
 use camwright_ros::realtime::{self, Realtime};
 use camwright_ros::running::{NodeError, Threads, autostart};
 use camwright_ros::{
-    Diagnostics, Level, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Parameter, ParameterValue, Publisher, Qos,
-    Responder, RosArgs, ServiceHandle, SpinThread, Subscription, TimerHandle,
+    Diagnostics, Level, Lifecycle, LifecycleCallbacks, Node, NodeOptions, Parameter, ParameterValue, Parameters,
+    Publisher, Qos, Responder, RosArgs, ServiceHandle, SpinThread, Subscription, TimerHandle,
 };
-use camwright_threads::ring::{Sender, Waker, ring};
+use camwright_threads::ring::{Receiver, Sender, Waker, ring};
 use camwright_threads::system_time::system_time_ns;
 use health::Health;
 use loading::Loads;
@@ -76,6 +76,7 @@ pub struct MachineSim {
     waker: Waker,
     _spin: SpinThread,
     _endpoints: Endpoints,
+    _diagnostics: Diagnostics,
 }
 
 #[derive(Debug)]
@@ -84,7 +85,6 @@ struct Endpoints {
     _services: Vec<ServiceHandle>,
     _around: work_area::Endpoints,
     _command: TimerHandle,
-    _diagnostics: Diagnostics,
 }
 
 /// The way into the cyclic thread, shared by the callbacks of the executor thread.
@@ -160,118 +160,44 @@ impl MachineSim {
     fn start_node(options: NodeOptions) -> Result<Self, NodeError> {
         let node = Node::new(options)?;
         let desk = Desk::new(&node, liveness::limit(&node))?;
-        let settings = node.parameters();
-        let located = locate("machines", &settings.string("machine"), "yaml", None).map_err(NodeError::file)?;
-        let mut overrides = settings.string_array("machine_overrides");
-        let mut file = machine_file::parse(&located.path, &located.text, &overrides).map_err(NodeError::file)?;
-        if let Some(ticks) = buffer_ticks(settings.double(BUFFER), &file.description) {
-            overrides.push(format!("feedback_delay_ticks={ticks}"));
-            file = machine_file::parse(&located.path, &located.text, &overrides).map_err(NodeError::file)?;
-        }
-        let pace = match settings.string("pace").as_str() {
-            "realtime" => Pace::Realtime,
-            "fast" => Pace::Fast,
-            other => return Err(NodeError::Parameter(format!("pace is {other:?}, allowed are realtime and fast"))),
-        };
-        let state_file = match settings.string("state_file").as_str() {
-            "" => machine_state_file::default_path(&file.description.name),
-            "none" => None,
-            path => Some(PathBuf::from(path)),
-        };
-        let lasting_state = match &state_file {
-            Some(path) => machine_state_file::load(path, &file.description).map_err(NodeError::file)?,
-            None => LastingState::new(&file.description),
-        };
-        let machine = Machine::new(file.description.clone(), lasting_state)
-            .map_err(|error| NodeError::Parameter(format!("machine {}: {error}", located.path.display())))?;
-        // Ticks of a realtime machine follow the system clock from here on, in whole cycles; simulated time begins with a whole second.
-        let (now_ns, grid_ns) = match pace {
-            Pace::Realtime => (system_time_ns(), i64::from(file.description.cycle_time_ns).max(1)),
-            Pace::Fast => (node.now_ns(), 1_000_000_000),
-        };
-        let cycle_time_ns = file.description.cycle_time_ns;
-        let clock = TickClock { epoch_ns: now_ns / grid_ns * grid_ns, cycle_time_ns };
-
-        let wheel_radius_mm = machine.lasting().wheel_radius_mm;
+        let LoadedMachine { file, state_file, machine, pace } = LoadedMachine::from_parameters(node.parameters())?;
+        let lasting = *machine.lasting();
         let description = node.publisher("machine/description", &Qos::latched(1))?;
-        description.publish(&description_message(&file, machine.lasting()))?;
+        description.publish(&description_message(&file, &lasting))?;
 
-        let waker = Waker::default();
-        let pump_waker = Waker::default();
+        let (waker, pump_waker) = (Waker::default(), Waker::default());
         let (inlet, inbound) = ring(RING, &waker);
         let (outbound, reports) = ring(RING, &pump_waker);
-        let inlet = Inlet(Arc::new(Mutex::new(inlet)));
-        let bounds = Arc::new(Bounds::default());
-        let told = *machine.lasting();
-        let ticker = Ticker::new(machine, pace, inbound, outbound, Arc::clone(&bounds), RECORDER_WINDOW)
-            .with_clock(clock)
-            .with_keyframes(Keyframes::new(keyframe_outlet::period_s(settings), file.description.cycle_time_s(), pace))
-            .with_silence_limit(liveness::limit(&node));
-        let health = Health::default();
-        health.keep(&told);
-        let context = Context {
-            health: health.clone(),
-            node: node.clone(),
-            description: file.description.clone(),
-            clock,
-            pace: if pace == Pace::Fast { MachineStream::PACE_FAST } else { MachineStream::PACE_REALTIME },
-            stream_period_ticks: file.description.stream_period_ticks(),
-            inlet: inlet.clone(),
-            is_fast: pace == Pace::Fast,
-            drops: bounds.drops.clone(),
-            rest_period_ticks: rest_period_ticks(settings.double(REST_RATE), &file.description, pace),
+        let setup = Setup {
+            clock: tick_clock(&node, &file.description, pace),
+            node,
+            file,
+            pace,
+            inlet: Inlet(Arc::new(Mutex::new(inlet))),
+            bounds: Arc::default(),
+            waker,
+            health: Health::default(),
+            resets: Waiting::default(),
+            loads: Loads::default(),
+            area: AreaRequests::default(),
         };
-        let scene = SceneOutlet::new(&node, &file.description, wheel_radius_mm, inlet.clone(), &bounds.drops)?;
-        let mut outlets = Outlets::new(&node, pace == Pace::Fast, &file.description, clock, &bounds.drops)?;
-        outlets.begin(&told)?;
-        let pump = Pump::new(context, outlets, scene);
-
-        let resets: Waiting<Trigger> = Waiting::default();
-        let loads = Loads::default();
-        let area = AreaRequests::default();
-        let loader_timeout = Duration::from_secs_f64(settings.double(LOADER_TIMEOUT));
-        let loader_timeout = file.description.loading.map(|_| loader_timeout);
-        let mut counters = CounterOutlet::new(&node)?;
+        let cycle = setup.cycle(machine, inbound, outbound);
+        let pump = setup.pump(&lasting)?;
+        let mut counters = CounterOutlet::new(&setup.node)?;
         let mut threads = Threads::default();
-        let ticker_waker = waker.clone();
-        let realtime = Realtime::of(&node)?;
-        let asked = realtime.clone();
-        threads.spawn(&node, "machine cycle", move || {
-            // At pace fast there is no clock to keep up with, only others to be kept from working.
-            if pace == Pace::Realtime {
-                asked.adopt_current_thread();
-            }
-            ticker.run(&ticker_waker);
-        })?;
-        counters.tell(&told);
-        let known =
-            Known { file: file.clone(), state_file, description, counters, area: area.clone(), health: health.clone() };
-        let answer = answers(&node, &inlet, &resets, &loads, known);
-        threads.spawn(&node, "machine pump", move || pump.run(reports, &pump_waker, answer))?;
+        let realtime = setup.start_cycle(cycle, &mut threads)?;
+        counters.publish(&lasting);
+        let answer = setup.answers(state_file, description, counters);
+        threads.spawn(&setup.node, "machine pump", move || pump.run(reports, &pump_waker, answer))?;
 
-        let subscriptions = subscriptions(&node, &file.description, clock, &inlet, &bounds, &waker, &desk)?;
-        let mut services = services(&node, &file.description, &inlet, &resets, &loads)?;
-        let mut around = work_area::offer(&node, &inlet, &area, loader_timeout)?;
-        services.append(&mut around.services);
-        let (motion, way) = (Arc::clone(&bounds), inlet.clone());
-        let in_motion = move || motion.in_motion.load(Ordering::Relaxed);
-        let alarm = move || {
-            way.send(Inbound::NoAuthority);
-        };
-        let mut command = desk.open(in_motion, alarm)?;
-        services.append(&mut command.services);
+        let endpoints = setup.offer_endpoints(&desk)?;
+        let Setup { node, file, pace, inlet, bounds, waker, health, .. } = setup;
         let lifecycle = node.lifecycle(Activation(inlet))?;
         let spin = node.spin_in_thread()?;
         autostart::begin(&node, &lifecycle);
         let diagnostics = health.report(&node, &file.description, &bounds, (pace, realtime))?;
-        let endpoints = Endpoints {
-            _subscriptions: subscriptions,
-            _services: services,
-            _around: around,
-            _command: command.timer,
-            _diagnostics: diagnostics,
-        };
-        Ok(Self { node, lifecycle, threads, bounds, waker, _spin: spin, _endpoints: endpoints })
+        let (_spin, _endpoints, _diagnostics) = (spin, endpoints, diagnostics);
+        Ok(Self { node, lifecycle, threads, bounds, waker, _spin, _endpoints, _diagnostics })
     }
 
     #[must_use]
@@ -289,6 +215,146 @@ impl MachineSim {
         self.waker.wake();
         self.threads.join();
         self.node.shutdown();
+    }
+}
+
+/// Machine file, state and pace, as the parameters of the node name them.
+struct LoadedMachine {
+    file: machine_file::Machine,
+    /// None: the state is not stored.
+    state_file: Option<PathBuf>,
+    machine: Machine,
+    pace: Pace,
+}
+
+impl LoadedMachine {
+    fn from_parameters(parameters: &Parameters) -> Result<Self, NodeError> {
+        let located = locate("machines", &parameters.string("machine"), "yaml", None).map_err(NodeError::file)?;
+        let mut overrides = parameters.string_array("machine_overrides");
+        let mut file = machine_file::parse(&located.path, &located.text, &overrides).map_err(NodeError::file)?;
+        if let Some(ticks) = buffer_ticks(parameters.double(BUFFER), &file.description) {
+            overrides.push(format!("feedback_delay_ticks={ticks}"));
+            file = machine_file::parse(&located.path, &located.text, &overrides).map_err(NodeError::file)?;
+        }
+        let pace = match parameters.string("pace").as_str() {
+            "realtime" => Pace::Realtime,
+            "fast" => Pace::Fast,
+            other => return Err(NodeError::Parameter(format!("pace is {other:?}, allowed are realtime and fast"))),
+        };
+        let state_file = match parameters.string("state_file").as_str() {
+            "" => machine_state_file::default_path(&file.description.name),
+            "none" => None,
+            path => Some(PathBuf::from(path)),
+        };
+        let lasting_state = match &state_file {
+            Some(path) => machine_state_file::load(path, &file.description).map_err(NodeError::file)?,
+            None => LastingState::new(&file.description),
+        };
+        let machine = Machine::new(file.description.clone(), lasting_state)
+            .map_err(|error| NodeError::Parameter(format!("machine {}: {error}", located.path.display())))?;
+        Ok(Self { file, state_file, machine, pace })
+    }
+}
+
+/// Clock of the ticks. At pace realtime they follow the system clock, in whole cycles; simulated time begins with a whole second.
+fn tick_clock(node: &Node, machine: &MachineDescription, pace: Pace) -> TickClock {
+    let (now_ns, grid_ns) = match pace {
+        Pace::Realtime => (system_time_ns(), i64::from(machine.cycle_time_ns).max(1)),
+        Pace::Fast => (node.now_ns(), 1_000_000_000),
+    };
+    TickClock { epoch_ns: now_ns / grid_ns * grid_ns, cycle_time_ns: machine.cycle_time_ns }
+}
+
+/// Values that the phases of the start share.
+struct Setup {
+    node: Node,
+    file: machine_file::Machine,
+    pace: Pace,
+    clock: TickClock,
+    inlet: Inlet,
+    bounds: Arc<Bounds>,
+    /// Wakes the cyclic thread.
+    waker: Waker,
+    health: Health,
+    resets: Waiting<Trigger>,
+    loads: Loads,
+    area: AreaRequests,
+}
+
+impl Setup {
+    fn cycle(&self, machine: Machine, inbound: Receiver<Inbound>, outbound: Sender<Outbound>) -> Ticker {
+        let period_s = keyframe_outlet::period_s(self.node.parameters());
+        let keyframes = Keyframes::new(period_s, self.file.description.cycle_time_s(), self.pace);
+        Ticker::new(machine, self.pace, inbound, outbound, Arc::clone(&self.bounds), RECORDER_WINDOW)
+            .with_clock(self.clock)
+            .with_keyframes(keyframes)
+            .with_silence_limit(liveness::limit(&self.node))
+    }
+
+    fn pump(&self, lasting: &LastingState) -> Result<Pump, NodeError> {
+        let (machine, is_fast) = (&self.file.description, self.pace == Pace::Fast);
+        self.health.update(lasting);
+        let rest_rate_hz = self.node.parameters().double(REST_RATE);
+        let context = Context {
+            health: self.health.clone(),
+            node: self.node.clone(),
+            description: machine.clone(),
+            clock: self.clock,
+            pace: if is_fast { MachineStream::PACE_FAST } else { MachineStream::PACE_REALTIME },
+            stream_period_ticks: machine.stream_period_ticks(),
+            inlet: self.inlet.clone(),
+            is_fast,
+            drops: self.bounds.drops.clone(),
+            rest_period_ticks: rest_period_ticks(rest_rate_hz, machine, self.pace),
+        };
+        let drops = &self.bounds.drops;
+        let scene = SceneOutlet::new(&self.node, machine, lasting.wheel_radius_mm, self.inlet.clone(), drops)?;
+        let mut outlets = Outlets::new(&self.node, is_fast, machine, self.clock, drops)?;
+        outlets.begin(lasting)?;
+        Ok(Pump::new(context, outlets, scene))
+    }
+
+    /// Starts the cyclic thread. At pace fast it keeps no clock, and takes no priority from others.
+    fn start_cycle(&self, cycle: Ticker, threads: &mut Threads) -> Result<Realtime, NodeError> {
+        let (waker, realtime) = (self.waker.clone(), Realtime::for_node(&self.node)?);
+        let priority = (self.pace == Pace::Realtime).then(|| realtime.clone());
+        threads.spawn(&self.node, "machine cycle", move || {
+            if let Some(priority) = priority {
+                priority.adopt_current_thread();
+            }
+            cycle.run(&waker);
+        })?;
+        Ok(realtime)
+    }
+
+    /// Receiver of the pump's answers.
+    fn answers(
+        &self,
+        state_file: Option<PathBuf>,
+        description: Publisher<DescriptionMessage>,
+        counters: CounterOutlet,
+    ) -> impl FnMut(Outbound) + Send + use<> {
+        let (file, area, health) = (self.file.clone(), self.area.clone(), self.health.clone());
+        let state = StateOutlets { file, state_file, description, counters, area, health };
+        answers(&self.node, &self.inlet, &self.resets, &self.loads, state)
+    }
+
+    fn offer_endpoints(&self, desk: &Arc<Desk>) -> Result<Endpoints, NodeError> {
+        let (node, machine) = (&self.node, &self.file.description);
+        let subscriptions = subscriptions(node, machine, self.clock, &self.inlet, &self.bounds, &self.waker, desk)?;
+        let mut services = services(node, machine, &self.inlet, &self.resets, &self.loads)?;
+        let loader_timeout = Duration::from_secs_f64(node.parameters().double(LOADER_TIMEOUT));
+        let loader_timeout = machine.loading.map(|_| loader_timeout);
+        let mut around = work_area::offer(node, &self.inlet, &self.area, loader_timeout)?;
+        services.append(&mut around.services);
+        let (bounds, inlet) = (Arc::clone(&self.bounds), self.inlet.clone());
+        let in_motion = move || bounds.in_motion.load(Ordering::Relaxed);
+        let alarm = move || {
+            inlet.send(Inbound::NoAuthority);
+        };
+        let mut command = desk.open(in_motion, alarm)?;
+        services.append(&mut command.services);
+        Ok(Endpoints { _subscriptions: subscriptions, _services: services, _around: around, _command: command.timer })
     }
 }
 
@@ -429,8 +495,8 @@ fn services(
     Ok(vec![reset, estop, inject, lobe, bar])
 }
 
-/// What is told when the wheel or the parts have changed.
-struct Known {
+/// Files and topics that follow the state that outlives a run.
+struct StateOutlets {
     file: machine_file::Machine,
     state_file: Option<PathBuf>,
     counters: CounterOutlet,
@@ -439,9 +505,19 @@ struct Known {
     health: Health,
 }
 
-impl Known {
+impl StateOutlets {
+    /// Stores and publishes the state.
+    fn update(&mut self, state: &LastingState, node: &Node) {
+        if let Some(Err(error)) = self.state_file.as_ref().map(|path| machine_state_file::store(path, state)) {
+            node.log(Level::Error, &error.to_string());
+        }
+        self.counters.publish(state);
+        self.health.update(state);
+        self.publish_description(state, node);
+    }
+
     /// Publishes the machine again if its wheel can change.
-    fn tell(&self, state: &LastingState, node: &Node) {
+    fn publish_description(&self, state: &LastingState, node: &Node) {
         let machine = &self.file.description;
         if machine.dresser.is_none() && machine.wheel.grinding_ratio.is_none() {
             return;
@@ -452,14 +528,14 @@ impl Known {
     }
 }
 
-/// What the pump does with answers of the cyclic thread.
+/// Handles the answers of the cyclic thread, on the pump.
 fn answers(
     node: &Node,
     inlet: &Inlet,
     resets: &Waiting<Trigger>,
     loads: &Loads,
-    mut known: Known,
-) -> impl FnMut(Outbound) + Send + 'static {
+    mut outlets: StateOutlets,
+) -> impl FnMut(Outbound) + Send + use<> {
     let (node, inlet, resets, loads) = (node.clone(), inlet.clone(), Arc::clone(resets), loads.clone());
     move |message| match message {
         Outbound::ResetDone(outcome) => {
@@ -484,15 +560,8 @@ fn answers(
         Outbound::JobEnded => {
             inlet.send(Inbound::Snapshot(Box::new(Snapshot { finished: true, ..Snapshot::default() })));
         }
-        Outbound::Lasting(state) => {
-            if let Some(Err(error)) = known.state_file.as_ref().map(|path| machine_state_file::store(path, &state)) {
-                node.log(Level::Error, &error.to_string());
-            }
-            known.counters.tell(&state);
-            known.health.keep(&state);
-            known.tell(&state, &node);
-        }
-        Outbound::AreaDone(order, outcome) => known.area.answer(order, outcome),
+        Outbound::Lasting(state) => outlets.update(&state, &node),
+        Outbound::AreaDone(order, outcome) => outlets.area.answer(order, outcome),
         Outbound::Used(_, chunk) => drop(chunk),
         Outbound::Taken(taken) => drop(taken),
         Outbound::Keyframe(room) => {

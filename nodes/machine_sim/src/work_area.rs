@@ -160,7 +160,7 @@ impl CounterOutlet {
     }
 
     /// Tells what has changed.
-    pub(super) fn tell(&mut self, state: &LastingState) {
+    pub(super) fn publish(&mut self, state: &LastingState) {
         let now = (state.life, state.shift);
         if self.told == Some(now) {
             return;

@@ -1,7 +1,6 @@
 //! The files that `camwright plan` writes, each told before it is written.
 
-use super::plots::Plot;
-use crate::drawing::{png, svg};
+use crate::drawing::{Plot, png, svg};
 use camwright_files::{ConfigError, Place};
 use serde::Serialize;
 use std::fs::{self, File};

@@ -1,5 +1,6 @@
 //! Everything that can be said about a job or a lift table before anything moves.
 
+use super::finding::{Finding, Report, warning};
 use super::program::check_milled;
 use super::turning::check_turned;
 use super::{PreparedJob, deflection, error_location::blame, plan};
@@ -14,71 +15,7 @@ use camwright_files::convert::machine_now::MachineNow;
 use camwright_files::job_file::Job;
 use camwright_files::lift_file;
 use camwright_files::locate::{Located, locate};
-use std::fmt;
-use std::path::{Path, PathBuf};
-
-/// How bad a finding is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Severity {
-    /// It can be made, but somebody should look.
-    Warning,
-    /// It cannot be made.
-    Error,
-}
-
-impl fmt::Display for Severity {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Severity::Warning => "warning",
-            Severity::Error => "error",
-        })
-    }
-}
-
-/// One thing that was found: what, how much, how much is allowed, and where.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Finding {
-    /// How bad it is.
-    pub severity: Severity,
-    /// The sentence, with file and line.
-    pub error: ConfigError,
-}
-
-impl fmt::Display for Finding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.severity, self.error)
-    }
-}
-
-/// What a check found.
-#[derive(Debug, Clone)]
-pub struct Report {
-    /// The file that was checked.
-    pub file: PathBuf,
-    /// Errors and warnings, errors first.
-    pub findings: Vec<Finding>,
-    /// One sentence about what it is, if it can be made.
-    pub summary: Option<String>,
-    /// How its lift tables were read, with what each way to read them costs.
-    pub notes: Vec<String>,
-}
-
-impl Report {
-    #[must_use]
-    pub fn worst(&self) -> Option<Severity> {
-        self.findings.iter().map(|finding| finding.severity).max()
-    }
-
-    #[must_use]
-    pub fn first_error(&self) -> Option<&ConfigError> {
-        self.findings.iter().find(|finding| finding.severity == Severity::Error).map(|finding| &finding.error)
-    }
-
-    pub(super) fn refused(file: &Path, errors: Vec<ConfigError>) -> Self {
-        let findings = errors.into_iter().map(|error| Finding { severity: Severity::Error, error }).collect();
-        Self { file: file.to_path_buf(), findings, summary: None, notes: Vec::new() }
-    }
-}
+use std::path::Path;
 
 /// Checks a job, planning it to the end for the machine as it is now (see [`super::prepare`]), or a lift table. `name` is a
 /// path or the name of a job or of a table.
@@ -163,10 +100,6 @@ fn all_errors(job: &Job, machine: Option<&MachineNow>, first: ConfigError) -> Ve
         }
     }
     errors
-}
-
-pub(super) fn warning(error: ConfigError) -> Finding {
-    Finding { severity: Severity::Warning, error }
 }
 
 fn warnings(job: &Job) -> Vec<Finding> {

@@ -5,6 +5,7 @@
 //!                        └─► LobeDesign ─► blank outline, form of the ground lobe
 //! ```
 
+pub mod chart;
 pub mod drawing;
 
 mod any_prepared;
@@ -18,6 +19,7 @@ mod dry_run;
 mod error_location;
 mod export;
 mod files;
+mod finding;
 mod findings;
 mod inspect;
 mod journals;
@@ -29,6 +31,7 @@ mod program;
 mod programmed;
 mod recorded;
 mod simulate;
+mod summary;
 mod times;
 mod turn;
 mod turn_curve;
@@ -43,8 +46,9 @@ pub use compensation::{LearnedJob, rehearse_learned, with_learned};
 pub use deflection::{FORM_TOLERANCE_MM, GivingWay};
 pub use dresses::{DressSummary, KeptPathSummary, dresses};
 pub use error_location::blame;
-pub use export::{LimitSummary, LobeSummary, PassSummary, Summary, lobe_times_s, summary, write};
-pub use findings::{Finding, Report, Severity, check};
+pub use export::write;
+pub use finding::{Finding, Report, Severity};
+pub use findings::check;
 pub use inspect::{inspections, write_inspection};
 pub use journals::{
     CorrectionFailed, MeasuredContacts, PreparedCorrection, PreparedForStock, PreparedMeasuring, correct, for_stock,
@@ -53,11 +57,11 @@ pub use journals::{
 pub use kept_stiffness::{KeptContacts, kept_contacts, learn_stiffness};
 pub use lifts::{AxisJerk, LiftSummary, ReadingSummary};
 pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result};
-pub use plots::Scale;
 pub use program::{ProgramSummary, ProgrammedTurn, compare_program, write_program};
 pub use recorded::{NO_JOB_FILE, plan_recorded};
 pub use simulate::with_raw_part;
 pub use simulate::{Outlines, RehearsalFailed, rehearse_job, rehearse_job_on, rehearse_outlines_on};
+pub use summary::{LimitSummary, LobeSummary, PassSummary, Summary, lobe_times_s, summary};
 pub use times::{TimeCompared, compare_times};
 pub use turn_curve::{TurnCurvePoint, turn_curve};
 pub use turn_summary::{BoundSummary, RemovalClass};

@@ -1,6 +1,7 @@
 //! A turn in a few figures: how long it removes how much, and what sets its speed where.
 
 use super::turn::{Turn, TurnPoint};
+use crate::chart::round_step;
 use camwright::job::grinding::SpeedLaw;
 use camwright::motion::speed_plan::Bound;
 use serde::Serialize;
@@ -57,17 +58,6 @@ pub(super) fn bound_name(law: &SpeedLaw, bound: Option<Bound>) -> String {
         Some(Bound::WheelPower) => "wheel_power".into(),
         Some(Bound::Process) => law_name(law).trim_start_matches("constant_").into(),
     }
-}
-
-/// The largest of 1, 2 and 5 times a power of ten that divides `range` into as few parts as `most`.
-pub(super) fn round_step(range: f64, most: f64) -> f64 {
-    let least = range / most;
-    let power = 10.0_f64.powf(least.log10().floor());
-    [1.0, 2.0, 5.0, 10.0]
-        .into_iter()
-        .map(|digit| digit * power)
-        .find(|step| *step >= least * (1.0 - 1e-9))
-        .unwrap_or(least)
 }
 
 /// The turn's time at each class of the removal rate, classes of a round width from 0 on.
@@ -189,13 +179,6 @@ mod tests {
 
     fn prepared(set: &[&str]) -> PreparedJob {
         prepare("four_lobe_camshaft", &set.iter().map(ToString::to_string).collect::<Vec<_>>(), None).unwrap()
-    }
-
-    #[test]
-    fn steps_are_round_and_few() {
-        for (range, step) in [(9.99, 1.0), (17.06, 2.0), (0.499, 0.05), (41.0, 5.0), (1.0, 0.1), (0.012, 0.002)] {
-            assert!((round_step(range, 10.0) / step - 1.0).abs() < 1e-12, "{range}: {}", round_step(range, 10.0));
-        }
     }
 
     /// A stretch too short to be seen goes to its longer neighbour, and a turn has no seam.

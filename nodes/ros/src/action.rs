@@ -1,4 +1,4 @@
-//! What the two ends of an action share: goal ids, states, names.
+//! Goal ids, states and names, shared by servers and clients of actions.
 
 use std::{fmt, time::Duration};
 
@@ -64,13 +64,13 @@ impl GoalStatus {
         }
     }
 
-    /// Whether the goal has ended.
+    /// Returns true after the end of the goal.
     pub fn is_terminal(self) -> bool {
         matches!(self, GoalStatus::Succeeded | GoalStatus::Canceled | GoalStatus::Aborted)
     }
 }
 
-/// How long a result is kept after the end of its goal. rcl keeps 10 s; more costs little and forgives a busy client.
+/// Time for which a result is kept after the end of its goal. rcl keeps 10 s; more costs little and forgives a busy client.
 pub(super) const RESULT_TIMEOUT: Duration = Duration::from_secs(30);
 
 /// The five names an action is made of.

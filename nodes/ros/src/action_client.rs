@@ -24,10 +24,10 @@ use super::{
     topics::Subscription,
 };
 
-/// What a server says to a wish to cancel.
+/// Answer of a server to a request to cancel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CancelOutcome {
-    /// The goal is being brought to an end.
+    /// The goal is canceling.
     Accepted,
     Rejected,
     /// The server does not know the goal.
@@ -87,7 +87,7 @@ impl Node {
     /// Calls an action.
     ///
     /// # Errors
-    /// When the name breaks the rules or the node is shut down.
+    /// The name breaks the rules, or the node is shut down.
     pub fn action_client<A: Action>(&self, name: &str) -> Result<ActionClient<A>, RosError> {
         let names = ActionNames::resolve(self, name)?;
         let goals: Goals<A> = Arc::default();
@@ -134,7 +134,7 @@ impl<A: Action> ActionClient<A> {
         &self.core.action
     }
 
-    /// Whether a server is matched.
+    /// Returns true while a server is matched.
     pub fn is_ready(&self) -> bool {
         self.core.send_goal.is_ready()
             && self.core.cancel_goal.is_ready()
@@ -203,7 +203,7 @@ impl<A: Action> ActionClient<A> {
         Ok(())
     }
 
-    /// Asks the server to cancel all goals, whoever sent them.
+    /// Asks the server to cancel the goals of all clients.
     ///
     /// # Errors
     /// No answer comes in time.
@@ -249,7 +249,7 @@ impl<A: Action> ClientGoal<A> {
         self.inner.id
     }
 
-    /// Whether the server took it on. The protocol gives no reason for a rejection; the server's log does.
+    /// Returns true if the server accepted the goal. The protocol carries no reason for a rejection; the server's log does.
     pub fn accepted(&self) -> bool {
         self.inner.accepted.load(std::sync::atomic::Ordering::Acquire)
     }

@@ -5,62 +5,49 @@
 //! goals are worked on wherever their handles go.
 
 use std::{
-    collections::BTreeMap,
     fmt,
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError, Weak,
-        atomic::{AtomicBool, AtomicI8, Ordering},
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, AtomicI8},
     },
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use camwright_msgs::{
     Action, Service,
     action_msgs::{
-        msg::{GoalInfo, GoalStatus as GoalStatusMsg, GoalStatusArray},
+        msg::GoalInfo,
         srv::{CancelGoal, CancelGoalRequest, CancelGoalResponse},
     },
     builtin_interfaces::msg::Time,
 };
 
-use super::action::{ActionNames, GoalId, GoalStatus, RESULT_TIMEOUT};
+use super::action::{ActionNames, GoalId, GoalStatus};
 use super::clock::from_time;
 use super::error::RosError;
 use super::executor::TimerHandle;
 use super::goal_handle::GoalHandle;
-use super::logging::Logger;
-use super::node::{Node, WeakNode};
+use super::goal_table::{Core, Entry, is_cancelable};
+use super::node::Node;
 use super::qos::Qos;
 use super::services::{Responder, ServiceHandle};
-use super::telemetry::Telemetry;
-use super::topics::Publisher;
 use camwright_threads::drops::Drops;
 
-/// Goals with which every change of status is published at once.
-const PUBLISHED_AT_ONCE: usize = 16;
-
-/// Time from status to status with more goals.
-const STATUS_PERIOD: Duration = Duration::from_millis(20);
-
-/// Goals an action server keeps: those under way, and those that ended within the last seconds.
-const MAX_GOALS: usize = 1024;
-
-/// Clients that may wait for the result of one goal.
-const MAX_WAITING_FOR_RESULT: usize = 64;
-
-/// Whether a goal is taken on.
+/// Decision on a request for a goal.
 #[derive(Debug)]
 pub enum GoalDecision {
-    /// It is, at once.
+    /// Accepts the goal at once.
     Accept,
-    /// It is not; the reason goes to the log, since the protocol has no place for it.
+    /// Rejects the goal. The reason goes to the log, since the protocol has no field for it.
     Reject(String),
-    /// Somebody else decides: see [`GoalDecision::later`].
+    /// Defers the decision: see [`GoalDecision::later`].
     Later(LaterDecision),
 }
 
 impl GoalDecision {
-    /// A decision that takes longer than a callback may: this goes to the server, the decider to whoever decides.
+    /// Creates a deferred decision, for one that takes longer than a callback may.
+    ///
+    /// Return the decision to the server, and decide with the [`GoalDecider`].
     pub fn later() -> (GoalDecider, GoalDecision) {
         let decision: Arc<Mutex<Undecided>> = Arc::default();
         (GoalDecider(Arc::clone(&decision)), GoalDecision::Later(LaterDecision(decision)))
@@ -69,14 +56,14 @@ impl GoalDecision {
 
 type Verdict = Result<(), String>;
 
-/// A verdict and what is to be done with it, whichever comes first.
+/// A verdict and its continuation, whichever comes first.
 #[derive(Default)]
 struct Undecided {
     verdict: Option<Verdict>,
     then: Option<Box<dyn FnOnce(Verdict) + Send>>,
 }
 
-/// A decision that is still to come.
+/// Deferred decision.
 pub struct LaterDecision(Arc<Mutex<Undecided>>);
 
 impl fmt::Debug for LaterDecision {
@@ -109,12 +96,12 @@ impl fmt::Debug for GoalDecider {
 }
 
 impl GoalDecider {
-    /// The goal is taken on: [`ActionHandler::accepted`] comes on the executor thread.
+    /// Accepts the goal: [`ActionHandler::accepted`] is called on the executor thread.
     pub fn accept(self) {
         self.decide(Ok(()));
     }
 
-    /// It is not; the reason goes to the log.
+    /// Rejects the goal; the reason goes to the log.
     pub fn reject(self, reason: &str) {
         self.decide(Err(reason.to_string()));
     }
@@ -139,95 +126,35 @@ impl Drop for GoalDecider {
     }
 }
 
-/// What a server decides. All calls come on the executor thread and must not block.
+/// Decisions of an action server. All calls run on the executor thread and must not block.
+///
+/// A closure that receives the handle of every goal is a handler too: it accepts every goal and every request to cancel.
 pub trait ActionHandler<A: Action>: Send + 'static {
-    /// Whether to take on a goal. Nothing has happened yet and nothing may happen here.
-    fn goal(&mut self, id: GoalId, goal: &A::Goal) -> GoalDecision;
+    /// Decides on a request for a goal. Default: accepts.
+    fn goal(&mut self, _id: GoalId, _goal: &A::Goal) -> GoalDecision {
+        GoalDecision::Accept
+    }
 
-    /// Work may begin; the goal is executing. The handle goes to whoever does it.
+    /// Receives an accepted goal, which is executing from now on. Pass the handle to the code that works on it.
     fn accepted(&mut self, goal: GoalHandle<A>);
 
-    /// Whether a goal may be cancelled. If so its handle turns [`GoalHandle::is_canceling`] after this returns, and whoever works on
-    /// it ends it with [`GoalHandle::canceled`] (or otherwise, if the end was there already).
-    fn cancel(&mut self, id: GoalId) -> bool;
-}
-
-struct Entry<A: Action> {
-    stamp: Time,
-    status: Arc<AtomicI8>,
-    result: Option<A::Result>,
-    waiting: Vec<Responder<A::GetResult>>,
-    ended: Option<Instant>,
-}
-
-impl<A: Action> Entry<A> {
-    fn status(&self) -> GoalStatus {
-        GoalStatus::from_number(self.status.load(Ordering::Acquire))
+    /// Decides on a request to cancel a goal. Default: accepts.
+    ///
+    /// After `true`, the handle of the goal is [`GoalHandle::is_canceling`]. The code that works on the goal ends it with
+    /// [`GoalHandle::canceled`], or with another outcome that came first.
+    fn cancel(&mut self, _id: GoalId) -> bool {
+        true
     }
 }
 
-pub(super) struct Core<A: Action> {
-    pub(super) name: String,
-    /// Guards the table and the order of what is published about it: the status is published with the lock held.
-    goals: Mutex<BTreeMap<GoalId, Entry<A>>>,
-    /// Dropped where a client leaves no room: an action goes on without it.
-    pub(super) feedback: Telemetry<A::FeedbackMessage>,
-    status: Publisher<GoalStatusArray>,
-    pub(super) logger: Logger,
-    node: WeakNode,
-    this: Weak<Core<A>>,
-    /// A status that stands for several changes is due.
-    is_status_due: AtomicBool,
+impl<A: Action, F: FnMut(GoalHandle<A>) + Send + 'static> ActionHandler<A> for F {
+    fn accepted(&mut self, goal: GoalHandle<A>) {
+        self(goal);
+    }
 }
 
 impl<A: Action> Core<A> {
-    fn goals(&self) -> MutexGuard<'_, BTreeMap<GoalId, Entry<A>>> {
-        self.goals.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn now(&self) -> Time {
-        self.node.upgrade().map(|node| node.now()).unwrap_or_default()
-    }
-
-    /// Publishes the status, at once or, with many goals, soon: a message names them all, and each goal changes it three times.
-    fn publish_status(&self, goals: &BTreeMap<GoalId, Entry<A>>) {
-        if goals.len() <= PUBLISHED_AT_ONCE {
-            return self.publish_status_now(goals);
-        }
-        if self.is_status_due.swap(true, Ordering::AcqRel) {
-            return;
-        }
-        let Some(node) = self.node.upgrade() else { return };
-        let core = self.this.clone();
-        node.after(STATUS_PERIOD, move || {
-            let Some(core) = core.upgrade() else { return };
-            core.is_status_due.store(false, Ordering::Release);
-            core.publish_status_now(&core.goals());
-        });
-    }
-
-    fn publish_status_now(&self, goals: &BTreeMap<GoalId, Entry<A>>) {
-        let mut status_list: Vec<GoalStatusMsg> = goals
-            .iter()
-            .map(|(id, entry)| GoalStatusMsg {
-                goal_info: GoalInfo { goal_id: id.to_msg(), stamp: entry.stamp.clone() },
-                status: entry.status() as i8,
-            })
-            .collect();
-        status_list.sort_by_key(|status| from_time(&status.goal_info.stamp));
-        if let Err(error) = self.status.publish(&GoalStatusArray { status_list }) {
-            self.logger.warn(&error.to_string());
-        }
-    }
-
-    fn set(&self, goals: &BTreeMap<GoalId, Entry<A>>, id: GoalId, status: GoalStatus) {
-        if let Some(entry) = goals.get(&id) {
-            entry.status.store(status as i8, Ordering::Release);
-            self.publish_status(goals);
-        }
-    }
-
-    /// Takes a request for a goal.
+    /// Handles a request for a goal.
     fn send_goal<H: ActionHandler<A>>(
         self: &Arc<Self>,
         handler: &Arc<Mutex<H>>,
@@ -256,7 +183,7 @@ impl<A: Action> Core<A> {
         }
     }
 
-    /// Answers a request for a goal and, if it is taken on, lets the work begin.
+    /// Answers a request for a goal and, if it is accepted, starts the work.
     fn decided<H: ActionHandler<A>>(
         self: &Arc<Self>,
         handler: &Mutex<H>,
@@ -296,7 +223,7 @@ impl<A: Action> Core<A> {
         node.warn_once(&kind, &format!("goal {id} of {} rejected: {reason}", self.name));
     }
 
-    /// Takes a request to cancel, by the rules of `action_msgs/srv/CancelGoal`.
+    /// Handles a request to cancel, by the rules of `action_msgs/srv/CancelGoal`.
     fn cancel_goal<H: ActionHandler<A>>(&self, handler: &Mutex<H>, request: &CancelGoalRequest) -> CancelGoalResponse {
         let wanted = GoalId::from_msg(&request.goal_info.goal_id);
         let until_ns = from_time(&request.goal_info.stamp);
@@ -339,82 +266,6 @@ impl<A: Action> Core<A> {
         let return_code = if rejected { CancelGoalResponse::ERROR_REJECTED } else { CancelGoalResponse::ERROR_NONE };
         CancelGoalResponse { return_code, goals_canceling }
     }
-
-    /// Takes a request for a result: answered now or at the end of the goal.
-    fn get_result(&self, request: <A::GetResult as Service>::Request, responder: Responder<A::GetResult>) {
-        let id = GoalId::from_msg(&A::split_get_result_request(request));
-        let mut goals = self.goals();
-        let response = match goals.get_mut(&id) {
-            None => A::get_result_response(GoalStatus::Unknown as i8, A::Result::default()),
-            Some(entry) => match &entry.result {
-                Some(result) => A::get_result_response(entry.status() as i8, result.clone()),
-                None if entry.waiting.len() < MAX_WAITING_FOR_RESULT => {
-                    entry.waiting.push(responder);
-                    return;
-                }
-                // Its status says that this is not the end.
-                None => A::get_result_response(entry.status() as i8, A::Result::default()),
-            },
-        };
-        drop(goals);
-        responder.send(&response);
-    }
-
-    /// Ends a goal; `false` if it has ended already.
-    pub(super) fn finish(&self, id: GoalId, status: GoalStatus, result: A::Result) -> bool {
-        let mut goals = self.goals();
-        let Some(entry) = goals.get(&id) else { return false };
-        if entry.status().is_terminal() {
-            return false;
-        }
-        if status == GoalStatus::Canceled && entry.status() != GoalStatus::Canceling {
-            // Whoever works on the goal was quicker than the answer to the cancel request.
-            self.set(&goals, id, GoalStatus::Canceling);
-        }
-        let Some(entry) = goals.get_mut(&id) else { return false };
-        let response = A::get_result_response(status as i8, result.clone());
-        entry.result = Some(result);
-        entry.ended = Some(Instant::now());
-        let waiting = std::mem::take(&mut entry.waiting);
-        self.set(&goals, id, status);
-        drop(goals);
-        for responder in waiting {
-            responder.send(&response);
-        }
-        true
-    }
-
-    /// Makes room for a goal; the reason if there is none. Results that nobody may ask for any more go first.
-    fn make_room(&self, id: GoalId) -> Option<String> {
-        let mut goals = self.goals();
-        if goals.contains_key(&id) {
-            return Some("its id is in use".into());
-        }
-        if goals.len() < MAX_GOALS {
-            return None;
-        }
-        let ended = goals.iter().filter_map(|(id, entry)| entry.ended.map(|ended| (ended, *id)));
-        match ended.min() {
-            Some((_, oldest)) => {
-                goals.remove(&oldest);
-                None
-            }
-            None => Some(format!("{MAX_GOALS} goals of this action have not ended; wait for one to end")),
-        }
-    }
-
-    fn expire(&self) {
-        let mut goals = self.goals();
-        let before = goals.len();
-        goals.retain(|_, entry| entry.ended.is_none_or(|ended| ended.elapsed() < RESULT_TIMEOUT));
-        if goals.len() != before {
-            self.publish_status(&goals);
-        }
-    }
-}
-
-fn is_cancelable(status: GoalStatus) -> bool {
-    matches!(status, GoalStatus::Accepted | GoalStatus::Executing)
 }
 
 /// An action that is offered; dropping it withdraws it.
@@ -447,7 +298,7 @@ impl Node {
     /// Offers an action.
     ///
     /// # Errors
-    /// When the name breaks the rules or the node is shut down.
+    /// The name breaks the rules, or the node is shut down.
     pub fn action_server<A: Action>(
         &self,
         name: &str,

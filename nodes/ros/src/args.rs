@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{
-    logging::Level,
+    level::Level,
     names::{self, NameKind, RemapRule, RemapTarget},
     parameter_value::ParameterValue,
     params_file::{self, NodeParameters},
@@ -48,7 +48,7 @@ enum Override {
     File(Vec<NodeParameters>),
 }
 
-/// What the command line and the environment say to every node of the process.
+/// Arguments and environment variables of ROS 2, shared by the nodes of a process.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RosArgs {
     remaps: Vec<RemapRule>,
@@ -98,7 +98,7 @@ impl RosArgs {
     /// Reads the given arguments and this process's environment.
     ///
     /// # Errors
-    /// As [`RosArgs::from_env`].
+    /// See [`RosArgs::from_env`].
     pub fn parse(args: &[String]) -> Result<(Self, Vec<String>), ArgsError> {
         Self::parse_with(args, |variable| std::env::var(variable).ok().filter(|value| !value.is_empty()))
     }
@@ -106,7 +106,7 @@ impl RosArgs {
     /// Reads the given arguments and variables.
     ///
     /// # Errors
-    /// As [`RosArgs::from_env`].
+    /// See [`RosArgs::from_env`].
     pub fn parse_with(
         args: &[String],
         variable: impl Fn(&str) -> Option<String>,

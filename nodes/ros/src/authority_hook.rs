@@ -1,7 +1,7 @@
 //! Authority over a node: decides which requests of others are executed.
 
-use super::discovery::Guid;
 use super::node::Node;
+use super::participant_entities::Guid;
 use camwright_msgs::Service;
 use serde_json::Value;
 use std::any::Any;

@@ -42,7 +42,7 @@ struct State {
     subscription: Mutex<Option<Subscription>>,
 }
 
-/// Where a node's time comes from.
+/// Time source of a node.
 pub(super) struct TimeSource {
     state: Arc<State>,
 }

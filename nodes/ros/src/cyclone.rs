@@ -18,7 +18,7 @@ const CYCLONE: [u8; 2] = [0x01, 0x10];
 /// Octets before the fields.
 const LENGTH: usize = 16;
 
-/// What stands before the fields of a request and of its reply.
+/// Header before the fields of a request and of its reply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Header {
     pub(super) client: u64,
@@ -26,7 +26,7 @@ pub(super) struct Header {
     pub(super) number: i64,
 }
 
-/// Whether an endpoint is one of Cyclone's.
+/// Returns true for an endpoint of Cyclone DDS.
 pub(super) fn is_cyclone(guid: &GUID) -> bool {
     guid.to_bytes()[..2] == CYCLONE
 }
@@ -35,12 +35,12 @@ pub(super) fn is_cyclone(guid: &GUID) -> bool {
 /// one from before its time, acknowledges it and never delivers it. Seen: 0.1 ms between the two, where a request was lost.
 pub(super) const ACQUAINTANCE: Duration = Duration::from_millis(100);
 
-/// Whether a peer that is matched since then will not miss what is sent to it now.
+/// Returns true if a peer that matched at that time receives what is sent now.
 pub(super) fn knows_us(peer: &GUID, since: Instant) -> bool {
     !is_cyclone(peer) || since.elapsed() >= ACQUAINTANCE
 }
 
-/// How a client calls itself in headers: what tells its reader from all others.
+/// Identity of a client in headers, unique to its reader.
 pub(super) fn client_of(reader: &GUID) -> u64 {
     let octets = reader.to_bytes();
     let eight = |from: usize| u64::from_le_bytes(std::array::from_fn(|index| octets[from + index]));

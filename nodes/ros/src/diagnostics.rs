@@ -13,7 +13,7 @@ use camwright_msgs::{
 
 use super::{error::RosError, executor::TimerHandle, node::Node, qos::Qos, topics::Publisher};
 
-/// How often a node reports, by REP-107.
+/// Report period of a node, by REP-107.
 const PERIOD: Duration = Duration::from_secs(1);
 
 type Report = Box<dyn FnMut() -> Vec<DiagnosticStatus> + Send>;
@@ -93,7 +93,7 @@ impl Node {
     /// parts; the node's name is put before them.
     ///
     /// # Errors
-    /// When the node is shut down.
+    /// The node is shut down.
     pub fn diagnostics(
         &self,
         hardware_id: &str,

@@ -1,4 +1,4 @@
-//! Who is there: endpoints, matches and node names, as discovery reports them.
+//! Graph of the domain: endpoints, matches and node names, as discovery reports them.
 //!
 //! The participant's status events go to one reader only, so there is one participant per node and this is its only reader: that is
 //! what the crate's own Spinner, which would take them away, is not used for.
@@ -17,32 +17,14 @@ use rustdds::{
     DomainParticipantStatusEvent, DomainParticipantStatusListener, EndpointDescription, GUID, StatusEvented,
     qos::QosPolicyId,
 };
-use serde::{Deserialize, Serialize};
 
 use super::fastdds_workarounds::Beside;
 use super::matches::Matches;
 use super::names;
 use super::network::gate::{self, Gate, Prefix};
+pub use super::participant_entities::Guid;
+use super::participant_entities::{NodeEntities, ParticipantEntities};
 use super::qos::Qos;
-
-/// Identity of an endpoint: DDS GUID.
-pub type Guid = [u8; 16];
-
-/// `rmw_dds_common/msg/NodeEntitiesInfo`.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct NodeEntities {
-    pub(super) namespace: String,
-    pub(super) name: String,
-    pub(super) readers: Vec<Guid>,
-    pub(super) writers: Vec<Guid>,
-}
-
-/// `rmw_dds_common/msg/ParticipantEntitiesInfo`: which nodes a participant holds.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct ParticipantEntities {
-    pub(super) participant: Guid,
-    pub(super) nodes: Vec<NodeEntities>,
-}
 
 /// An endpoint on a topic.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,7 +32,7 @@ pub struct EndpointInfo {
     pub guid: Guid,
     /// Fully qualified name of its node, once that is known (it comes up to a second after the endpoint).
     pub node: Option<String>,
-    /// What it offers or asks.
+    /// Offered or requested profile.
     pub qos: Qos,
     /// The hash of its type (`RIHS01_…`), if it tells that: ROS 2 peers do, our own endpoints cannot.
     pub type_hash: Option<String>,
@@ -93,24 +75,24 @@ impl From<&EndpointDescription> for Endpoint {
 }
 
 #[derive(Default)]
-pub(super) struct State {
+struct State {
     /// Ours; what discovery says of its endpoints is known better from the loopback.
     own: Option<[u8; 12]>,
     writers: BTreeMap<GUID, Endpoint>,
     readers: BTreeMap<GUID, Endpoint>,
     /// With whom our endpoints are matched, and since when.
-    pub(super) matched: BTreeMap<GUID, BTreeMap<GUID, Instant>>,
+    matched: BTreeMap<GUID, BTreeMap<GUID, Instant>>,
     /// Matches told before both of their ends were known here: ours, theirs.
     undecided: BTreeSet<(GUID, GUID)>,
     incompatible: Vec<String>,
     /// Pairs (ours, theirs) of which it has been said already that they do not fit.
     told: BTreeSet<(GUID, GUID)>,
-    pub(super) nodes: BTreeMap<Guid, Vec<NodeEntities>>,
+    nodes: BTreeMap<Guid, Vec<NodeEntities>>,
 }
 
 type Listener = Arc<dyn Fn() + Send + Sync>;
 
-/// What a node knows of the graph.
+/// A node's view of the graph.
 #[derive(Default)]
 pub(super) struct Graph {
     state: Mutex<State>,
@@ -171,7 +153,7 @@ impl Graph {
         self.changed.notify_all();
     }
 
-    /// Takes what discovery has reported; returns sentences about endpoints that cannot talk to ours, and about a flood of participants.
+    /// Processes reports of discovery; returns warnings about endpoints that are incompatible with ours, and about a flood of participants.
     pub(super) fn drain(
         &self,
         events: &DomainParticipantStatusListener,
@@ -188,13 +170,13 @@ impl Graph {
             news |= self.state().apply(event);
         }
         if news {
-            self.tell();
+            self.notify();
         }
         sentences.append(&mut self.state().incompatible);
         sentences
     }
 
-    /// Takes a participant's list of nodes.
+    /// Processes a participant's list of nodes.
     pub(super) fn participant(&self, participant: ParticipantEntities) {
         let mut state = self.state();
         if participant.nodes.is_empty() {
@@ -203,10 +185,10 @@ impl Graph {
             state.nodes.insert(participant.participant, participant.nodes);
         }
         drop(state);
-        self.tell();
+        self.notify();
     }
 
-    fn tell(&self) {
+    fn notify(&self) {
         self.changed.notify_all();
         let listeners: Vec<Listener> =
             self.listeners.lock().unwrap_or_else(PoisonError::into_inner).iter().map(|(_, l)| Arc::clone(l)).collect();
@@ -227,7 +209,7 @@ impl Graph {
         let deadline = Instant::now() + timeout;
         let mut state = self.state();
         loop {
-            if condition(&Matches(&state)) {
+            if condition(&state.matches()) {
                 return true;
             }
             let left = deadline.saturating_duration_since(Instant::now());
@@ -242,10 +224,10 @@ impl Graph {
 
     /// Asks something about matches.
     pub(super) fn ask<T>(&self, question: impl FnOnce(&Matches<'_>) -> T) -> T {
-        question(&Matches(&self.state()))
+        question(&self.state().matches())
     }
 
-    /// Whether a writer writes this type, if discovery has told.
+    /// Returns true if a writer has this type; none while discovery has not reported it.
     pub(super) fn has_type(&self, writer: &GUID, dds_type: &str) -> Option<bool> {
         self.state().writers.get(writer).map(|endpoint| endpoint.type_name == dds_type)
     }
@@ -334,7 +316,11 @@ impl Graph {
 }
 
 impl State {
-    /// Takes one event; tells whether it changed anything here.
+    fn matches(&self) -> Matches<'_> {
+        Matches { matched: &self.matched, nodes: &self.nodes }
+    }
+
+    /// Processes one event; returns true if it changed the graph.
     fn apply(&mut self, event: DomainParticipantStatusEvent) -> bool {
         let own = self.own;
         let ours = |guid: &GUID| own == Some(prefix(guid));
@@ -358,10 +344,10 @@ impl State {
                 self.decide(writer.guid);
             }
             DomainParticipantStatusEvent::RemoteReaderMatched { local_writer, remote_reader } => {
-                return self.take_match(local_writer, remote_reader);
+                return self.add_match(local_writer, remote_reader);
             }
             DomainParticipantStatusEvent::RemoteWriterMatched { local_reader, remote_writer } => {
-                return self.take_match(local_reader, remote_writer);
+                return self.add_match(local_reader, remote_writer);
             }
             DomainParticipantStatusEvent::ReaderLost { guid, .. } => {
                 self.readers.remove(&guid);
@@ -384,7 +370,7 @@ impl State {
                 offered_qos,
             } => {
                 let policy = offered_qos.compliance_failure_wrt(&requested_qos);
-                self.tell_misfit((local_writer, remote_reader), policy, false);
+                self.report_misfit((local_writer, remote_reader), policy, false);
             }
             DomainParticipantStatusEvent::RemoteWriterQosIncompatible {
                 local_reader,
@@ -393,7 +379,7 @@ impl State {
                 offered_qos,
             } => {
                 let policy = offered_qos.compliance_failure_wrt(&requested_qos);
-                self.tell_misfit((local_reader, remote_writer), policy, true);
+                self.report_misfit((local_reader, remote_writer), policy, true);
             }
             _ => return false,
         }
@@ -416,7 +402,7 @@ impl State {
 
     /// Takes a match that `RustDDS` made by topic and quality of service alone: it counts when both ends carry the same type, and
     /// waits until both are known. Tells whether it counts.
-    fn take_match(&mut self, ours: GUID, theirs: GUID) -> bool {
+    fn add_match(&mut self, ours: GUID, theirs: GUID) -> bool {
         let endpoint = |guid: &GUID| self.writers.get(guid).or_else(|| self.readers.get(guid));
         let (Some(our), Some(their)) = (endpoint(&ours), endpoint(&theirs)) else {
             self.undecided.insert((ours, theirs));
@@ -440,12 +426,12 @@ impl State {
         let waited: Vec<_> =
             self.undecided.extract_if(.., |(ours, theirs)| *ours == known || *theirs == known).collect();
         for (ours, theirs) in waited {
-            self.take_match(ours, theirs);
+            self.add_match(ours, theirs);
         }
     }
 
     /// Says, in the words of rclcpp and once, that an endpoint asks for more than it gets.
-    fn tell_misfit(&mut self, pair: (GUID, GUID), policy: Option<QosPolicyId>, publishes: bool) {
+    fn report_misfit(&mut self, pair: (GUID, GUID), policy: Option<QosPolicyId>, publishes: bool) {
         let known = if publishes { &self.writers } else { &self.readers };
         let Some(topic) = known.get(&pair.1).and_then(|endpoint| names::ros_topic(&endpoint.topic)) else { return };
         let node = self.node_of(&pair.1).map(|node| format!(" ({node})")).unwrap_or_default();

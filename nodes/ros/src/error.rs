@@ -1,4 +1,4 @@
-//! What can go wrong between a node and the graph.
+//! Errors between a node and the graph.
 
 use super::names::NameError;
 
@@ -11,9 +11,9 @@ pub enum RosError {
     /// The middleware refused to create something.
     #[error("cannot create {what}: {reason}")]
     Create {
-        /// What was to be created, with its resolved name.
+        /// Kind and resolved name of the entity.
         what: String,
-        /// The middleware's own words.
+        /// Message of the middleware.
         reason: String,
     },
     /// A message could not be written.
@@ -21,18 +21,18 @@ pub enum RosError {
     Publish {
         /// Resolved topic or service name.
         topic: String,
-        /// The middleware's own words.
+        /// Message of the middleware.
         reason: String,
     },
-    /// There is no room for a message: a peer does not acknowledge those before it, or the network is congested.
+    /// A full writer rejected a message: a peer does not acknowledge earlier ones, or the network is congested.
     #[error("cannot publish on {topic}: a subscriber does not acknowledge, and no room is left for another message")]
     Congested { topic: String },
     /// A peer did not answer or did not appear in time.
     #[error("{what}: no answer within {waited_s:.3} s")]
     Timeout {
-        /// Whom one waited for.
+        /// Awaited peer or answer.
         what: String,
-        /// How long, in seconds.
+        /// Time waited (s).
         waited_s: f64,
     },
     /// A blocking call was made on the thread that would have to deliver its answer.
@@ -51,11 +51,11 @@ pub enum RosError {
         name: String,
         reason: String,
     },
-    /// A peer refused what was asked.
+    /// A peer rejected a request.
     #[error("{what} was refused: {reason}")]
     Refused {
         what: String,
-        /// Why, as far as the peer said.
+        /// Reason given by the peer.
         reason: String,
     },
     /// Two threads tried to run the same node.

@@ -27,7 +27,7 @@ const BUDGET: usize = 64;
 /// A job for the executor thread.
 pub(super) type Job = Box<dyn FnOnce() + Send>;
 
-/// Takes what a reader has, at most `budget` samples; tells whether there may be more.
+/// Delivers up to `budget` samples of a reader; returns true if there may be more.
 pub(super) type Drain = Box<dyn FnMut(usize) -> bool + Send>;
 
 enum Action {
@@ -114,7 +114,7 @@ impl Executor {
         let _ = self.waker.wake();
     }
 
-    /// Whether the caller is inside a callback of this node.
+    /// Returns true inside a callback of this node.
     pub(super) fn is_current_thread(&self) -> bool {
         *self.thread.lock().unwrap_or_else(PoisonError::into_inner) == Some(std::thread::current().id())
     }

@@ -1,4 +1,4 @@
-//! What whoever works on an accepted goal holds.
+//! Handle of an accepted goal, for the code that works on it.
 
 use std::{
     fmt,
@@ -12,7 +12,7 @@ use camwright_msgs::Action;
 
 use super::{
     action::{GoalId, GoalStatus},
-    action_server::Core,
+    goal_table::Core,
 };
 
 struct Token<A: Action> {
@@ -32,7 +32,7 @@ impl<A: Action> Drop for Token<A> {
     }
 }
 
-/// An accepted goal. Clones are the same goal; when the last one is dropped before the goal has ended, it is aborted.
+/// An accepted goal. Clones are the same goal. Dropping the last clone aborts a goal that has not ended.
 pub struct GoalHandle<A: Action> {
     token: Arc<Token<A>>,
 }
@@ -63,7 +63,7 @@ impl<A: Action> GoalHandle<A> {
         &self.token.goal
     }
 
-    /// Full name of the node that sent it, as far as it is known.
+    /// Fully qualified name of the client's node; its GUID while the node is unknown.
     pub fn client(&self) -> &str {
         &self.token.client
     }
@@ -73,17 +73,17 @@ impl<A: Action> GoalHandle<A> {
         GoalStatus::from_number(self.token.status.load(Ordering::Acquire))
     }
 
-    /// Whether the goal must be brought to an end because its client wishes so.
+    /// Returns true after an accepted request to cancel; the goal has to be ended.
     pub fn is_canceling(&self) -> bool {
         self.status() == GoalStatus::Canceling
     }
 
-    /// Whether the goal has not ended.
+    /// Returns true until the goal has ended.
     pub fn is_active(&self) -> bool {
         !self.status().is_terminal()
     }
 
-    /// Tells how far it is.
+    /// Publishes feedback.
     pub fn feedback(&self, feedback: &A::Feedback) {
         let message = A::feedback_message(self.token.id.to_msg(), feedback.clone());
         if let Err(error) = self.token.core.feedback.publish(&message) {
@@ -91,17 +91,17 @@ impl<A: Action> GoalHandle<A> {
         }
     }
 
-    /// Ends the goal as wanted. `false` (here and below) if it has ended already.
+    /// Ends the goal as succeeded. Returns false if it has ended already.
     pub fn succeed(&self, result: A::Result) -> bool {
         self.token.core.finish(self.token.id, GoalStatus::Succeeded, result)
     }
 
-    /// Ends the goal because it cannot be reached.
+    /// Ends the goal as aborted. Returns false if it has ended already.
     pub fn abort(&self, result: A::Result) -> bool {
         self.token.core.finish(self.token.id, GoalStatus::Aborted, result)
     }
 
-    /// Ends the goal as its client wished.
+    /// Ends the goal as canceled. Returns false if it has ended already.
     pub fn canceled(&self, result: A::Result) -> bool {
         self.token.core.finish(self.token.id, GoalStatus::Canceled, result)
     }

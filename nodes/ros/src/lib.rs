@@ -1,10 +1,29 @@
-//! The ROS 2 layer: the only place that names `ros2-client` or `rustdds`.
+//! ROS 2 nodes in Rust, without a ROS installation.
 //!
-//! Contexts, nodes, publishers and subscriptions are the crate's. What it lacks or gets wrong for us is here: names and remapping,
-//! `--ros-args`, quality of service, parameters with descriptors, services and actions (several goals at once), the life cycle,
-//! `/clock`, `/rosout`, `/diagnostics`, discovery, shutdown. Nothing above this module meets any of it.
+//! [`ros2-client`](https://docs.rs/ros2-client) and [`rustdds`](https://docs.rs/rustdds) carry the messages. This crate adds what a node
+//! needs beyond them:
 //!
-//! A node has one participant and one executor thread, on which all its callbacks run:
+//! | | |
+//! |---|---|
+//! | [`Node`], [`Node::spin`] | one participant and one executor thread per node; timers; delivery between endpoints of one node |
+//! | [`RosArgs`] | `--ros-args`: remapping, parameters, parameter files, log levels, namespaces, domain and discovery range |
+//! | [`Publisher`], [`Subscription`], [`Qos`] | the quality of service profiles of ROS 2; number and times of each message; waiting for a match; serialised messages |
+//! | [`Client`], [`Responder`] | services that reply at once or later, to clients on Fast DDS and on Cyclone DDS |
+//! | [`ActionServer`], [`ActionClient`] | any number of goals at once; deferred decisions; results that are kept |
+//! | [`Lifecycle`] | managed nodes: five services, `~/transition_event`, callbacks on a thread of their own |
+//! | [`Parameter`], [`Parameters`] | ranges, choices, read-only and optional parameters, validators, the parameter services |
+//! | [`Logger`], [`Diagnostics`] | `/rosout`, logger levels, `tracing` events; `/diagnostics` |
+//! | [`Node::now`] | `/clock` and `use_sim_time` |
+//! | [`GraphListener`], [`Node::discovered_topics`] | topics, services and nodes of the domain, and their changes |
+//! | [`Shutdown`], [`running`] | signals, exit codes, `main` of a node |
+//! | [`authority`] | one holder of command for a cell |
+//!
+//! Malformed datagrams are dropped before `rustdds` reads them, and with the default discovery range no packet leaves the host.
+//!
+//! # Example
+//!
+//! All callbacks of a node run on the thread that spins it. The repository has a longer example with service, action and life cycle:
+//! `nodes/ros/examples/homing_axis.rs`.
 //!
 //! ```no_run
 //! use camwright_msgs::std_msgs::msg::String as Text;
@@ -12,7 +31,7 @@
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let (args, _rest) = RosArgs::from_env()?;
-//! let rate = Parameter::double("rate_hz", 10.0).describe("how often, in Hz").range(0.1, 100.0);
+//! let rate = Parameter::double("rate_hz", 10.0).describe("publish rate (Hz)").range(0.1, 100.0);
 //! let node = Node::new(NodeOptions::new("talker", &args).parameter(rate))?;
 //! let publisher = node.publisher::<Text>("chatter", &Qos::default_topic())?;
 //! let period = std::time::Duration::from_secs_f64(1.0 / node.parameters().double("rate_hz"));
@@ -42,6 +61,8 @@ mod error;
 mod executor;
 mod fastdds_workarounds;
 mod goal_handle;
+mod goal_table;
+mod level;
 mod lifecycle;
 mod load;
 mod logger_services;
@@ -52,16 +73,19 @@ mod names;
 mod neighbours;
 mod network;
 mod node;
+mod node_start;
 mod parameter_services;
 mod parameter_value;
 mod parameters;
 mod params_file;
+mod participant_entities;
 mod qos;
 mod raw_requests;
 mod reader_depth;
 mod repeated_warnings;
 mod reply_pace;
 mod rtps_messages;
+mod sample_info;
 mod services;
 mod shutdown;
 mod telemetry;
@@ -82,11 +106,13 @@ pub use discovery::{EndpointInfo, GraphListener, Guid, TopicInfo};
 pub use error::RosError;
 pub use executor::TimerHandle;
 pub use goal_handle::GoalHandle;
+pub use level::Level;
 pub use lifecycle::{Lifecycle, LifecycleCallbacks, LifecycleState, Transition};
-pub use logging::{CurrentLogger, Level, Logger, RosLayer};
+pub use logging::{CurrentLogger, Logger, RosLayer};
 pub use names::NameError;
 pub use network::limit_memory;
-pub use node::{Node, NodeOptions, SpinThread};
+pub use node::{Node, SpinThread};
+pub use node_start::NodeOptions;
 pub use parameter_value::ParameterValue;
 pub use parameters::{Parameter, ParameterChanges, ParameterDeclaration, ParameterRange, Parameters};
 pub use qos::{Durability, History, Liveliness, Qos, Reliability, WriterWindow};

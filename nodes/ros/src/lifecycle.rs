@@ -144,7 +144,7 @@ const EDGES: [Edge; 25] = [
 ];
 
 impl Edge {
-    /// Whether somebody outside may ask for it.
+    /// Returns true for a transition that clients may request.
     fn is_public(&self) -> bool {
         self.id < 10
     }
@@ -185,29 +185,29 @@ fn asked_for(request: &TransitionMsg, state: LifecycleState) -> Option<&'static 
     })
 }
 
-/// What a managed node does. Each call comes on the thread of the life cycle; `Err` leaves the node where it was, with that reason in
+/// Transitions of a managed node. Calls run on the thread of the life cycle. `Err` leaves the node in its state, with that reason in
 /// the log.
 pub trait LifecycleCallbacks: Send + 'static {
-    /// Sets up: parameters, files, topics.
+    /// Sets up parameters, files and topics.
     ///
     /// # Errors
-    /// Why it cannot.
+    /// The transition fails, with the reason.
     fn configure(&mut self) -> Result<(), String> {
         Ok(())
     }
 
-    /// Begins to work.
+    /// Starts the work.
     ///
     /// # Errors
-    /// Why it cannot.
+    /// The transition fails, with the reason.
     fn activate(&mut self) -> Result<(), String> {
         Ok(())
     }
 
-    /// Ceases to work; what moves is brought to rest.
+    /// Stops the work; moving axes come to rest.
     ///
     /// # Errors
-    /// Why it cannot.
+    /// The transition fails, with the reason.
     fn deactivate(&mut self) -> Result<(), String> {
         Ok(())
     }
@@ -215,15 +215,15 @@ pub trait LifecycleCallbacks: Send + 'static {
     /// Undoes `configure`.
     ///
     /// # Errors
-    /// Why it cannot.
+    /// The transition fails, with the reason.
     fn cleanup(&mut self) -> Result<(), String> {
         Ok(())
     }
 
-    /// Ends from any state; the node is finalized whatever this returns.
+    /// Ends from any state; the node is finalized even after an error.
     ///
     /// # Errors
-    /// What was left undone.
+    /// The reason why the end is incomplete.
     fn shutdown(&mut self) -> Result<(), String> {
         Ok(())
     }
@@ -249,7 +249,7 @@ impl Core {
         *self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn take(&self, edge: &Edge) {
+    fn follow(&self, edge: &Edge) {
         *self.state.lock().unwrap_or_else(PoisonError::into_inner) = edge.to;
         self.changed.notify_all();
         let now_ns = self.node.upgrade().map_or(0, |node| node.now_ns());
@@ -269,7 +269,7 @@ impl Core {
         if self.state() != edge.from {
             return Err(format!("cannot {} a node that is {}", edge.label, self.state().label()));
         }
-        self.take(edge);
+        self.follow(edge);
         let outcome = match edge.transition() {
             Some(Transition::Configure) => callbacks.configure(),
             Some(Transition::Activate) => callbacks.activate(),
@@ -283,7 +283,7 @@ impl Core {
             return Err("a thread of the node died meanwhile".into());
         }
         if let Some(end) = EDGES.iter().find(|end| end.from == edge.to && end.label == label) {
-            self.take(end);
+            self.follow(end);
         }
         if let Err(reason) = &outcome {
             self.logger.error(&format!("cannot {}: {reason}", edge.label));
@@ -296,7 +296,7 @@ impl Core {
         let from = self.state();
         let id =
             EDGES.iter().find(|edge| edge.from == from && edge.label == ERROR).map_or(DEACTIVATE_ERROR, |edge| edge.id);
-        self.take(&edge(id, ERROR, from, S::ErrorProcessing));
+        self.follow(&edge(id, ERROR, from, S::ErrorProcessing));
     }
 
     fn ask(&self, edge: &'static Edge, done: impl FnOnce(Result<(), String>) + Send + 'static) {
@@ -342,7 +342,7 @@ impl Lifecycle {
         self.owner.core.state()
     }
 
-    /// Whether the node works.
+    /// Returns true in the state active.
     pub fn is_active(&self) -> bool {
         self.state() == LifecycleState::Active
     }
@@ -397,7 +397,7 @@ impl Node {
     /// Makes this a managed node, unconfigured at first.
     ///
     /// # Errors
-    /// When the node is shut down or the operating system refuses a thread.
+    /// The node is shut down, or the operating system refuses a thread.
     pub fn lifecycle(&self, mut callbacks: impl LifecycleCallbacks) -> Result<Lifecycle, RosError> {
         let (sender, requests) = mpsc::channel::<Request>();
         let core = Arc::new(Core {

@@ -1,4 +1,4 @@
-//! Whether a partner is still heard.
+//! Detection of silent partners.
 //!
 //! Silence is measured between looks, each of which counts a bounded time: a process that was stopped, or a thread that was starved, does
 //! not take its own pause for the silence of another.
@@ -6,9 +6,9 @@
 use crate::{Logger, Node, Parameter};
 use std::time::{Duration, Instant};
 
-/// Parameter: how long a partner may be silent.
+/// Name of the parameter.
 const LIMIT: &str = "silence_limit_s";
-/// The parameter of every node that waits for a partner.
+/// Parameter for the longest silence of a partner.
 pub fn parameter() -> Parameter {
     Parameter::double(LIMIT, 2.5)
         .describe("longest silence of a partner; a longer one ends the motion or the job with an alarm (s)")
@@ -16,12 +16,12 @@ pub fn parameter() -> Parameter {
         .read_only()
 }
 
-/// How long a partner may be silent.
+/// Longest silence of a partner.
 pub fn limit(node: &Node) -> Duration {
     Duration::from_secs_f64(node.parameters().double(LIMIT))
 }
 
-/// A warning that is logged once a second at most: what fails for every message would fill the log.
+/// Warning that is logged at most once a second, for failures that repeat with every message.
 #[derive(Debug, Default)]
 pub struct Complaint {
     last: Option<Instant>,

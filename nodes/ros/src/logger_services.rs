@@ -7,20 +7,21 @@ use camwright_msgs::rcl_interfaces::{
 
 use super::{
     error::RosError,
-    logging::{Level, Logger},
+    level::Level,
+    logging::Logger,
     node::{Node, private},
 };
 
 /// Offers both services. A node has one logger, under its own name; the level of another logger is unknown (0).
 pub(super) fn offer(node: &Node) -> Result<(), RosError> {
     let logger = node.logger().clone();
-    node.keep(node.service::<GetLoggerLevels>(&private("get_logger_levels"), move |request| {
+    node.retain(node.service::<GetLoggerLevels>(&private("get_logger_levels"), move |request| {
         let level = |name: &String| if *name == logger.name() { logger.level() as u32 } else { 0 };
         let levels = request.names.iter().map(|name| LoggerLevel { name: name.clone(), level: level(name) }).collect();
         GetLoggerLevelsResponse { levels }
     })?);
     let logger = node.logger().clone();
-    node.keep(node.service::<SetLoggerLevels>(&private("set_logger_levels"), move |request| {
+    node.retain(node.service::<SetLoggerLevels>(&private("set_logger_levels"), move |request| {
         let results = request.levels.iter().map(|wanted| match set(&logger, wanted) {
             Ok(()) => SetLoggerLevelsResult { successful: true, reason: String::new() },
             Err(reason) => SetLoggerLevelsResult { successful: false, reason },

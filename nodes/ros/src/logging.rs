@@ -17,66 +17,12 @@ use tracing_subscriber::{Layer, layer::Context, layer::SubscriberExt, util::Subs
 use super::args::RosArgs;
 use super::clock::to_time;
 use super::error::RosError;
+use super::level::Level;
 use super::names::Names;
 use super::node::{Node, WeakNode};
 use super::qos::Qos;
 use super::topics::Publisher;
 use camwright_threads::system_time::system_time_ns;
-
-/// Severity, with the numbers of `rcl_interfaces/msg/Log`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-#[repr(u8)]
-pub enum Level {
-    Unset = 0,
-    Debug = 10,
-    /// What an operator likes to know.
-    Info = 20,
-    /// What an operator should look at.
-    Warn = 30,
-    /// What did not work.
-    Error = 40,
-    /// What ends the program.
-    Fatal = 50,
-}
-
-impl Level {
-    /// Level of a name, in any case.
-    pub fn from_name(name: &str) -> Option<Self> {
-        [Level::Unset, Level::Debug, Level::Info, Level::Warn, Level::Error, Level::Fatal]
-            .into_iter()
-            .find(|level| level.name().eq_ignore_ascii_case(name))
-    }
-
-    /// Level of a number.
-    pub fn from_number(number: u32) -> Option<Self> {
-        [Level::Unset, Level::Debug, Level::Info, Level::Warn, Level::Error, Level::Fatal]
-            .into_iter()
-            .find(|level| *level as u32 == number)
-    }
-
-    /// Name as ROS prints it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Level::Unset => "UNSET",
-            Level::Debug => "DEBUG",
-            Level::Info => "INFO",
-            Level::Warn => "WARN",
-            Level::Error => "ERROR",
-            Level::Fatal => "FATAL",
-        }
-    }
-}
-
-impl From<tracing::Level> for Level {
-    fn from(level: tracing::Level) -> Self {
-        match level {
-            tracing::Level::ERROR => Level::Error,
-            tracing::Level::WARN => Level::Warn,
-            tracing::Level::INFO => Level::Info,
-            _ => Level::Debug,
-        }
-    }
-}
 
 struct Inner {
     name: String,
@@ -100,7 +46,7 @@ impl fmt::Debug for Logger {
     }
 }
 
-/// Where a line comes from.
+/// Origin of a log line.
 #[derive(Debug, Clone, Copy, Default)]
 struct Origin<'a> {
     file: &'a str,
@@ -167,7 +113,7 @@ impl Logger {
         Level::from_number(u32::from(self.inner.threshold.load(Ordering::Relaxed))).unwrap_or(self.inner.usual)
     }
 
-    /// Whether a level is let through.
+    /// Returns true if lines of a level are logged.
     pub fn is_enabled(&self, level: Level) -> bool {
         level as u8 >= self.inner.threshold.load(Ordering::Relaxed)
     }
@@ -261,7 +207,7 @@ impl Drop for CurrentLogger {
     }
 }
 
-/// Takes what `tracing` says to the logger of the current thread (else to that of the process's first node, else to stderr).
+/// Layer for `tracing`: passes events to the logger of the current thread, else to that of the process's first node, else to stderr.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RosLayer;
 

@@ -14,7 +14,7 @@ use rustdds::{GUID, bytes::Bytes};
 
 use super::discovery::Graph;
 use super::qos::{Durability, History, Qos, Reliability};
-use super::topics::SampleInfo;
+use super::sample_info::SampleInfo;
 use camwright_threads::system_time::system_time_ns;
 
 /// Hands a body to a reader, on the executor thread.
@@ -128,7 +128,7 @@ impl Loopback {
 }
 
 impl LocalEndpoint {
-    /// Whether a body given to [`LocalEndpoint::write`] would be kept or delivered.
+    /// Returns true if [`LocalEndpoint::write`] would store or deliver a body.
     pub(super) fn wants_bodies(&self) -> bool {
         let topics = self.loopback.topics();
         topics.get(&self.topic).is_some_and(|local| {

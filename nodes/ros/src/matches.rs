@@ -1,46 +1,51 @@
-//! What is asked about matches: who of the others hears our endpoints, and whom they hear.
+//! Queries about matches between our endpoints and those of other nodes.
 
 use std::{collections::BTreeMap, time::Instant};
 
 use rustdds::GUID;
 
-use super::{cyclone, discovery::State, names};
+use super::participant_entities::{Guid, NodeEntities};
+use super::{cyclone, names};
 
 /// The matches of our endpoints at one moment.
-pub(super) struct Matches<'a>(pub(super) &'a State);
+pub(super) struct Matches<'a> {
+    /// Matched endpoints of others by our endpoints, with the time of the match.
+    pub(super) matched: &'a BTreeMap<GUID, BTreeMap<GUID, Instant>>,
+    pub(super) nodes: &'a BTreeMap<Guid, Vec<NodeEntities>>,
+}
 
 impl Matches<'_> {
-    /// How many endpoints match one of ours.
+    /// Number of endpoints that match one of ours.
     pub(super) fn count(&self, ours: &GUID) -> usize {
-        self.0.matched.get(ours).map_or(0, BTreeMap::len)
+        self.matched.get(ours).map_or(0, BTreeMap::len)
     }
 
-    /// Whether an endpoint of the participant of `theirs` matches one of ours.
+    /// Returns true if an endpoint of the participant of `theirs` matches one of ours.
     pub(super) fn with_participant(&self, ours: &GUID, theirs: &GUID) -> bool {
         self.of_participant(ours, theirs).next().is_some()
     }
 
-    /// Whether an endpoint of the participant of `theirs` matches one of ours and will not miss what it is sent now.
+    /// Returns true if an endpoint of the participant of `theirs` matches one of ours and receives what is sent from now on.
     pub(super) fn is_heard_by_participant(&self, ours: &GUID, theirs: &GUID) -> bool {
         self.of_participant(ours, theirs).any(|(other, since)| cyclone::knows_us(other, *since))
     }
 
-    /// What matches one of ours and is of the participant of `theirs`, with the time since when.
+    /// Endpoints of the participant of `theirs` that match one of ours, with the time of the match.
     fn of_participant(&self, ours: &GUID, theirs: &GUID) -> impl Iterator<Item = (&GUID, &Instant)> {
         let prefix = theirs.prefix;
-        self.0.matched.get(ours).into_iter().flatten().filter(move |(other, _)| other.prefix == prefix)
+        self.matched.get(ours).into_iter().flatten().filter(move |(other, _)| other.prefix == prefix)
     }
 
     /// An endpoint of a participant that matches both of ours: a service is there when one reads requests and writes replies.
     pub(super) fn one_peer_for_both(&self, first: &GUID, second: &GUID) -> Option<GUID> {
-        let mut candidates = self.0.matched.get(first)?.iter();
+        let mut candidates = self.matched.get(first)?.iter();
         candidates
             .find(|(other, since)| self.with_participant(second, other) && cyclone::knows_us(other, **since))
             .map(|(other, _)| *other)
     }
 
-    /// Whether a node is known by its fully qualified name.
+    /// Returns true if a node with this fully qualified name is known.
     pub(super) fn node(&self, name: &str) -> bool {
-        self.0.nodes.values().flatten().any(|node| names::join(&node.namespace, &node.name) == name)
+        self.nodes.values().flatten().any(|node| names::join(&node.namespace, &node.name) == name)
     }
 }

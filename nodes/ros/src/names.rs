@@ -119,7 +119,7 @@ pub(super) enum NameKind {
     Service,
 }
 
-/// What a remapping rule changes.
+/// Kind of name that a remapping rule changes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum RemapTarget {
     /// `__node:=name`.

@@ -1,4 +1,4 @@
-//! What a node can ask about the others in its domain.
+//! Queries about the other nodes of the domain.
 
 use std::time::Duration;
 
@@ -37,7 +37,7 @@ impl Node {
         Ok(self.graph().other_publishers(&self.resolve_topic(topic)?))
     }
 
-    /// Who sends with a GUID: the fully qualified name of its node, those of all nodes of its participant if that does not tell
+    /// Name of the sender with a GUID: the fully qualified name of its node, those of all nodes of its participant if that does not say
     /// which, or the GUID where nothing is known yet.
     pub fn who(&self, guid: &Guid) -> String {
         self.graph().who(guid)

@@ -2,7 +2,7 @@
 
 use std::{
     fmt,
-    sync::{Arc, Mutex, Once, OnceLock, PoisonError},
+    sync::{Arc, Mutex, OnceLock, PoisonError},
     thread::JoinHandle,
     time::{Duration, Instant},
 };
@@ -10,125 +10,55 @@ use std::{
 use camwright_msgs::builtin_interfaces;
 use rustdds::{DomainParticipant, QosPolicies, RTPSEntity, Topic, TopicKind};
 
-use super::args::RosArgs;
 use super::authority_hook::Authority;
 use super::clock::TimeSource;
 use super::delay::{DelayInjection, DelaySource};
-use super::discovery::{Graph, Guid, ParticipantEntities};
+use super::discovery::{Graph, Guid};
 use super::error::RosError;
 use super::executor::{Executor, TimerHandle};
 use super::fastdds_workarounds::Beside;
+use super::level::Level;
 use super::load::Load;
-use super::logging::{Level, Logger};
+use super::logging::Logger;
 use super::loopback::Loopback;
 use super::names::{NameKind, Names};
-use super::network::gate::Gate;
-use super::network::{participant, watchdog};
-use super::parameters::{Parameter, Parameters};
+use super::network::watchdog;
+use super::parameters::Parameters;
 use super::qos::{Qos, WriterWindow};
 use super::repeated_warnings::RepeatedWarnings;
-use super::shutdown::{EXIT_FAILED, Shutdown};
-use super::{logger_services, type_description};
+use super::shutdown::Shutdown;
 use camwright_threads::supervised::Supervisor;
 
-/// How long a leaving node waits for its farewell to be sent: 300 ms let real ROS 2 forget its name within 10 ms; without it names
+/// Time for a leaving node to send its farewell: 300 ms let real ROS 2 forget its name within 10 ms; without it names
 /// stay for the lease of 50 s (measured with Fast DDS).
 const FAREWELL: Duration = Duration::from_millis(300);
 
-/// How long a new participant and those that run already get to know each other before it announces its first endpoint.
-///
-/// Discovery's own endpoints have then met, and every announcement arrives in order as it is made. Without the pause the first ones are
-/// missing where a peer has just found us, `RustDDS` sends the next ones before it repeats those, and a Fast DDS peer that has such gaps
-/// with several participants at once acknowledges the repeated announcements and yet drops some of them for good: of four nodes started
-/// together next to a running rclpy node, names, topics or services of one or more were never seen there in ten of sixteen starts (none of 22
-/// with the pause). The handshake was seen to take 70 to 100 ms on two busy cores.
-const ACQUAINTANCE: Duration = Duration::from_millis(250);
-
-/// How often a node that is closed to newcomers looks whether it can open.
-const GATE_PERIOD: Duration = Duration::from_secs(5);
-
-/// What a node is made from.
-#[derive(Debug, Clone)]
-pub struct NodeOptions {
-    name: String,
-    args: RosArgs,
-    parameters: Vec<Parameter>,
-    delay_injection: Option<DelayInjection>,
-    writer_window: WriterWindow,
-}
-
-impl NodeOptions {
-    /// A node with a default name, which `args` may remap.
-    pub fn new(name: &str, args: &RosArgs) -> Self {
-        NodeOptions {
-            name: name.to_string(),
-            args: args.clone(),
-            parameters: Vec::new(),
-            delay_injection: DelayInjection::from_env(),
-            writer_window: WriterWindow::default(),
-        }
-    }
-
-    #[must_use]
-    pub fn parameter(mut self, parameter: Parameter) -> Self {
-        self.parameters.push(parameter);
-        self
-    }
-
-    #[must_use]
-    pub fn parameters(mut self, parameters: impl IntoIterator<Item = Parameter>) -> Self {
-        self.parameters.extend(parameters);
-        self
-    }
-
-    /// Sets how many unacknowledged samples its writers may hold (default: wide).
-    #[must_use]
-    pub fn writer_window(mut self, window: WriterWindow) -> Self {
-        self.writer_window = window;
-        self
-    }
-
-    /// Value that the arguments ask for a parameter; `None`: its default. Names that cannot be are refused when the node starts.
-    pub fn asked(&self, parameter: &str) -> Option<super::parameter_value::ParameterValue> {
-        let names = Names::new(&self.name, self.args.default_namespace(), self.args.remap_rules()).ok()?;
-        let overrides = self.args.overrides_for(names.node(), &names.fully_qualified());
-        overrides.into_iter().rev().find(|asked| asked.name == parameter).map(|asked| asked.value)
-    }
-
-    /// Delays the callbacks of subscriptions at random (default: what `CAMWRIGHT_DELAY_INJECTION=seed:max_ms` says).
-    #[must_use]
-    pub fn delay_injection(mut self, injection: Option<DelayInjection>) -> Self {
-        self.delay_injection = injection;
-        self
-    }
-}
-
 /// The crate's node and its context, in the order in which they must go: the node says farewell, the context follows.
-struct CrateSide {
-    node: ros2_client::Node,
-    context: ros2_client::Context,
-    participant: DomainParticipant,
+pub(super) struct CrateSide {
+    pub(super) node: ros2_client::Node,
+    pub(super) context: ros2_client::Context,
+    pub(super) participant: DomainParticipant,
 }
 
 pub(super) struct NodeInner {
-    names: Names,
-    executor: Arc<Executor>,
-    graph: Arc<Graph>,
-    loopback: Arc<Loopback>,
-    logger: Logger,
-    parameters: OnceLock<Parameters>,
-    clock: OnceLock<TimeSource>,
-    beside: Arc<Beside>,
-    delay_injection: Option<DelayInjection>,
-    writer_window: WriterWindow,
-    load: Arc<Load>,
-    warnings: RepeatedWarnings,
-    authority: OnceLock<Arc<dyn Authority>>,
-    next_delay: Mutex<u64>,
-    watch: Mutex<Option<watchdog::Watch>>,
-    crate_side: Mutex<Option<CrateSide>>,
-    keep: Mutex<Vec<Box<dyn std::any::Any + Send>>>,
-    supervisor: Supervisor,
+    pub(super) names: Names,
+    pub(super) executor: Arc<Executor>,
+    pub(super) graph: Arc<Graph>,
+    pub(super) loopback: Arc<Loopback>,
+    pub(super) logger: Logger,
+    pub(super) parameters: OnceLock<Parameters>,
+    pub(super) clock: OnceLock<TimeSource>,
+    pub(super) beside: Arc<Beside>,
+    pub(super) delay_injection: Option<DelayInjection>,
+    pub(super) writer_window: WriterWindow,
+    pub(super) load: Arc<Load>,
+    pub(super) warnings: RepeatedWarnings,
+    pub(super) authority: OnceLock<Arc<dyn Authority>>,
+    pub(super) next_delay: Mutex<u64>,
+    pub(super) watch: Mutex<Option<watchdog::Watch>>,
+    pub(super) crate_side: Mutex<Option<CrateSide>>,
+    pub(super) retained: Mutex<Vec<Box<dyn std::any::Any + Send>>>,
+    pub(super) supervisor: Supervisor,
 }
 
 impl Drop for NodeInner {
@@ -142,7 +72,7 @@ impl NodeInner {
         let Some(side) = self.crate_side.lock().unwrap_or_else(PoisonError::into_inner).take() else { return };
         self.executor.close();
         self.logger.detach();
-        self.keep.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        self.retained.lock().unwrap_or_else(PoisonError::into_inner).clear();
         self.watch.lock().unwrap_or_else(PoisonError::into_inner).take();
         let CrateSide { node, context, participant } = side;
         // Dropping the node publishes the list of nodes without it; the participant must live until that is on its way.
@@ -163,7 +93,7 @@ impl NodeInner {
 /// prints `INVALID` for our topics. Nothing else depends on it; the hashes are in bags and in `~/get_type_description`.
 #[derive(Clone)]
 pub struct Node {
-    inner: Arc<NodeInner>,
+    pub(super) inner: Arc<NodeInner>,
 }
 
 impl fmt::Debug for Node {
@@ -173,115 +103,11 @@ impl fmt::Debug for Node {
 }
 
 impl Node {
-    /// Joins the graph.
+    /// Keeps an endpoint, a timer or anything else until [`Node::shutdown`].
     ///
-    /// # Errors
-    /// A name or a parameter override is refused, or the network is.
-    pub fn new(options: NodeOptions) -> Result<Self, RosError> {
-        let NodeOptions { name, args, parameters, delay_injection, writer_window } = options;
-        let names = Names::new(&name, args.default_namespace(), args.remap_rules())?;
-        let fully_qualified = names.fully_qualified();
-        let failed = |reason: String| RosError::create(format!("node {fully_qualified}"), reason);
-
-        raise_descriptor_limit();
-        args.unsupported().refuse().map_err(&failed)?;
-        // One participant per node: status events go to a single reader per participant.
-        let participant::Guarded { participant, vitals, gate } =
-            participant::build(args.domain_id(), args.discovery_range()).map_err(failed)?;
-        std::thread::sleep(ACQUAINTANCE);
-        let context = ros2_client::Context::from_domain_participant(participant.clone())
-            .map_err(|error| failed(error.to_string()))?;
-        let node_name =
-            ros2_client::NodeName::new(names.namespace(), names.node()).map_err(|error| failed(error.to_string()))?;
-        // Its own rosout has depth 1, its parameter services live in the Spinner: both are ours instead.
-        let crate_options = ros2_client::NodeOptions::new().enable_rosout(false).start_parameter_services(false);
-        let node = context.new_node(node_name, crate_options).map_err(|error| failed(error.to_string()))?;
-
-        let io = |source| RosError::Io { what: format!("node {fully_qualified}"), source };
-        let executor = Executor::new().map_err(io)?;
-        let (domain_id, participant_id) = (participant.domain_id(), participant.participant_id());
-        let beside = Beside::new(participant.guid(), domain_id, participant_id, args.discovery_range()).map_err(io)?;
-        let logger = Logger::new(&names, &args);
-        let watch = watchdog::watch(vitals, report_death(&logger, &fully_qualified)).map_err(io)?;
-        let graph = Arc::<Graph>::default();
-        graph.set_own(participant.guid());
-        let node = Node {
-            inner: Arc::new(NodeInner {
-                names,
-                executor,
-                loopback: Loopback::new(&graph),
-                graph,
-                logger,
-                parameters: OnceLock::new(),
-                clock: OnceLock::new(),
-                beside: Arc::new(beside),
-                delay_injection,
-                writer_window,
-                load: Arc::default(),
-                warnings: RepeatedWarnings::default(),
-                authority: OnceLock::new(),
-                next_delay: Mutex::new(0),
-                watch: Mutex::new(Some(watch)),
-                crate_side: Mutex::new(Some(CrateSide { node, context, participant: participant.clone() })),
-                keep: Mutex::default(),
-                supervisor: Supervisor::default(),
-            }),
-        };
-        let logger = node.logger().clone();
-        node.supervisor().on_fault(move |fault| logger.error(fault));
-        node.watch_graph(&participant, gate)?;
-        node.logger().attach(&node)?;
-        if let Some(warning) = args.unsupported().warning() {
-            static ONCE: Once = Once::new();
-            ONCE.call_once(|| node.logger().warn(&warning));
-        }
-        let parameters = Parameters::declare(&node, parameters, &args)?;
-        let _ = node.inner.parameters.set(parameters);
-        let _ = node.inner.clock.set(TimeSource::new(&node)?);
-        node.parameters().offer_services(&node)?;
-        type_description::offer(&node)?;
-        logger_services::offer(&node)?;
-        Ok(node)
-    }
-
-    fn watch_graph(&self, participant: &DomainParticipant, gate: Gate) -> Result<(), RosError> {
-        let (graph, logger) = (Arc::clone(self.graph()), self.logger().clone());
-        let gate = Arc::new(Mutex::new(gate));
-        let (reopened, reporter) = (Arc::clone(&gate), logger.clone());
-        self.keep(self.timer(GATE_PERIOD, move || {
-            let sentence = reopened.lock().unwrap_or_else(PoisonError::into_inner).reopen();
-            sentence.iter().for_each(|sentence| reporter.warn(sentence));
-        }));
-        let beside = Arc::clone(&self.inner.beside);
-        let events = self
-            .executor()
-            .add_source(participant.status_listener(), |events| {
-                Box::new(move |_| {
-                    let mut gate = gate.lock().unwrap_or_else(PoisonError::into_inner);
-                    for sentence in graph.drain(&events, &beside, &mut gate) {
-                        logger.warn(&sentence);
-                    }
-                    false
-                })
-            })
-            .map_err(|error| RosError::create("graph listener", error))?;
-        self.keep(events);
-        let graph = Arc::clone(self.graph());
-        let nodes = self.reader(
-            "ros_discovery_info",
-            "ros_discovery_info".into(),
-            "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_",
-            &Qos::latched(1),
-            false,
-            move |participant: ParticipantEntities, _| graph.participant(participant),
-        )?;
-        self.keep(nodes);
-        Ok(())
-    }
-
-    /// Keeps something alive as long as the node is in the graph.
-    pub(super) fn keep(&self, what: impl std::any::Any + Send) {
-        self.inner.keep.lock().unwrap_or_else(PoisonError::into_inner).push(Box::new(what));
+    /// A clone of the node in a retained callback keeps the node alive: call [`Node::shutdown`] then, a drop is not enough.
+    pub fn retain(&self, endpoint: impl std::any::Any + Send) {
+        self.inner.retained.lock().unwrap_or_else(PoisonError::into_inner).push(Box::new(endpoint));
     }
 
     pub(super) fn names(&self) -> &Names {
@@ -431,7 +257,7 @@ impl Node {
         self.inner.executor.post(Box::new(job));
     }
 
-    /// Whether the caller is inside a callback of this node, where blocking calls are refused.
+    /// Returns true inside a callback of this node, where blocking calls are rejected.
     pub fn on_executor_thread(&self) -> bool {
         self.inner.executor.is_current_thread()
     }
@@ -439,7 +265,7 @@ impl Node {
     /// Runs the node's callbacks on this thread until shutdown is requested or the node is shut down.
     ///
     /// # Errors
-    /// Another thread is at it.
+    /// Another thread runs them already.
     pub fn spin(&self, shutdown: &Shutdown) -> Result<(), RosError> {
         let _current = self.inner.logger.enter();
         if self.inner.executor.spin(shutdown) {
@@ -463,7 +289,7 @@ impl Node {
         Ok(SpinThread { shutdown, thread: Some(thread) })
     }
 
-    /// Starts the node's threads, and sees them die.
+    /// Supervisor that starts the node's threads and reports their death.
     #[must_use]
     pub fn supervisor(&self) -> &Supervisor {
         &self.inner.supervisor
@@ -476,30 +302,7 @@ impl Node {
     }
 }
 
-/// Ends the process when the node's middleware has died: a node that neither hears nor speaks is of no use and seems to be alive.
-fn report_death(logger: &Logger, node: &str) -> impl Fn(&str) + Send + use<> {
-    let (logger, node) = (logger.clone(), node.to_owned());
-    move |reason| {
-        let text = format!(
-            "{node} has lost its connection to the graph: {reason}. The process ends with exit code {EXIT_FAILED}; start it again. If it \
-             happens again, look for a peer that sends malformed datagrams (README, Network and security)"
-        );
-        logger.log(Level::Fatal, &text);
-        Shutdown::fail_process(&text);
-    }
-}
-
-/// An endpoint takes three to seven file descriptors and a managed node with actions some 200 of them, so that a cell in one process
-/// exceeds the 1024 that most systems give at first. They give more when asked.
-fn raise_descriptor_limit() {
-    static ONCE: Once = Once::new();
-    // If it is refused, creating an endpoint fails with the system's own words once descriptors run out.
-    ONCE.call_once(|| drop(rlimit::increase_nofile_limit(ENOUGH_DESCRIPTORS)));
-}
-
-const ENOUGH_DESCRIPTORS: u64 = 20_000;
-
-/// A node that may have gone.
+/// Weak reference to a node.
 #[derive(Clone)]
 pub(super) struct WeakNode(std::sync::Weak<NodeInner>);
 

@@ -153,32 +153,32 @@ pub(super) fn offer(parameters: &Parameters, node: &Node) -> Result<(), RosError
     let qos = Qos::parameters();
 
     let store = parameters.clone();
-    node.keep(node.service_with::<GetParameters>(&private("get_parameters"), &qos, move |request| {
+    node.retain(node.service_with::<GetParameters>(&private("get_parameters"), &qos, move |request| {
         let values =
             request.names.iter().map(|name| store.get(name).as_ref().map(to_msg).unwrap_or_default()).collect();
         GetParametersResponse { values }
     })?);
 
     let store = parameters.clone();
-    node.keep(node.service_with::<GetParameterTypes>(&private("get_parameter_types"), &qos, move |request| {
+    node.retain(node.service_with::<GetParameterTypes>(&private("get_parameter_types"), &qos, move |request| {
         let types = request.names.iter().map(|name| store.get(name).map_or(0, |value| value.type_id())).collect();
         GetParameterTypesResponse { types }
     })?);
 
     let (store, weak) = (parameters.clone(), node.downgrade());
-    node.keep(node.service_with::<SetParameters>(&private("set_parameters"), &qos, move |request| {
+    node.retain(node.service_with::<SetParameters>(&private("set_parameters"), &qos, move |request| {
         let results = request.parameters.into_iter().map(|parameter| set(&store, &weak, vec![parameter])).collect();
         SetParametersResponse { results }
     })?);
 
     let (store, weak) = (parameters.clone(), node.downgrade());
     let name = private("set_parameters_atomically");
-    node.keep(node.service_with::<SetParametersAtomically>(&name, &qos, move |request| {
+    node.retain(node.service_with::<SetParametersAtomically>(&name, &qos, move |request| {
         SetParametersAtomicallyResponse { result: set(&store, &weak, request.parameters) }
     })?);
 
     let store = parameters.clone();
-    node.keep(node.service_with::<DescribeParameters>(&private("describe_parameters"), &qos, move |request| {
+    node.retain(node.service_with::<DescribeParameters>(&private("describe_parameters"), &qos, move |request| {
         let unknown = |name: &String| ParameterDescriptor { name: name.clone(), ..Default::default() };
         let descriptors = request
             .names
@@ -189,7 +189,7 @@ pub(super) fn offer(parameters: &Parameters, node: &Node) -> Result<(), RosError
     })?);
 
     let store = parameters.clone();
-    node.keep(node.service_with::<ListParameters>(&private("list_parameters"), &qos, move |request| {
+    node.retain(node.service_with::<ListParameters>(&private("list_parameters"), &qos, move |request| {
         ListParametersResponse { result: list(&store.names_with_values(), &request.prefixes, request.depth) }
     })?);
     Ok(())

@@ -8,8 +8,11 @@ use std::{
 
 use super::{
     args::RosArgs, clock::USE_SIM_TIME, error::RosError, node::Node, parameter_services::ParameterEvents,
-    parameter_value::ParameterValue, type_description::START_TYPE_DESCRIPTION_SERVICE,
+    parameter_value::ParameterValue,
 };
+
+/// Name of the parameter by which nodes of Jazzy offer `~/get_type_description`.
+pub(super) const START_TYPE_DESCRIPTION_SERVICE: &str = "start_type_description_service";
 
 /// Bounds of a number; a step of 0 is any value between.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,7 +43,7 @@ pub struct Parameter {
     pub(super) description: String,
     pub(super) constraints: String,
     pub(super) range: Option<ParameterRange>,
-    /// What a string may be; empty: anything.
+    /// Allowed values of a string; empty: all.
     pub(super) choices: Vec<String>,
     pub(super) read_only: bool,
 }
@@ -68,7 +71,7 @@ impl Parameter {
         Parameter { example, ..Self::new(name, ParameterValue::NotSet) }
     }
 
-    /// Whether it may be without a value.
+    /// Returns true if the parameter may be unset.
     pub fn is_optional(&self) -> bool {
         self.default == ParameterValue::NotSet
     }
@@ -104,48 +107,48 @@ impl Parameter {
         Self::new(name, ParameterValue::DoubleArray(default.to_vec()))
     }
 
-    /// What it means, with its unit.
+    /// Sets the description, with the unit.
     #[must_use]
     pub fn describe(mut self, description: &str) -> Self {
         self.description = description.to_string();
         self
     }
 
-    /// A rule that a range cannot say, in words. It is told to users; a validator enforces it.
+    /// Describes a rule that a range cannot express. A validator enforces it.
     #[must_use]
     pub fn constraints(mut self, constraints: &str) -> Self {
         self.constraints = constraints.to_string();
         self
     }
 
-    /// Bounds of a double, both included (or of every element of an array).
+    /// Sets the bounds of a double, both included, or of every element of an array.
     #[must_use]
     pub fn range(self, from: f64, to: f64) -> Self {
         self.range_with_step(from, to, 0.0)
     }
 
-    /// Bounds of a double, and the distance of allowed values.
+    /// Sets the bounds of a double, and the distance of allowed values.
     #[must_use]
     pub fn range_with_step(mut self, from: f64, to: f64, step: f64) -> Self {
         self.range = Some(ParameterRange::Double { from, to, step });
         self
     }
 
-    /// Bounds of an integer, both included (or of every element of an array).
+    /// Sets the bounds of an integer, both included, or of every element of an array.
     #[must_use]
     pub fn integer_range(mut self, from: i64, to: i64) -> Self {
         self.range = Some(ParameterRange::Integer { from, to, step: 0 });
         self
     }
 
-    /// Bounds of an integer, and the distance of allowed values.
+    /// Sets the bounds of an integer, and the distance of allowed values.
     #[must_use]
     pub fn integer_range_with_step(mut self, from: i64, to: i64, step: u64) -> Self {
         self.range = Some(ParameterRange::Integer { from, to, step });
         self
     }
 
-    /// What a string may be.
+    /// Sets the allowed values of a string.
     #[must_use]
     pub fn choices(mut self, choices: &[&str]) -> Self {
         self.choices = choices.iter().map(ToString::to_string).collect();
@@ -153,14 +156,14 @@ impl Parameter {
         self
     }
 
-    /// Cannot be changed after the start.
+    /// Forbids changes after the start.
     #[must_use]
     pub fn read_only(mut self) -> Self {
         self.read_only = true;
         self
     }
 
-    /// Whether a value is of the right type and within the range.
+    /// Checks type and range of a value.
     fn check(&self, value: &ParameterValue) -> Result<(), String> {
         if *value == ParameterValue::NotSet {
             return if self.is_optional() { Ok(()) } else { Err("cannot be removed".into()) };
@@ -333,7 +336,7 @@ impl Parameters {
         self.entries().get(name).map(|entry| entry.declaration.clone())
     }
 
-    /// All parameters with their values, sorted by name: what a run's record must hold.
+    /// All parameters with their values, sorted by name.
     pub fn all(&self) -> Vec<(String, ParameterValue)> {
         self.entries().iter().map(|(name, entry)| (name.clone(), entry.value.clone())).collect()
     }
@@ -382,12 +385,12 @@ impl Parameters {
         self.typed(name, |value| if let ParameterValue::DoubleArray(v) = value { Some(v) } else { None })
     }
 
-    /// Asks `validator` before every change; what it answers with `Err` is refused with that reason. It must not change parameters.
+    /// Calls `validator` before every change; `Err` rejects the change with that reason. It must not change parameters.
     pub fn on_set(&self, validator: impl Fn(&ParameterChanges) -> Result<(), String> + Send + 'static) {
         self.on_set_together(move |_, changes| validator(changes));
     }
 
-    /// As [`Parameters::on_set`], for a rule that the values of other parameters enter.
+    /// Adds a validator that depends on the values of other parameters, see [`Parameters::on_set`].
     pub fn on_set_together(
         &self,
         validator: impl Fn(&Parameters, &ParameterChanges) -> Result<(), String> + Send + 'static,
@@ -395,7 +398,7 @@ impl Parameters {
         self.hooks().validators.push(Box::new(validator));
     }
 
-    /// Tells `follower` of every change after it is made. It must not change parameters.
+    /// Calls `follower` after every change. It must not change parameters.
     pub fn on_change(&self, follower: impl Fn(&ParameterChanges) + Send + 'static) {
         self.hooks().followers.push(Box::new(follower));
     }
@@ -404,16 +407,16 @@ impl Parameters {
         self.inner.hooks.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Changes one parameter from inside the node, as a service would (a read-only one not).
+    /// Changes one parameter from inside the node, by the rules of the services.
     ///
     /// # Errors
-    /// It is refused, with the reason.
+    /// The change is rejected, with the reason.
     pub fn set(&self, node: &Node, name: &str, value: ParameterValue) -> Result<(), RosError> {
         self.set_all(node, vec![(name.to_string(), value)])
             .map_err(|reason| RosError::Parameter { name: name.to_string(), reason })
     }
 
-    /// Changes all or none, and tells the graph in one event.
+    /// Changes all parameters or none, and publishes one event.
     pub(super) fn set_all(&self, node: &Node, changes: Vec<(String, ParameterValue)>) -> Result<(), String> {
         let hooks = self.hooks();
         {

@@ -7,14 +7,14 @@ use std::time::Duration;
 
 use rustdds::{QosPolicies, QosPolicyBuilder, policy};
 
-/// How many unread or unacknowledged samples an endpoint may hold beyond its history depth.
+/// Maximum number of unread or unacknowledged samples of an endpoint beyond its history depth.
 ///
 /// A reader's cache drops what its node has not read yet once it holds more than this many samples, and a reliable writer blocks
 /// once this many are unacknowledged, which a peer that was killed makes happen for the 50 s of its lease. 1 kHz for a lease is
 /// 50 000; a smaller figure stalls the publisher, a larger one costs memory with big messages.
 const WRITER_WINDOW: i32 = 65_536;
 
-/// How many unacknowledged samples the writers of a node may hold.
+/// Maximum number of unacknowledged samples of each writer of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum WriterWindow {
     /// 65,536: 50 s at 1 kHz.
@@ -31,23 +31,23 @@ const MAX_BLOCKING: rustdds::Duration = rustdds::Duration::from_millis(100);
 /// Samples a `KeepAll` reader holds for its node. A cache keeps read samples too, so "all" cannot mean without bound.
 const KEEP_ALL_DEPTH: i32 = 8192;
 
-/// How many samples are kept.
+/// History policy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum History {
-    /// The last so many.
+    /// Keeps the last samples, up to this number.
     KeepLast(u32),
-    /// All, within the resource limits.
+    /// Keeps all samples, within the resource limits.
     KeepAll,
 }
 
-/// Whether lost samples are sent again.
+/// Reliability policy; reliable writers repeat lost samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reliability {
     BestEffort,
     Reliable,
 }
 
-/// Whether a late joiner gets what was published before.
+/// Durability policy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Durability {
     Volatile,
@@ -55,29 +55,26 @@ pub enum Durability {
     TransientLocal,
 }
 
-/// Who says that a publisher is alive.
+/// Liveliness policy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Liveliness {
     Automatic,
-    /// The publisher, by publishing.
+    /// The publisher asserts it by publishing.
     ManualByTopic,
 }
 
 /// A quality of service profile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Qos {
-    /// How many samples are kept.
     pub history: History,
-    /// Whether lost samples are sent again.
     pub reliability: Reliability,
-    /// Whether late joiners get the history.
     pub durability: Durability,
-    /// Longest time between samples; `None` is without limit.
+    /// Maximum time between samples; `None`: unlimited.
     pub deadline: Option<Duration>,
-    /// How long a sample is worth delivering; `None` is for ever.
+    /// Maximum age of a delivered sample; `None`: unlimited.
     pub lifespan: Option<Duration>,
     pub liveliness: Liveliness,
-    /// Liveliness lease; `None` is for ever.
+    /// Liveliness lease; `None`: unlimited.
     pub liveliness_lease: Option<Duration>,
 }
 
@@ -184,14 +181,14 @@ impl Qos {
         self
     }
 
-    /// Longest time between samples.
+    /// Sets the maximum time between samples.
     #[must_use]
     pub const fn deadline(mut self, period: Duration) -> Self {
         self.deadline = Some(period);
         self
     }
 
-    /// How long a sample is worth delivering.
+    /// Sets the maximum age of a delivered sample.
     #[must_use]
     pub const fn lifespan(mut self, lifespan: Duration) -> Self {
         self.lifespan = Some(lifespan);
@@ -263,7 +260,7 @@ impl Qos {
         self.keep_last(depth).builder().resource_limits(limits(i32::try_from(depth).unwrap_or(i32::MAX))).build()
     }
 
-    /// What a discovered endpoint offers or asks. DDS does not carry the history depth of a Fast DDS endpoint; then it reads as
+    /// Profile of a discovered endpoint. DDS does not carry the history depth of a Fast DDS endpoint; then it reads as
     /// keep last 1.
     pub(super) fn from_policies(policies: &QosPolicies) -> Self {
         let finite =

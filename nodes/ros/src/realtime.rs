@@ -1,4 +1,4 @@
-//! What a thread that keeps a cycle may ask of the system: a real-time priority, and memory that stays where it is.
+//! Real-time priority and locked memory for cyclic threads.
 //!
 //! Nothing is right or wrong by it; it decides how late a tick comes on a computer that has other things to do. A system that refuses is
 //! told of with the remedy, and the thread runs as an ordinary one.
@@ -75,7 +75,7 @@ impl Realtime {
     ///
     /// # Errors
     /// A priority out of range, which the parameter's own range keeps out.
-    pub fn of(node: &Node) -> Result<Self, NodeError> {
+    pub fn for_node(node: &Node) -> Result<Self, NodeError> {
         let priority = node.parameters().integer(PRIORITY);
         let wanted = u8::try_from(priority).map_err(|_| NodeError::Parameter(format!("{PRIORITY}: {priority}")))?;
         if node.parameters().bool(LOCK_MEMORY) {
@@ -100,7 +100,7 @@ impl Realtime {
         }
     }
 
-    /// How the other threads of the node are scheduled, for people.
+    /// Scheduling of the node's other threads, as text.
     pub fn text_of_others(&self) -> String {
         match self.granted.load(Ordering::Relaxed) {
             0 | 1 => "ordinary".to_owned(),
@@ -108,7 +108,7 @@ impl Realtime {
         }
     }
 
-    /// How the thread is scheduled, for people.
+    /// Scheduling of the thread, as text.
     pub fn text(&self) -> String {
         match self.granted.load(Ordering::Relaxed) {
             0 => "ordinary".to_owned(),

@@ -27,7 +27,7 @@ const MAX_HOLD: Duration = Duration::from_millis(250);
 /// Replies that may wait for one client; more are written at once.
 const MAX_WAITING: usize = 8192;
 
-/// What is known of one client.
+/// State of one client.
 #[derive(Debug)]
 struct Client<T> {
     last_request: Instant,
@@ -52,7 +52,7 @@ impl<K: Ord, T> Default for ReplyPace<K, T> {
 }
 
 impl<K: Ord + Copy, T> ReplyPace<K, T> {
-    /// Takes note of a request.
+    /// Registers a request.
     pub(super) fn request(&mut self, client: K, now: Instant) {
         let fresh = || Client { last_request: now, written: 0, step: now, waits_since: now, waiting: VecDeque::new() };
         self.clients.entry(client).or_insert_with(fresh).last_request = now;

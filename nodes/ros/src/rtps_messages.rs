@@ -97,7 +97,7 @@ pub(super) struct Reply<'a> {
     /// The writer of the reply, and the number that the sample has there.
     pub(super) writer: [u8; 16],
     pub(super) number: i64,
-    /// Whose request is answered, and the number it has there.
+    /// Client and number of the answered request.
     pub(super) client: [u8; 16],
     pub(super) request: i64,
     /// Encapsulation header and body.

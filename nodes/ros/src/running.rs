@@ -1,4 +1,4 @@
-//! What the nodes have in common besides ROS: their threads, their errors, and starting by themselves.
+//! Frame of a node's process: `main`, start errors, threads, autostart.
 
 use crate::{EXIT_FAILED, Node, RosError, Shutdown};
 use camwright_threads::supervised;
@@ -6,25 +6,25 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use thiserror::Error;
 
-/// Why a node could not start.
+/// Error at the start of a node.
 #[derive(Debug, Error)]
 pub enum NodeError {
-    /// ROS or DDS said no.
+    /// ROS or DDS failed.
     #[error(transparent)]
     Ros(#[from] RosError),
-    /// A file was refused.
+    /// A file was rejected.
     #[error(transparent)]
     File(Box<dyn std::error::Error + Send + Sync>),
-    /// A parameter was refused.
+    /// A parameter was rejected.
     #[error("{0}")]
     Parameter(String),
-    /// The system gave no thread.
+    /// The operating system refused a thread.
     #[error("a thread cannot be started: {0}")]
     Thread(#[from] std::io::Error),
 }
 
 impl NodeError {
-    /// Wraps the error of a file that was refused.
+    /// Wraps the error of a rejected file.
     pub fn file(error: impl std::error::Error + Send + Sync + 'static) -> Self {
         Self::File(Box::new(error))
     }
@@ -35,16 +35,16 @@ impl NodeError {
 pub struct Threads(Vec<JoinHandle<Option<()>>>);
 
 impl Threads {
-    /// Starts a named thread of a node, which is seen if it dies.
+    /// Starts a named thread of a node under supervision.
     ///
     /// # Errors
-    /// The system gives no thread.
+    /// The operating system refuses a thread.
     pub fn spawn(&mut self, node: &Node, name: &str, body: impl FnOnce() + Send + 'static) -> std::io::Result<()> {
         self.0.push(node.supervisor().spawn(name, body)?);
         Ok(())
     }
 
-    /// Waits for all of them.
+    /// Waits for all threads.
     pub fn join(self) {
         for thread in self.0 {
             // A panic was reported; the others still have to end.
@@ -53,14 +53,14 @@ impl Threads {
     }
 }
 
-/// How long a node may take to end after a signal, and how long a motion or a job that it ends may take of that.
+/// Maximum time from a signal to the end of a node.
 pub const ENDING: Duration = Duration::from_millis(1900);
-/// See [`ENDING`]; what is left is for the farewell to the graph.
+/// Part of [`ENDING`] for ending a motion or a job; the remainder is for leaving the graph.
 pub const COMING_TO_REST: Duration = Duration::from_millis(800);
-/// The same for a node whose work is on a disk that may be slow.
+/// Maximum time from a signal to the end of a node that writes to a slow disk.
 pub const CLOSING: Duration = Duration::from_secs(10);
 
-/// Ends the process where a node does not end by itself.
+/// Ends the process if the node does not end in time.
 fn end_within(name: &str, limit: Duration) {
     let name = name.to_owned();
     let watch = move || {
@@ -75,7 +75,7 @@ fn end_within(name: &str, limit: Duration) {
     }
 }
 
-/// Waits for a thread to end, but not for ever; false where it goes on.
+/// Waits for the end of a thread; returns false after `limit`.
 pub fn join_within<T: Send + 'static>(thread: JoinHandle<T>, limit: Duration) -> bool {
     let (ended, wait) = std::sync::mpsc::channel();
     let waiter = std::thread::Builder::new().name("join".into()).spawn(move || {
@@ -90,7 +90,7 @@ pub fn join_within<T: Send + 'static>(thread: JoinHandle<T>, limit: Duration) ->
 pub mod autostart {
     use crate::{Level, Lifecycle, Node, Parameter, Transition};
 
-    /// The parameter that says so.
+    /// Parameter `autostart`.
     #[must_use]
     pub fn parameter() -> Parameter {
         Parameter::bool("autostart", true)
@@ -98,7 +98,7 @@ pub mod autostart {
             .read_only()
     }
 
-    /// Configures and activates the node if its parameter says so.
+    /// Configures and activates the node if its parameter `autostart` is true.
     pub fn begin(node: &Node, lifecycle: &Lifecycle) {
         if !node.parameters().bool("autostart") {
             return;
@@ -112,8 +112,10 @@ pub mod autostart {
     }
 }
 
-/// The `main` of a node's binary: starts it, waits for a signal, ends it within `limit`. Exit 0 after a signal unless `stop` says otherwise, 1 if it could
-/// not start, 2 if its arguments are malformed, 70 if `RustDDS` died, 101 if a thread of the node was ended by a defect.
+/// Runs a node's binary: parses the arguments, starts the node, waits for SIGINT or SIGTERM and stops the node within `limit`.
+///
+/// Exit codes: 0 after a signal (or the code of `stop`), 1 if the node cannot start, 2 for malformed arguments, 70 if `RustDDS` has
+/// failed, 101 after a panic in a thread of the node.
 pub fn main<N, E: std::process::Termination>(
     name: &str,
     limit: Duration,

@@ -34,10 +34,11 @@ use super::qos::Qos;
 use super::reader_depth::DepthBounds;
 use super::reply_pace::{ReplyPace, STEP};
 use super::rtps_messages::Reply;
-use super::topics::{SampleInfo, Subscription};
+use super::sample_info::SampleInfo;
+use super::topics::Subscription;
 use super::wire::{AsIs, CDR_LE_HEADER, Octets, to_cdr};
 
-/// How long a reply waits for the reader that wants it to be discovered. Discovery of a client's two endpoints takes some ms;
+/// Longest time for which a reply waits for the discovery of its reader. Discovery of a client's two endpoints takes some ms;
 /// a client that is not found by then has gone.
 const REPLY_PATIENCE: Duration = Duration::from_secs(2);
 
@@ -50,7 +51,7 @@ const MAX_UNMATCHED: usize = 8192;
 /// Vendor id of `RustDDS`, with which its GUIDs begin by RTPS.
 const RUST_DDS: [u8; 2] = [0x01, 0x12];
 
-/// Whether a client may keep no more than the ten unread replies of ROS's default. Clients of this crate keep at least 512.
+/// Returns true for a client that may keep no more than the ten unread replies of ROS's default. Clients of this crate keep at least 512.
 fn keeps_few_replies(client: &GUID) -> bool {
     client.to_bytes()[..2] != RUST_DDS
 }
@@ -129,18 +130,18 @@ impl Writer {
     }
 }
 
-/// Whose request a reply answers.
+/// Request that a reply belongs to.
 #[derive(Debug, Clone, Copy)]
 struct RequestId {
     /// The reader that waits for the reply, or, with clients that do not say, the writer of the request.
     client: GUID,
     number: i64,
-    /// What a client on Cyclone waits for instead.
+    /// Header that a client on Cyclone expects instead.
     header: Option<Header>,
 }
 
 impl RequestId {
-    fn of(info: &SampleInfo, header: Option<Header>) -> Self {
+    fn from_sample(info: &SampleInfo, header: Option<Header>) -> Self {
         match info.related {
             None => RequestId { client: info.writer, number: info.number, header },
             // Fast DDS leaves the number unknown here: it is that of the request itself.
@@ -205,7 +206,7 @@ impl ReplySide {
         executor.at(Instant::now() + cyclone::ACQUAINTANCE, Box::new(retry));
     }
 
-    /// Takes note of a request, by which the client is known to be busy sending.
+    /// Registers a request: its client is busy sending.
     fn note_request(&self, id: RequestId) {
         if keeps_few_replies(&id.client) {
             self.pace.lock().unwrap_or_else(PoisonError::into_inner).request(id.client, Instant::now());
@@ -308,7 +309,7 @@ pub struct Responder<S: Service> {
 /// Makes the answer to a request that nobody answers, from the reason.
 type Unanswered<S> = Box<dyn Fn(String) -> <S as Service>::Response + Send + Sync>;
 
-/// What a client is answered whose request nobody can answer any more.
+/// Text of the answer to a request that was dropped.
 const NOBODY_ANSWERS: &str =
     "nobody can answer: the node is ending, or a defect ended one of its threads (its log and /diagnostics say which)";
 
@@ -344,7 +345,7 @@ impl<S: Service> Responder<S> {
         self.answer(response);
     }
 
-    /// Answers that the call is refused, and counts it.
+    /// Sends the answer to a rejected call, and counts the rejection.
     pub fn refuse(self, response: &S::Response) {
         self.side.load.calls_refused.add_one();
         self.send(response);
@@ -355,7 +356,7 @@ impl<S: Service> Responder<S> {
         self.reply(response);
     }
 
-    /// The same, which answers by itself where it is dropped unanswered: with what `failed` makes of a reason.
+    /// Sets the answer that is sent if the responder is dropped; `failed` makes it from the reason.
     #[must_use]
     pub fn or_fail(mut self, failed: impl Fn(String) -> S::Response + Send + Sync + 'static) -> Self {
         self.unanswered = Some(Box::new(failed));
@@ -374,7 +375,7 @@ impl Node {
     /// Offers a service; the callback runs on the executor thread and its return value is the answer.
     ///
     /// # Errors
-    /// When the name breaks the rules or the node is shut down.
+    /// The name breaks the rules, or the node is shut down.
     pub fn service<S: Service>(
         &self,
         name: &str,
@@ -395,7 +396,7 @@ impl Node {
     /// Offers a service whose answers may come later, from any thread.
     ///
     /// # Errors
-    /// As [`Node::service`].
+    /// See [`Node::service`].
     pub fn service_deferred<S: Service>(
         &self,
         name: &str,
@@ -432,7 +433,7 @@ impl Node {
         let weak = self.downgrade();
         let take = move |body: Octets, info: &SampleInfo| match cyclone::read::<S::Request>(&body, &info.writer) {
             Ok((header, request)) => {
-                let id = RequestId::of(info, header);
+                let id = RequestId::from_sample(info, header);
                 side.note_request(id);
                 let (sender, side) = (info.writer, Arc::clone(&side));
                 let node = weak.upgrade();
@@ -457,7 +458,7 @@ impl Node {
     /// Calls a service. A long-lived client spares the server's discovery a race that costs Fast DDS peers up to 3 s.
     ///
     /// # Errors
-    /// As [`Node::service`].
+    /// See [`Node::service`].
     pub fn client<S: Service>(&self, name: &str) -> Result<Client<S>, RosError> {
         let service = self.names().resolve(name, NameKind::Service)?;
         let (request_topic, reply_topic) = names::dds_service(&service);
@@ -527,7 +528,7 @@ impl<S: Service> Client<S> {
         &self.core.service
     }
 
-    /// Whether a server is matched, both for requests and for replies.
+    /// Returns true while a server is matched for requests and for replies.
     pub fn is_ready(&self) -> bool {
         let (requests, replies) = (self.core.writer.guid(), self.core.replies.dds_guid());
         self.core.graph.ask(|matches| matches.one_peer_for_both(&requests, &replies).is_some())
@@ -578,7 +579,7 @@ impl<S: Service> Client<S> {
         Ok(number)
     }
 
-    /// Gives up waiting for an answer.
+    /// Stops waiting for an answer.
     pub fn forget(&self, number: i64) {
         self.core.pending.lock().unwrap_or_else(PoisonError::into_inner).remove(&number);
     }

@@ -1,4 +1,4 @@
-//! One flag that ends everything, and the signals that raise it.
+//! Shutdown requests, and the signals that make them.
 
 use camwright_threads::supervised;
 use std::{
@@ -30,7 +30,7 @@ struct Inner {
 /// The request of this process, see [`Shutdown::on_signals`].
 static ON_SIGNALS: OnceLock<Shutdown> = OnceLock::new();
 
-/// Why this process cannot go on, see [`Shutdown::fail_process`].
+/// Failure of this process, see [`Shutdown::fail_process`].
 static FAILURE: OnceLock<String> = OnceLock::new();
 
 /// Exit code of a process that could not go on (`EX_SOFTWARE`).
@@ -39,7 +39,7 @@ pub const EXIT_FAILED: u8 = 70;
 /// Time for an orderly end after a failure: nodes leave the graph and the recorder closes its bag.
 const ORDERLY_END: Duration = Duration::from_secs(10);
 
-/// A request to end, shared by everybody who has to. Clones are the same request.
+/// Request to shut down. Clones are the same request.
 #[derive(Clone, Default)]
 pub struct Shutdown {
     inner: Arc<Inner>,
@@ -52,7 +52,7 @@ impl fmt::Debug for Shutdown {
 }
 
 impl Shutdown {
-    /// A request nobody has made yet.
+    /// Creates a request that is not made yet.
     pub fn new() -> Self {
         Self::default()
     }
@@ -61,7 +61,7 @@ impl Shutdown {
     /// process at once with 128 + its number, for a user whose orderly end hangs.
     ///
     /// # Errors
-    /// When the operating system refuses the handlers.
+    /// The operating system refuses the handlers.
     pub fn on_signals() -> Result<Self, RosError> {
         if let Some(shutdown) = ON_SIGNALS.get() {
             return Ok(shutdown.clone());
@@ -106,7 +106,7 @@ impl Shutdown {
         }
     }
 
-    /// Whether this process cannot go on.
+    /// Returns true if this process has failed.
     pub fn has_failed() -> bool {
         FAILURE.get().is_some()
     }
@@ -116,7 +116,7 @@ impl Shutdown {
         if Self::has_failed() { EXIT_FAILED.into() } else { code }
     }
 
-    /// Makes the request and wakes everybody who waits for it.
+    /// Makes the request and wakes all waiting threads.
     pub fn request(&self) {
         self.inner.requested.store(true, Ordering::Release);
         drop(self.inner.guard.lock().unwrap_or_else(PoisonError::into_inner));
@@ -126,12 +126,12 @@ impl Shutdown {
         }
     }
 
-    /// Whether it has been made.
+    /// Returns true after the request.
     pub fn is_requested(&self) -> bool {
         self.inner.requested.load(Ordering::Acquire)
     }
 
-    /// Waits until it is made.
+    /// Waits for the request.
     pub fn wait(&self) {
         let mut guard = self.inner.guard.lock().unwrap_or_else(PoisonError::into_inner);
         while !self.is_requested() {
@@ -139,7 +139,7 @@ impl Shutdown {
         }
     }
 
-    /// Waits until it is made, at most so long; tells whether it was.
+    /// Waits for the request; returns false after the timeout.
     pub fn wait_timeout(&self, timeout: Duration) -> bool {
         let deadline = Instant::now() + timeout;
         let mut guard = self.inner.guard.lock().unwrap_or_else(PoisonError::into_inner);

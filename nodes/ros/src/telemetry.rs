@@ -25,7 +25,7 @@ impl<M: Message> Telemetry<M> {
     /// Publishes a message, or drops and counts it where there is no room.
     ///
     /// # Errors
-    /// As [`Publisher::publish`], except for missing room.
+    /// See [`Publisher::publish`]; a full writer is no error.
     pub fn publish(&self, message: &M) -> Result<(), RosError> {
         self.publish_within(message, Duration::ZERO)
     }
@@ -33,7 +33,7 @@ impl<M: Message> Telemetry<M> {
     /// The same, but tries for some time before it drops the message.
     ///
     /// # Errors
-    /// As [`Telemetry::publish`].
+    /// See [`Telemetry::publish`].
     pub fn publish_within(&self, message: &M, patience: Duration) -> Result<(), RosError> {
         let sent = self.offer(message, patience)?;
         if !sent {
@@ -45,7 +45,7 @@ impl<M: Message> Telemetry<M> {
     /// Tries for some time to publish a message; false where there was no room. The caller counts it.
     ///
     /// # Errors
-    /// As [`Telemetry::publish`].
+    /// See [`Telemetry::publish`].
     pub fn offer(&self, message: &M, patience: Duration) -> Result<bool, RosError> {
         /// Pause between two attempts: the writer tells nobody when room is made.
         const BETWEEN: Duration = Duration::from_millis(1);
@@ -70,7 +70,7 @@ impl<M: Message> Publisher<M> {
     /// Publishes a message that others wait for: where there is no room it is tried again for as long as `limit`.
     ///
     /// # Errors
-    /// As [`Publisher::publish`].
+    /// See [`Publisher::publish`].
     pub fn publish_within(&self, message: &M, limit: Duration) -> Result<(), RosError> {
         let end = Instant::now() + limit;
         loop {
@@ -87,7 +87,7 @@ impl Node {
     /// Publishes telemetry: messages that may be dropped, which `drops` counts.
     ///
     /// # Errors
-    /// As [`Node::publisher`].
+    /// See [`Node::publisher`].
     pub fn telemetry<M: Message>(&self, topic: &str, qos: &Qos, drops: &Drops) -> Result<Telemetry<M>, RosError> {
         let policies = qos.impatient_writer_policies();
         let publisher = self.publisher_with(topic, M::DDS_TYPE_NAME, qos, &policies)?;

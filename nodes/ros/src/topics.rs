@@ -26,17 +26,18 @@ use super::{
     node::Node,
     qos::{Durability, Qos},
     reader_depth::{DepthBounds, ReaderDepth},
+    sample_info::SampleInfo,
     wire::{CDR_LE_HEADER, Octets, from_cdr, to_cdr},
 };
 
-/// Where and when a message came from.
+/// Origin and times of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MessageInfo {
     /// GUID of the publisher.
     pub writer: Guid,
-    /// When it was published, in ns since 1970 by the publisher's clock; `None` if the publisher does not say.
+    /// Time of publication, in ns since 1970 by the publisher's clock; `None`: not stated.
     pub source_timestamp_ns: Option<i64>,
-    /// When this process received it, in ns since 1970.
+    /// Time of reception by this process, in ns since 1970.
     pub reception_timestamp_ns: i64,
     /// Number of the message among those of its publisher, from 1. A jump is a loss.
     pub sequence_number: i64,
@@ -49,29 +50,6 @@ impl From<&SampleInfo> for MessageInfo {
             source_timestamp_ns: info.source_ns,
             reception_timestamp_ns: info.received_ns,
             sequence_number: info.number,
-        }
-    }
-}
-
-/// What DDS says of a sample.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct SampleInfo {
-    pub(super) writer: GUID,
-    pub(super) number: i64,
-    pub(super) source_ns: Option<i64>,
-    pub(super) received_ns: i64,
-    /// Which request a sample belongs to: the waiting reader and the number, which a client leaves unknown (below 1).
-    pub(super) related: Option<(GUID, i64)>,
-}
-
-impl From<&ros2_client::MessageInfo> for SampleInfo {
-    fn from(info: &ros2_client::MessageInfo) -> Self {
-        SampleInfo {
-            writer: GUID::from(info.publisher_gid()),
-            number: info.sequence_number(),
-            source_ns: info.source_timestamp().map(|stamp| stamp.to_nanos()),
-            received_ns: info.received_timestamp().map_or_else(system_time_ns, |stamp| stamp.to_nanos()),
-            related: info.related_request_id().map(|id| (GUID::from(id.writer_gid), id.sequence_number)),
         }
     }
 }
@@ -137,7 +115,7 @@ impl<M: Message> Publisher<M> {
     /// Publishes a message.
     ///
     /// # Errors
-    /// When a text or sequence is longer than its type allows, and when no room is left for a peer that does not acknowledge.
+    /// A text or sequence is longer than its type allows, or the writer is full because a peer does not acknowledge.
     pub fn publish(&self, message: &M) -> Result<(), RosError> {
         message.check_bounds().map_err(|error| RosError::publish(&self.core.topic, error))?;
         self.send(message.clone())
@@ -152,7 +130,7 @@ impl RawPublisher {
     /// Publishes a message: CDR with its 4-byte encapsulation header.
     ///
     /// # Errors
-    /// When it is not little-endian CDR, and as [`Publisher::publish`].
+    /// The message is not little-endian CDR; otherwise see [`Publisher::publish`].
     pub fn publish(&self, cdr: &[u8]) -> Result<(), RosError> {
         match cdr.split_at_checked(4) {
             Some((header, body)) if header[..2] == CDR_LE_HEADER[..2] => self.0.send(Octets(body.to_vec())),
@@ -213,7 +191,7 @@ impl Node {
     /// Publishes messages of type `M` on a topic (relative, `~/private` or absolute).
     ///
     /// # Errors
-    /// When the name breaks the rules or the node is shut down.
+    /// The name breaks the rules, or the node is shut down.
     pub fn publisher<M: Message>(&self, topic: &str, qos: &Qos) -> Result<Publisher<M>, RosError> {
         self.publisher_of(topic, M::DDS_TYPE_NAME, qos)
     }
@@ -221,7 +199,7 @@ impl Node {
     /// Publishes serialised messages of the type with the ROS name `type_name` (`pkg/msg/Type`).
     ///
     /// # Errors
-    /// As [`Node::publisher`], and when the type's name is malformed.
+    /// The type's name is malformed; otherwise see [`Node::publisher`].
     pub fn raw_publisher(&self, topic: &str, type_name: &str, qos: &Qos) -> Result<RawPublisher, RosError> {
         Ok(RawPublisher(self.publisher_of(topic, &dds_type(type_name)?, qos)?))
     }
@@ -257,7 +235,7 @@ impl Node {
     /// Subscribes to messages of type `M`; the callback runs on the executor thread.
     ///
     /// # Errors
-    /// When the name breaks the rules or the node is shut down.
+    /// The name breaks the rules, or the node is shut down.
     pub fn subscribe<M: Message>(
         &self,
         topic: &str,
@@ -274,7 +252,7 @@ impl Node {
     /// 4-byte encapsulation header. (The body of a big-endian peer would arrive as it is; no ROS 2 system sends such.)
     ///
     /// # Errors
-    /// As [`Node::subscribe`], and when the type's name is malformed.
+    /// The type's name is malformed; otherwise see [`Node::subscribe`].
     pub fn subscribe_raw(
         &self,
         topic: &str,
@@ -289,7 +267,7 @@ impl Node {
     /// messages get less, so that no more than about `budget_bytes` are held. `history` messages may come at once at the beginning.
     ///
     /// # Errors
-    /// As [`Node::subscribe_raw`].
+    /// See [`Node::subscribe_raw`].
     pub fn subscribe_raw_within(
         &self,
         topic: &str,

@@ -6,10 +6,8 @@ use super::{
     error::RosError,
     node::{Node, private},
     parameter_value::ParameterValue,
+    parameters::START_TYPE_DESCRIPTION_SERVICE,
 };
-
-/// Name of the parameter that Jazzy's nodes have for it.
-pub(super) const START_TYPE_DESCRIPTION_SERVICE: &str = "start_type_description_service";
 
 pub(super) fn offer(node: &Node) -> Result<(), RosError> {
     if node.parameters().get(START_TYPE_DESCRIPTION_SERVICE) != Some(ParameterValue::Bool(true)) {
@@ -32,6 +30,6 @@ pub(super) fn offer(node: &Node) -> Result<(), RosError> {
         }
         response
     })?;
-    node.keep(service);
+    node.retain(service);
     Ok(())
 }

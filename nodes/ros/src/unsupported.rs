@@ -2,7 +2,7 @@
 //!
 //! Security is refused: who enables it relies on it. The others are named in one warning.
 
-/// What the environment and the command line ask for and this implementation does not have.
+/// Options of the environment and the command line that are not supported.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct Unsupported {
     /// The value of `ROS_SECURITY_ENABLE`, if it enables security.

@@ -1,7 +1,7 @@
 //! Alarms of the run, and messages that were lost.
 
-use super::Findings;
-use super::page::table;
+use super::findings::Findings;
+use super::table::table;
 use super::text::{escape, fixed};
 use camwright_msgs::camwright_msgs::msg::Alarm;
 use std::fmt::Write as _;

@@ -1,7 +1,7 @@
-//! A chart as SVG: numbers on round ticks, curves by columns, colours by classes that follow light and dark.
+//! Charts as SVG in the page. Colours are classes that follow light and dark.
 
-use super::text::{escape, fixed};
-use camwright_planning::Scale;
+use super::text::escape;
+use camwright_planning::chart::{Axes, Frame, Scale};
 use std::fmt::Write as _;
 
 /// A curve and what it is drawn as.
@@ -72,6 +72,9 @@ const BOTTOM: f64 = 36.0;
 /// Points farther apart than this share of the width are not joined.
 const GAP: f64 = 0.025;
 
+/// Maximum number of ticks across.
+const MAX_TICKS: usize = 61;
+
 impl Chart {
     /// A chart over the azimuth of the part.
     pub(super) fn over_azimuth(title: impl Into<String>) -> Self {
@@ -102,61 +105,66 @@ impl Chart {
         out
     }
 
-    fn scale(&self) -> Scale {
+    fn axes(&self) -> Axes {
         let points = self.curves.iter().flat_map(|curve| curve.points.iter().map(|point| point.1));
         let levels = self.levels.iter().map(|level| level.value);
         let allowed = self.allowed.iter().flat_map(|allowed| [-allowed, *allowed]);
-        Scale::around(points.chain(levels).chain(allowed).chain(self.has_zero.then_some(0.0)))
+        let Size(width, height) = self.size;
+        Axes {
+            frame: Frame { left: LEFT, top: TOP, width: width - LEFT - RIGHT, height: height - TOP - BOTTOM },
+            across: Scale { low: self.from, high: self.to, step: self.step },
+            up: Scale::around(points.chain(levels).chain(allowed).chain(self.has_zero.then_some(0.0))),
+        }
     }
 
     fn svg(&self, out: &mut String) {
         let Size(width, height) = self.size;
-        let field = Field { size: self.size, across: (self.from, self.to), scale: self.scale() };
+        let axes = self.axes();
         let _infallible = write!(
             out,
             "<svg viewBox=\"0 0 {width:.0} {height:.0}\" role=\"img\" aria-label=\"{}\">",
             escape(&self.title)
         );
-        self.zones(out, &field);
-        self.axes(out, &field);
-        self.bounds(out, &field);
+        self.write_zones(out, &axes);
+        self.write_axes(out, &axes);
+        self.write_bounds(out, &axes);
         for curve in &self.curves {
-            let _infallible = write!(out, "<path class=\"{}\" d=\"{}\"/>", curve.class, field.path(curve));
+            let _infallible = write!(out, "<path class=\"{}\" d=\"{}\"/>", curve.class, path(&axes, &curve.points));
         }
         if let Some(mark) = &self.mark {
-            field.mark(out, mark);
+            write_mark(out, &axes, mark);
         }
         out.push_str("</svg>");
     }
 
-    fn zones(&self, out: &mut String, field: &Field) {
+    fn write_zones(&self, out: &mut String, axes: &Axes) {
         for zone in &self.zones {
-            let (from, to) = (field.x(zone.from.max(self.from)), field.x(zone.to.min(self.to)));
+            let (from, to) = (axes.x(zone.from.max(self.from)), axes.x(zone.to.min(self.to)));
             let _infallible = write!(
                 out,
                 "<rect class=\"{}\" x=\"{from:.1}\" y=\"{TOP:.1}\" width=\"{:.1}\" height=\"{:.1}\"/>",
                 zone.class,
                 (to - from).max(0.0),
-                field.bottom() - TOP
+                axes.frame.height
             );
         }
     }
 
-    /// What is allowed around 0, and lines across.
-    fn bounds(&self, out: &mut String, field: &Field) {
-        let right = field.right();
+    /// The allowed field around 0, and lines across.
+    fn write_bounds(&self, out: &mut String, axes: &Axes) {
+        let right = axes.frame.right();
         if let Some(allowed) = self.allowed {
-            let (high, low) = (field.y(allowed), field.y(-allowed));
+            let (high, low) = (axes.y(allowed), axes.y(-allowed));
             let _infallible = write!(
                 out,
                 "<rect class=\"allowed\" x=\"{LEFT:.1}\" y=\"{high:.1}\" width=\"{:.1}\" height=\"{:.1}\"/>\
                  <path class=\"limit\" d=\"M{LEFT:.1} {high:.1}H{right:.1}M{LEFT:.1} {low:.1}H{right:.1}\"/>",
-                right - LEFT,
+                axes.frame.width,
                 low - high
             );
         }
         for level in &self.levels {
-            let at = field.y(level.value);
+            let at = axes.y(level.value);
             let _infallible = write!(
                 out,
                 "<path class=\"limit\" d=\"M{LEFT:.1} {at:.1}H{right:.1}\"/><text x=\"{:.1}\" y=\"{:.1}\" class=\"end limit-text\">{}</text>",
@@ -167,33 +175,22 @@ impl Chart {
         }
     }
 
-    fn axes(&self, out: &mut String, field: &Field) {
-        let (scale, right, bottom) = (&field.scale, field.right(), field.bottom());
+    fn write_axes(&self, out: &mut String, axes: &Axes) {
+        let (right, bottom) = (axes.frame.right(), axes.frame.bottom());
         let mut grid = String::new();
-        for tick in scale.ticks() {
-            let at = field.y(tick);
+        for tick in axes.up.ticks() {
+            let at = axes.y(tick);
+            let label = axes.up.label(tick);
             let _infallible = write!(grid, "M{LEFT:.1} {at:.1}H{right:.1}");
-            let _infallible = write!(
-                out,
-                "<text class=\"end\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
-                LEFT - 6.0,
-                at + 4.0,
-                scale.label(tick)
-            );
+            let _infallible =
+                write!(out, "<text class=\"end\" x=\"{:.1}\" y=\"{:.1}\">{label}</text>", LEFT - 6.0, at + 4.0);
         }
-        let count = ((self.to - self.from) / self.step + 1e-9).floor();
-        let mut index = 0.0;
-        while index <= count.min(60.0) {
-            let value = self.from + index * self.step;
-            let at = field.x(value);
+        for tick in axes.across.ticks().take(MAX_TICKS) {
+            let at = axes.x(tick);
+            let label = axes.across.label(tick);
             let _infallible = write!(grid, "M{at:.1} {TOP:.1}V{bottom:.1}");
-            let _infallible = write!(
-                out,
-                "<text class=\"mid\" x=\"{at:.1}\" y=\"{:.1}\">{}</text>",
-                bottom + 15.0,
-                scale_free(value, self.step)
-            );
-            index += 1.0;
+            let _infallible =
+                write!(out, "<text class=\"mid\" x=\"{at:.1}\" y=\"{:.1}\">{label}</text>", bottom + 15.0);
         }
         let _infallible = write!(
             out,
@@ -202,71 +199,39 @@ impl Chart {
             self.size.1 - 4.0,
             escape(self.across)
         );
-        if scale.low < 0.0 && scale.high > 0.0 {
-            let zero = field.y(0.0);
+        if let Some(zero) = axes.zero() {
             let _infallible = write!(out, "<path class=\"zero\" d=\"M{LEFT:.1} {zero:.1}H{right:.1}\"/>");
         }
     }
 }
 
-/// Where what stands on the axes of a chart is drawn.
-struct Field {
-    size: Size,
-    across: (f64, f64),
-    scale: Scale,
-}
-
-impl Field {
-    fn right(&self) -> f64 {
-        self.size.0 - RIGHT
-    }
-
-    fn bottom(&self) -> f64 {
-        self.size.1 - BOTTOM
-    }
-
-    fn x(&self, value: f64) -> f64 {
-        let (from, to) = self.across;
-        LEFT + (self.size.0 - LEFT - RIGHT) * (value - from) / (to - from)
-    }
-
-    fn y(&self, value: f64) -> f64 {
-        let (height, scale) = (self.size.1, &self.scale);
-        height - BOTTOM - (height - TOP - BOTTOM) * (value - scale.low) / (scale.high - scale.low)
-    }
-
-    fn path(&self, curve: &Curve) -> String {
-        let mut path = String::with_capacity(10 * curve.points.len());
-        let mut before = f64::NEG_INFINITY;
-        for (at, value) in &curve.points {
-            let letter = if at - before > GAP * (self.across.1 - self.across.0) { 'M' } else { 'L' };
-            let _infallible = write!(path, "{letter}{:.1} {:.1}", self.x(*at), self.y(*value));
-            before = *at;
+/// Path of a curve, in one line for each part without a gap.
+fn path(axes: &Axes, points: &[(f64, f64)]) -> String {
+    let mut path = String::with_capacity(10 * points.len());
+    let gap = GAP * (axes.across.high - axes.across.low);
+    for line in axes.lines(points.iter().copied(), gap) {
+        for (index, [x, y]) in line.into_iter().enumerate() {
+            let _infallible = write!(path, "{}{x:.1} {y:.1}", if index == 0 { 'M' } else { 'L' });
         }
-        path
     }
-
-    fn mark(&self, out: &mut String, mark: &Mark) {
-        let (at_x, at_y) = (self.x(mark.at.0), self.y(mark.at.1));
-        let middle = (0.5 * (self.across.0 + self.across.1), 0.5 * (self.scale.low + self.scale.high));
-        let anchor = if mark.at.0 > middle.0 { ("end", -9.0) } else { ("start", 9.0) };
-        // Beside the point, where the curve has just turned round, there is room on the side towards the middle.
-        let above = if mark.at.1 > middle.1 { 4.0 } else { 5.0 };
-        let _infallible = write!(
-            out,
-            "<circle class=\"worst\" cx=\"{at_x:.1}\" cy=\"{at_y:.1}\" r=\"5\"/>\
-             <text class=\"worst-text {}\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
-            anchor.0,
-            at_x + anchor.1,
-            at_y + above,
-            escape(&mark.label)
-        );
-    }
+    path
 }
 
-/// A tick's number with the digits that its step needs.
-fn scale_free(value: f64, step: f64) -> String {
-    fixed(value, if step < 0.1 { 2 } else { usize::from(step < 1.0) })
+/// A circle around a point, with its label on the side towards the middle.
+fn write_mark(out: &mut String, axes: &Axes, mark: &Mark) {
+    let [at_x, at_y] = axes.at(mark.at.0, mark.at.1);
+    let middle = [0.5 * (axes.across.low + axes.across.high), 0.5 * (axes.up.low + axes.up.high)];
+    let anchor = if mark.at.0 > middle[0] { ("end", -9.0) } else { ("start", 9.0) };
+    let above = if mark.at.1 > middle[1] { 4.0 } else { 5.0 };
+    let _infallible = write!(
+        out,
+        "<circle class=\"worst\" cx=\"{at_x:.1}\" cy=\"{at_y:.1}\" r=\"5\"/>\
+         <text class=\"worst-text {}\" x=\"{:.1}\" y=\"{:.1}\">{}</text>",
+        anchor.0,
+        at_x + anchor.1,
+        at_y + above,
+        escape(&mark.label)
+    );
 }
 
 #[cfg(test)]

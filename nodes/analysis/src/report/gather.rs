@@ -1,6 +1,6 @@
 //! What a bag says of its run, topic by topic; what it does not hold is left empty and never guessed.
 
-use super::ReportError;
+use super::error::ReportError;
 use camwright_bag::schema_evolution::{add_empty_lists, lists_since};
 use camwright_bag::{Bag, Message, Topic};
 use camwright_files::convert::time::{TickClock, ns_from_time};

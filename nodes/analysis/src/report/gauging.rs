@@ -1,10 +1,10 @@
 //! What the gauge read, and how far journals ran out before and after they were corrected.
 
-use super::Findings;
 use super::chart::{Chart, Curve};
 use super::columns::Columns;
+use super::findings::Findings;
 use super::head::COLUMNS;
-use super::page::table;
+use super::table::table;
 use super::text::{escape, fixed, um};
 use camwright::math::range::least_and_most;
 use camwright::math::units::{TURN_RAD, deg_from_rad, mm_from_um, wrap_turn};

@@ -1,8 +1,8 @@
 //! What is seen first: the verdict, the worst place, what is allowed there, and why; with a picture of each.
 
-use super::Findings;
 use super::chart::{Chart, Curve, Mark, Size};
 use super::columns::Columns;
+use super::findings::Findings;
 use super::judge::{Tone, Worst};
 use super::lag::Left;
 use super::part_drawing::Section;

@@ -1,17 +1,14 @@
 //! Whether the part is good, where it is worst, and why, as far as the recorded data say.
 
+use super::causes::{causes_of, causes_of_turned};
 use super::edge::Split;
 use super::gather::Recorded;
 use super::job_timeline::Story;
 use super::lag::{Lag, Left};
 use super::text::{fixed, signed, um};
-use super::turned_cause;
 use camwright::math::units::{deg_from_rad, wrap_turn};
 use camwright_files::convert::mm_from_m;
 use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus, LobeForm, LobeResult, PlanHeader, TurnedResult};
-
-/// An error is said to come from one source if that explains all of it but this share.
-const REST: f64 = 0.35;
 
 /// What a part is whose form is good and that was ground too hot.
 pub const BURNT: &str = "NOT GOOD, BURNT";
@@ -95,7 +92,7 @@ pub(super) fn judge(
     };
     let lag = lags.get(worst.index).and_then(Option::as_ref);
     let mut causes = match (lag, split) {
-        (_, Some(split)) => turned_cause::told(&status.turned[0], split.as_ref(), lag),
+        (_, Some(split)) => causes_of_turned(&status.turned[0], split.as_ref(), lag),
         (Some(lag), None) => causes_of_lobe(&worst, lag),
         (None, None) => vec!["Not known: the axes' ticks are not in the bag.".to_owned()],
     };
@@ -213,15 +210,4 @@ fn causes_of_lobe(worst: &Worst, lag: &Lag) -> Vec<String> {
     let mut causes = causes_of(worst.error_um, &sources);
     causes.push(range);
     causes
-}
-
-/// The source that leaves most towards an error, and what each leaves (µm); of each its name alone and in a row.
-pub(super) fn causes_of(error_um: f64, sources: &[(f64, &str, &str)]) -> Vec<String> {
-    let towards = |source: &f64| source * error_um.signum();
-    let first = sources.iter().max_by(|a, b| towards(&a.0).total_cmp(&towards(&b.0)));
-    let whole = first.is_some_and(|(share, _, _)| towards(share) >= (1.0 - REST) * error_um.abs());
-    let named = first.map_or("", |(_, name, _)| name);
-    let mostly = format!("{} {named}.", if whole { "Mostly" } else { "Several sources, most of all" });
-    let told: Vec<String> = sources.iter().map(|(share, _, name)| format!("{} µm {name}", signed(*share, 2))).collect();
-    vec![mostly, format!("At that place: {}.", told.join(", "))]
 }

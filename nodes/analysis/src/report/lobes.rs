@@ -1,11 +1,11 @@
 //! Every lobe: how it came out, and what was done over its last turns.
 
-use super::Findings;
 use super::chart::{Chart, Curve, Level};
 use super::columns::Columns;
+use super::findings::Findings;
 use super::head::{COLUMNS, error_chart, section};
 use super::motion::Sample;
-use super::page::table as html_table;
+use super::table::table as html_table;
 use super::text::{escape, fixed, signed, um};
 use camwright::math::units::{deg_from_rad, rad_from_deg, rpm_from_rad_s, wrap_turn};
 use camwright_files::convert::{j_mm3_from_j_m3, mm_from_m};

@@ -9,9 +9,12 @@
 //! missing.
 
 mod alarms;
+mod causes;
 mod chart;
 mod columns;
 mod edge;
+mod error;
+mod findings;
 mod gather;
 mod gauging;
 mod head;
@@ -24,6 +27,7 @@ mod page;
 mod part_drawing;
 mod provenance;
 mod replan;
+mod table;
 mod text;
 mod time_line;
 mod turned;
@@ -33,69 +37,21 @@ mod turned_cause;
 mod tests;
 
 use camwright::machine::description::MachineDescription;
-use camwright_bag::{Bag, BagError};
+use camwright_bag::Bag;
 use camwright_planning::AnyPrepared;
 use edge::Split;
+pub use error::ReportError;
+use findings::Findings;
 use gather::Recorded;
 use job_timeline::Story;
-use judge::Verdict;
 pub use judge::{BURNT, burnt};
 use lag::Lag;
 use motion::Motion;
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
 /// Name of the report within a bag's directory.
 pub const FILE_NAME: &str = "report.html";
-
-/// Why there is no report.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ReportError {
-    /// The bag cannot be read.
-    #[error(transparent)]
-    Bag(#[from] BagError),
-    /// The file system refused.
-    #[error("cannot {action} {}: {source}", path.display())]
-    Io {
-        /// What was tried, as a verb.
-        action: &'static str,
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// There is nothing to report of.
-    #[error("{} holds no job: nothing was recorded on job_planner/job_status", path.display())]
-    NoJob { path: PathBuf },
-}
-
-/// Everything that the page is made from.
-struct Findings<'a> {
-    recorded: &'a Recorded,
-    story: &'a Story<'a>,
-    motion: Option<&'a Motion>,
-    /// What the axes leave on each lobe, or the part.
-    lags: &'a [Option<Lag>],
-    /// What made the worst place of a part that is turned, or why that is not known; none where none is, or was judged.
-    split: Option<&'a Result<Split, String>>,
-    /// The plan that was driven, or why it is not known.
-    again: &'a Result<AnyPrepared, String>,
-    verdict: &'a Verdict,
-}
-
-impl Findings<'_> {
-    /// Ticks from the job's first one on, in seconds; none where the machine did not tell of its ticks.
-    fn seconds(&self, tick: u64) -> Option<f64> {
-        let (first, _) = self.story.ticks?;
-        Some((tick as f64 - first as f64) * self.recorded.cycle_s()?)
-    }
-
-    /// +1 where the part turns clockwise with a positive C.
-    fn sense(&self) -> f64 {
-        self.story.machine.map_or(1.0, |machine| f64::from(machine.rotation_sense))
-    }
-}
 
 /// The report of a bag as HTML.
 ///

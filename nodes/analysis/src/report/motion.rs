@@ -1,7 +1,7 @@
 //! What the axes did tick by tick: all of the job in columns, and the turns that a figure is drawn from as they are.
 
-use super::ReportError;
 use super::columns::Columns;
+use super::error::ReportError;
 use super::gather::Recorded;
 use camwright::math::units::rpm_from_rad_s;
 use camwright_bag::Bag;

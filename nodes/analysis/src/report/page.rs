@@ -1,7 +1,8 @@
 //! The page: what is said first, and behind it everything that it rests on.
 
+use super::findings::Findings;
 use super::text::escape;
-use super::{Findings, alarms, gauging, head, lobes, provenance, time_line, turned};
+use super::{alarms, gauging, head, lobes, provenance, time_line, turned};
 
 /// The page's look, for screens that are light or dark and for paper.
 const STYLE: &str = include_str!("style.css");
@@ -26,22 +27,4 @@ pub(super) fn html(findings: &Findings<'_>) -> String {
     provenance::write(&mut out, findings);
     out.push_str("</main>\n</body>\n</html>\n");
     out
-}
-
-/// A table: what stands above the columns, whether they are text, and the rows as HTML.
-pub(super) fn table(out: &mut String, heads: &[(&str, bool)], rows: &[Vec<String>]) {
-    let class = |is_text: bool| if is_text { " class=\"text\"" } else { "" };
-    out.push_str("<table><thead><tr>");
-    for (head, is_text) in heads {
-        out.push_str(&format!("<th{}>{}</th>", class(*is_text), escape(head)));
-    }
-    out.push_str("</tr></thead><tbody>");
-    for row in rows {
-        out.push_str("<tr>");
-        for (cell, (_, is_text)) in row.iter().zip(heads) {
-            out.push_str(&format!("<td{}>{cell}</td>", class(*is_text)));
-        }
-        out.push_str("</tr>");
-    }
-    out.push_str("</tbody></table>");
 }

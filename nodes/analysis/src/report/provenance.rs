@@ -1,7 +1,7 @@
 //! What the report rests on: job, hashes, versions, files, and the job itself.
 
-use super::Findings;
-use super::page::table;
+use super::findings::Findings;
+use super::table::table;
 use super::text::{escape, fixed};
 use camwright_bag::info::utc;
 use camwright_msgs::camwright_msgs::msg::{JobStatus, PlanHeader};

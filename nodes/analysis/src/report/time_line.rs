@@ -1,9 +1,9 @@
 //! The job over time: what was done when, how fast the axes were, and what limited them.
 
-use super::Findings;
 use super::chart::{Chart, Curve, Size, Zone};
+use super::findings::Findings;
 use super::job_timeline::Stretch;
-use super::page::table;
+use super::table::table;
 use super::text::{escape, fixed};
 use camwright::motion::plan::Phase;
 use camwright_files::convert::plan::{phase_from, phase_name};

@@ -1,11 +1,11 @@
 //! A part that was turned: its form map, its worst section, and X of its last pass.
 
-use super::Findings;
 use super::chart::{Chart, Curve, Mark};
 use super::columns::Columns;
+use super::findings::Findings;
 use super::judge::Worst;
-use super::page::table;
 use super::part_drawing::Section;
+use super::table::table;
 use super::text::{escape, fixed, signed, um};
 use super::turned_cause;
 use camwright::math::units::{deg_from_rad, rpm_from_rad_s};

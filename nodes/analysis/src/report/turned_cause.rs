@@ -1,11 +1,9 @@
-//! In words and as a table, what of the worst deviation of a turned part comes from where.
+//! The worst deviation of a turned part by its causes, as a table.
 
-use super::Findings;
 use super::edge::{OfAxis, Split, turns_since};
-use super::judge::causes_of;
-use super::lag::{Lag, Left};
-use super::page::table;
-use super::text::{escape, fixed, signed, um};
+use super::findings::Findings;
+use super::table::table;
+use super::text::{escape, fixed, signed};
 use camwright::machine::description::Axis;
 use camwright::math::units::{deg_from_rad, um_from_mm, wrap_turn};
 use camwright::toolpath::insert_path::Feed;
@@ -16,58 +14,6 @@ use std::fmt::Write as _;
 
 /// What no sensor shows.
 const REST: &str = "insert and part giving way, wear, warmth (the rest)";
-
-/// The causes of the worst place, the short answer first.
-pub(super) fn told(part: &TurnedResult, split: Result<&Split, &String>, lag: Option<&Lag>) -> Vec<String> {
-    let mut causes = match split {
-        Ok(split) => sources(split),
-        Err(reason) => vec![format!("Not known: {reason}.")],
-    };
-    let range = |left: &Left| format!("{} to {} µm", signed(left.lowest_um, 2), signed(left.highest_um, 2));
-    let over_c = lag.map_or_else(String::new, |lag| {
-        let swing = lag.tool.as_ref().map_or_else(String::new, |tool| format!(", with the structures {}", range(tool)));
-        format!("In the last pass X was {} off its path over C by the encoders{swing}. ", range(&lag.encoders))
-    });
-    let cusps = fixed(um(part.cusp_height_theory), 2);
-    let together = split.map_or_else(
-        |_| String::new(),
-        |split| format!("Lags of the three axes together leave {} µm there. ", signed(split.lag_um(), 2)),
-    );
-    causes.push(format!("{together}{over_c}Feed, insert and design must leave cusps of up to {cusps} µm."));
-    causes
-}
-
-fn sources(split: &Split) -> Vec<String> {
-    let [c, x, z] = split.axes;
-    let swings = swings(split);
-    let mut sources = vec![
-        (x.lag_um, "X off its setpoint by its encoder", "X off its setpoint"),
-        (c.lag_um, "C off its setpoint where the surface rises or falls", "C off its setpoint, by the slope there"),
-        (z.lag_um, "Z off its setpoint where the surface is inclined along it", "Z off its setpoint"),
-    ];
-    if split.has_swing() {
-        sources.push((split.swing_um(), &swings, "swing of the structures"));
-    }
-    sources.push((split.cusp_um, "the cusp that the feed leaves between two turns", "cusp of the feed"));
-    sources.push((split.rest_um, "what no sensor shows: insert and part giving way, wear, warmth", "the rest"));
-    causes_of(split.error_um, &sources)
-}
-
-/// The structure that leaves most towards the error.
-fn swings(split: &Split) -> String {
-    let towards = |axis: &&OfAxis| axis.swing_um * split.error_um.signum();
-    let most = split.axes.iter().max_by(|a, b| towards(a).total_cmp(&towards(b)));
-    let name = most.map_or("", |axis| name(axis.axis));
-    format!("the structure of {name}, which swings behind its encoder when {name} is accelerated")
-}
-
-fn name(axis: Axis) -> &'static str {
-    match axis {
-        Axis::C => "C",
-        Axis::X => "X",
-        Axis::Z => "Z",
-    }
-}
 
 /// The worst place by what left it, as a table.
 pub(super) fn write(out: &mut String, findings: &Findings<'_>, part: &TurnedResult) {

@@ -1,7 +1,8 @@
 //! Two bags of the same job: the same digests, tick by tick of the job.
 
+use super::error::RerunError;
 use super::recorded::Recorded;
-use super::{RerunError, Window};
+use super::window::Window;
 use camwright_bag::Bag;
 use camwright_msgs::camwright_msgs::msg::MachineInput;
 use std::path::Path;

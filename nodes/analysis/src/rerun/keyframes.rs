@@ -1,7 +1,7 @@
 //! Keyframes of a bag: where a run can be computed from the middle, and what the machine's state is held against on its way.
 
-use super::RerunError;
-use super::recorded::{Topics, read};
+use super::error::RerunError;
+use super::topics::{Topics, read};
 use camwright_bag::Bag;
 use camwright_files::convert::keyframes::check;
 use camwright_machine_cycle::keyframes::FORM as KEYFRAME_FORM;

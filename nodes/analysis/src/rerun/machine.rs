@@ -1,9 +1,10 @@
 //! The machine again: it takes what it was given in the same ticks, and tells the same.
 
 use super::difference::Difference;
+use super::error::RerunError;
+use super::keyframes;
 use super::outputs::{Output, difference};
 use super::recorded::Recorded;
-use super::{RerunError, keyframes};
 use camwright::math::snapshot::Tape;
 use camwright_bag::Bag;
 use camwright_files::convert::keyframes::check;

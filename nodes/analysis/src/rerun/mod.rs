@@ -8,15 +8,20 @@
 
 mod difference;
 mod digests;
+mod error;
 mod keyframes;
 mod machine;
 mod motion;
 mod outputs;
 mod recorded;
+mod topics;
+mod window;
 
 pub use difference::{Difference, Values};
+pub use error::RerunError;
+pub use window::Window;
 
-use camwright_bag::{Bag, BagError};
+use camwright_bag::Bag;
 use camwright_files::convert::setpoints::chunk_from_trajectory;
 use camwright_files::convert::time::ns_from_time;
 use camwright_machine_cycle::input_record::{VERSION, version_of};
@@ -26,36 +31,16 @@ use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
 use machine::MachineRun;
 use motion::InterpolatorAgain;
 use outputs::Output;
-use recorded::{Recorded, read};
+use recorded::Recorded;
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
+use topics::read;
 
 /// Exit codes: the run is another one; it cannot be said.
 const DIFFERS: u8 = 3;
 const CANNOT: u8 = 1;
-
-/// Why a run cannot be computed again.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum RerunError {
-    /// The bag cannot be read.
-    #[error(transparent)]
-    Bag(#[from] BagError),
-    /// The bag does not hold what it takes.
-    #[error("{0}")]
-    Cannot(String),
-}
-
-/// Which ticks of a run are computed; all of them by default.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Window {
-    /// From the last keyframe up to this tick.
-    pub from_tick: Option<u64>,
-    /// Up to this tick.
-    pub to_tick: Option<u64>,
-}
 
 /// What came of computing a run again.
 #[derive(Debug, Clone, PartialEq)]

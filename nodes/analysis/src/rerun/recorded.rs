@@ -1,43 +1,27 @@
 //! What a bag holds of a run: the machine, the plans, and everything that machine and interpolator were given.
 
-use super::{RerunError, Window, keyframes};
+use super::error::RerunError;
+use super::keyframes;
+use super::topics::{Topics, read};
+use super::window::Window;
 use camwright::machine::description::MachineDescription;
 use camwright::motion::plan::Plan;
-use camwright_bag::{Bag, Message};
+use camwright_bag::Bag;
 use camwright_files::convert::applied_input;
 use camwright_files::convert::keyframes::Arriving;
 use camwright_files::convert::machine_now::recorded_machine;
 use camwright_files::convert::plan::plan_from_pages;
 use camwright_files::convert::time::{TickClock, ns_from_time};
 use camwright_machine_cycle::{input_record, keyframes::FORM as KEYFRAME_FORM};
-use camwright_msgs::Message as _;
 use camwright_msgs::camwright_msgs::msg::{
     AppliedInput, MachineDescription as DescriptionMessage, MachineInput, MachineKeyframe, MachineStream, PlanPage,
 };
-use camwright_msgs::cdr::message_from_sample;
-use serde::de::DeserializeOwned;
 use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Most ticks between two messages of the machine: it publishes ten times a second and more, and no recorder pauses for longer than a quarter
 /// of an hour of 1 ms ticks without losing inputs.
 const MAX_LEAP_TICKS: u64 = 1_000_000;
-
-/// Topics of a cell, by their indices in the bag.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Topics {
-    pub(super) machine_inputs: Option<usize>,
-    pub(super) interpolator_inputs: Option<usize>,
-    pub(super) setpoints: Option<usize>,
-    pub(super) stream: Option<usize>,
-    pub(super) joint_states: Option<usize>,
-    pub(super) io: Option<usize>,
-    pub(super) gauge: Option<usize>,
-    pub(super) keyframes: Option<usize>,
-    pub(super) alarms: Option<usize>,
-    description: Option<usize>,
-    plans: Option<usize>,
-}
 
 /// What was recorded of a run.
 #[derive(Debug)]
@@ -56,59 +40,13 @@ pub(super) struct Recorded {
     pub(super) last_tick: u64,
 }
 
-/// Reads a message of a bag.
-pub(super) fn read<T: DeserializeOwned>(bag: &Bag, message: &Message) -> Result<T, RerunError> {
-    message_from_sample(&message.data).map_err(|reason| {
-        let topic = bag.topics().get(message.topic).map_or("", |topic| topic.name.as_str());
-        RerunError::Cannot(format!("message {} of {topic} cannot be read: {reason}", message.sequence))
-    })
-}
-
-impl Topics {
-    fn of(bag: &Bag) -> Result<Self, RerunError> {
-        let of_type = |name: &'static str| bag.topics().iter().enumerate().filter(move |(_, t)| t.type_name == name);
-        let mut inputs = of_type(MachineInput::TYPE_NAME);
-        let Some((machine_inputs, topic)) = inputs.next() else {
-            let reason =
-                "it has no topic machine/inputs: a camwright made it that did not record inputs, or they were left out";
-            return Err(RerunError::Cannot(reason.into()));
-        };
-        if let Some((_, other)) = inputs.next() {
-            let reason = format!("it holds two machines, {} and {}; record one of them", topic.name, other.name);
-            return Err(RerunError::Cannot(reason));
-        }
-        let cell = topic.name.strip_suffix("machine/inputs").unwrap_or("/");
-        let named = |name: &str| {
-            let name = format!("{cell}{name}");
-            bag.topics().iter().position(|topic| topic.name == name)
-        };
-        let in_cell = |name: &'static str| {
-            let mut all = of_type(name).filter(|(_, topic)| topic.name.starts_with(cell));
-            all.next().map(|(index, _)| index)
-        };
-        Ok(Self {
-            machine_inputs: Some(machine_inputs),
-            interpolator_inputs: in_cell(AppliedInput::TYPE_NAME),
-            setpoints: named("machine/setpoints"),
-            stream: named("machine/stream"),
-            joint_states: named("joint_states"),
-            io: named("machine/io"),
-            gauge: named("machine/gauge"),
-            keyframes: named("machine/keyframes"),
-            alarms: named("machine/alarms"),
-            description: named("machine/description"),
-            plans: in_cell(PlanPage::TYPE_NAME),
-        })
-    }
-}
-
 impl Recorded {
     /// Reads what was given, and looks whether all of it is there that the window takes.
     ///
     /// # Errors
     /// A bag that cannot be read, or in which something is missing without which the run cannot be computed.
     pub(super) fn of(bag: &Bag, window: Window) -> Result<Self, RerunError> {
-        let topics = Topics::of(bag)?;
+        let topics = Topics::find(bag)?;
         let mut description: Option<DescriptionMessage> = None;
         let mut machine_inputs: Vec<MachineInput> = Vec::new();
         let mut interpolator_inputs: Vec<AppliedInput> = Vec::new();
@@ -131,7 +69,7 @@ impl Recorded {
                     known.push(page);
                 }
             } else if at == topics.keyframes {
-                heads.extend(arriving.take(&read(bag, &message)?));
+                heads.extend(arriving.add(&read(bag, &message)?));
             } else if at == topics.stream {
                 let stream: MachineStream = read(bag, &message)?;
                 last_tick = last_tick.max(stream.tick);

@@ -1,4 +1,4 @@
-//! Whether a bag is what a rosbag2 bag should be.
+//! Checks a bag against the form of rosbag2.
 //!
 //! ```text
 //! directory ─► files ─► walk: records and check sums ─► types, topics, order, numbers, values by their definitions ─┐
@@ -21,6 +21,7 @@ pub use report::{Finding, Report, Severity};
 use super::BagError;
 use super::channels::{files_in, is_of_bag};
 use super::metadata::{self, BagMetadata};
+use report::place_of;
 use walk::Walk;
 
 /// The only storage that is read here.
@@ -72,12 +73,7 @@ fn directory(report: &mut Report, path: &Path) -> (Vec<PathBuf>, Option<BagMetad
     }
     let files: Vec<PathBuf> = yaml.relative_file_paths.iter().map(|p| path.join(p)).collect();
     for file in lying.iter().filter(|file| !files.contains(file)) {
-        report.error(PLACE, format!("it does not list {}, which lies in the bag", name_of(file)));
+        report.error(PLACE, format!("it does not list {}, which lies in the bag", place_of(file)));
     }
     (files, Some(yaml))
-}
-
-/// The name of a file, as a place in a finding.
-fn name_of(path: &Path) -> String {
-    path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
 }

@@ -1,6 +1,7 @@
 //! What a check found, for people and for scripts.
 
 use crate::json::quoted;
+use std::path::Path;
 
 /// How bad a finding is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -20,6 +21,11 @@ pub struct Finding {
     pub place: String,
     /// What was found, with the value and what it should be.
     pub text: String,
+}
+
+/// Name of a file, as a place in a finding.
+pub(super) fn place_of(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
 }
 
 /// Findings that are told one by one; a file may have a fault in each of millions of records.

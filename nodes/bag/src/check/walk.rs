@@ -6,10 +6,11 @@ use std::path::Path;
 use mcap::McapError;
 use mcap::records::{MessageHeader, Record, Statistics};
 
+use super::layout;
 use super::order::Order;
 use super::report::Report;
+use super::report::place_of;
 use super::topics::{FileTopics, TopicCheck};
-use super::{layout, name_of};
 use crate::BagError;
 use crate::metadata::{self, BagMetadata};
 use crate::records::{Records, strict};
@@ -56,7 +57,7 @@ pub(super) struct FileWalk {
 
 impl Walk {
     pub(super) fn file(&mut self, path: &Path) {
-        let place = name_of(path);
+        let place = place_of(path);
         let damaged_before = std::mem::take(&mut self.is_damaged);
         let mut file = FileWalk::default();
         match Records::open(path, strict()) {

@@ -7,11 +7,11 @@ use camwright_planning::{self as planning, AnyPrepared};
 use camwright_ros::running::NodeError;
 use std::path::Path;
 
-/// Tells the size, and what was planned to know it; a job that cannot be read or planned is the planner's to refuse.
+/// Prints the size, and returns the plan that it follows from. The planner rejects a job that cannot be read or planned.
 ///
 /// # Errors
 /// There is less room on the disk than the bag will take, and what has to be left.
-pub(super) fn tell(job: Option<&AnyJob>, args: &RunArgs, bag: &Path) -> Result<Option<AnyPrepared>, NodeError> {
+pub(super) fn announce(job: Option<&AnyJob>, args: &RunArgs, bag: &Path) -> Result<Option<AnyPrepared>, NodeError> {
     let Some(prepared) = job.and_then(|job| planning::plan_any(job.clone(), None).ok()) else { return Ok(None) };
     let pace = match args.pace {
         PaceArg::Realtime => Pace::Realtime,

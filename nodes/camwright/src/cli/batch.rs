@@ -28,7 +28,7 @@ pub(super) struct Batch {
 
 impl Batch {
     /// Listens to the parts of a job.
-    pub(super) fn of(node: &Node, wanted: u32, job: &str, overrides: &[String]) -> Result<Self, RosError> {
+    pub(super) fn subscribe(node: &Node, wanted: u32, job: &str, overrides: &[String]) -> Result<Self, RosError> {
         let outlines: Arc<Parts> = Arc::default();
         let into = Arc::clone(&outlines);
         let subscription =
@@ -38,7 +38,7 @@ impl Batch {
     }
 
     /// Measures a part that was ground; false if that was the last one.
-    pub(super) fn take(&mut self, result: &RunJobResult) -> bool {
+    pub(super) fn measure(&mut self, result: &RunJobResult) -> bool {
         let names: Vec<&str> = result.lobes.iter().map(|lobe| lobe.name.as_str()).collect();
         let outlines = self.outlines.wait_finished(&names, result.first_tick, MEASURING).unwrap_or_default();
         let measured = outlines.iter().filter_map(|outline| {

@@ -33,13 +33,13 @@ pub(super) fn main(args: &PageArgs, ros_args: &RosArgs) -> ExitCode {
 fn serve(args: &PageArgs, ros_args: &RosArgs) -> Result<(), NodeError> {
     let shutdown = Shutdown::on_signals()?;
     let page = OperatorPage::start(ros_args, SocketAddr::new(args.bind, args.port))?;
-    told(&page);
+    print_address(&page);
     shutdown.wait();
     page.stop();
     Ok(())
 }
 
-/// Says where the page is, where people look.
-pub(super) fn told(page: &OperatorPage) {
+/// Prints the address of the page.
+pub(super) fn print_address(page: &OperatorPage) {
     eprintln!("operator page: http://{}/", page.address());
 }

@@ -12,7 +12,7 @@ use camwright_files::any_job::{self, AnyJob};
 use camwright_files::job_file::{self, Job};
 use camwright_files::locate::Located;
 use camwright_msgs::camwright_msgs::action::RunJobResult;
-use camwright_msgs::camwright_msgs::msg::JobStatus;
+use camwright_msgs::camwright_msgs::msg::{FormMap, JobStatus};
 use camwright_operator_page::{OperatorPage, USUAL_ADDRESS};
 use camwright_planning::{self as planning, AnyPrepared, PreparedJob, PreparedTurning, TurnedInstead};
 use camwright_ros::authority::{Command, TakeOptions};
@@ -23,7 +23,7 @@ use clap::{Args, ValueEnum};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// What the recorder must have found before anything moves.
 const GRINDING_RECORD: [&str; 5] =
@@ -105,46 +105,15 @@ pub(super) fn main(args: &RunArgs, ros_args: &RosArgs) -> ExitCode {
 }
 
 fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
-    let mut args = args.clone();
     let started = Instant::now();
     let shutdown = Shutdown::on_signals()?;
-    let job = args.job.clone().unwrap_or_else(|| "four_lobe_camshaft".to_owned());
-    let bag = args.bag.clone().unwrap_or_else(|| default_bag(&job));
-    // What is wrong with a job the planner says.
-    let turns = any_job::turns(&job, &args.set);
-    if turns {
-        fits_turning(&job, &args).map_err(NodeError::Parameter)?;
-    }
-    args.set.extend(args.start_at.iter().map(|lobe| format!("start_at={lobe}")));
-    args.set.extend(args.identify_only.then(|| "identification.only=true".to_owned()));
-    let read = read_job(&job, &args)?;
-    let dry_run = matches!(&read, Some(AnyJob::Ground(job)) if job.spec.dry_run_mm.is_some());
-    // A job that turns on a machine that grinds is refused, and has nothing to be recorded.
-    let on_lathe = matches!(&read, Some(AnyJob::Turned(job)) if job.machine.description.is_lathe());
-    let record: &[&str] = if on_lathe { &TURNING_RECORD } else { &GRINDING_RECORD };
-    let page =
-        args.page.map(|port| OperatorPage::start(ros_args, SocketAddr::new(USUAL_ADDRESS.ip(), port))).transpose()?;
-    page.iter().for_each(super::page::told);
+    let mut request = Request::from_args(args)?;
+    let page = start_page(args, ros_args)?;
     let client = Client::new(ros_args)?;
-    let machine = any_job::machine_of(&job, &args.set).unwrap_or_else(|| "cam_grinder".to_owned());
-    let planned = if args.attach { None } else { bag_room::tell(read.as_ref(), &args, &bag)? };
-    let folders = folders_of(&args.set);
-    let start = || Cell::start(&machine, &args.set_machine, folders.clone(), args.pace, ros_args, &bag);
-    let cell = if args.attach { None } else { Some(start()?) };
-    client.meet(cell.is_some().then_some(record), &shutdown)?;
-    let command = TakeOptions::new("camwright run").of_cell();
-    let command = Command::take(&client.node, &command).map_err(|error| NodeError::Parameter(error.to_string()))?;
-    if args.find_phase {
-        let found = client.find_phase(&job, &args.set)?;
-        args.set.extend(found);
-    }
-    let args = &args;
-    let batch = if args.parts > 1 { Some(Batch::of(&client.node, args.parts, &job, &args.set)?) } else { None };
-    let (outcome, batch) = run_parts(&client, &job, args, batch, &shutdown);
-    drop(command);
-    let planned_as = client.heard_job();
-    let has_form = outcome.as_ref().ok().filter(|(_, result)| !result.turned.is_empty());
-    let form_map = has_form.and_then(|(_, result)| client.form_map(result.last_tick));
+    let planned = request.announce_bag()?;
+    let cell = request.start_cell(ros_args)?;
+    client.meet(cell.is_some().then(|| request.recorded_topics()), &shutdown)?;
+    let finished = run_job(&client, &mut request, &shutdown);
     if let Some(cell) = cell {
         cell.stop();
     }
@@ -152,12 +121,96 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
     if let Some(page) = page {
         page.stop();
     }
-    let (status, result) = outcome?;
-    let took = started.elapsed();
-    let bag = (!args.attach).then_some(&bag);
-    let page = bag.and_then(|bag| page_of(bag));
-    if turns {
-        let (predicted_s, causes) = turned_again(read, planned, args, &result);
+    Ok(request.report(finished?, planned, started.elapsed()))
+}
+
+/// Job, arguments and bag of one run.
+struct Request {
+    job: String,
+    /// With the overrides that other arguments stand for.
+    args: RunArgs,
+    bag: PathBuf,
+    /// None: the planner says why it cannot be read.
+    read: Option<AnyJob>,
+    turns: bool,
+}
+
+/// Outcome of a run, with the messages of the planner that its report needs.
+struct Finished {
+    status: GoalStatus,
+    result: RunJobResult,
+    batch: Option<Batch>,
+    planned_as: Option<JobStatus>,
+    form_map: Option<FormMap>,
+}
+
+impl Request {
+    /// Reads the job and rejects arguments that do not fit it.
+    fn from_args(args: &RunArgs) -> Result<Self, NodeError> {
+        let mut args = args.clone();
+        let job = args.job.clone().unwrap_or_else(|| "four_lobe_camshaft".to_owned());
+        let bag = args.bag.clone().unwrap_or_else(|| default_bag(&job));
+        let turns = any_job::turns(&job, &args.set);
+        if turns {
+            fits_turning(&job, &args).map_err(NodeError::Parameter)?;
+        }
+        args.set.extend(args.start_at.iter().map(|lobe| format!("start_at={lobe}")));
+        args.set.extend(args.identify_only.then(|| "identification.only=true".to_owned()));
+        let read = read_job(&job, &args)?;
+        Ok(Self { job, args, bag, read, turns })
+    }
+
+    fn is_dry_run(&self) -> bool {
+        matches!(&self.read, Some(AnyJob::Ground(job)) if job.spec.dry_run_mm.is_some())
+    }
+
+    /// Topics that the recorder must have found before anything moves.
+    fn recorded_topics(&self) -> &'static [&'static str] {
+        // A turning job on a grinding machine is rejected, and needs no recording.
+        let on_lathe = matches!(&self.read, Some(AnyJob::Turned(job)) if job.machine.description.is_lathe());
+        if on_lathe { &TURNING_RECORD } else { &GRINDING_RECORD }
+    }
+
+    /// Prints the size of the bag of a cell of our own; returns the plan that the size follows from.
+    fn announce_bag(&self) -> Result<Option<AnyPrepared>, NodeError> {
+        if self.args.attach {
+            return Ok(None);
+        }
+        bag_room::announce(self.read.as_ref(), &self.args, &self.bag)
+    }
+
+    /// Starts a cell in this process, unless the job is for one that runs already.
+    fn start_cell(&self, ros_args: &RosArgs) -> Result<Option<Cell>, NodeError> {
+        let args = &self.args;
+        if args.attach {
+            return Ok(None);
+        }
+        let machine = any_job::machine_of(&self.job, &args.set).unwrap_or_else(|| "cam_grinder".to_owned());
+        Cell::start(&machine, &args.set_machine, folders_of(&args.set), args.pace, ros_args, &self.bag).map(Some)
+    }
+
+    /// Prints the report of a finished run; returns the exit code.
+    fn report(self, finished: Finished, planned: Option<AnyPrepared>, took: Duration) -> ExitCode {
+        let bag = (!self.args.attach).then(|| self.bag.clone());
+        let page = bag.as_deref().and_then(page_of);
+        if self.turns {
+            self.report_turned(finished, planned, bag.as_ref(), page, took)
+        } else {
+            self.report_ground(finished, planned, bag.as_ref(), page, took)
+        }
+    }
+
+    fn report_turned(
+        self,
+        finished: Finished,
+        planned: Option<AnyPrepared>,
+        bag: Option<&PathBuf>,
+        page: Option<PathBuf>,
+        took: Duration,
+    ) -> ExitCode {
+        let Self { job, args, read, .. } = self;
+        let Finished { status, result, form_map, .. } = finished;
+        let (predicted_s, causes) = turned_again(read, planned, &args, &result);
         let report =
             TurnedReport { job: &job, status, result: &result, predicted_s, form_map, causes, bag, page, took };
         if args.json {
@@ -165,26 +218,65 @@ fn run(args: &RunArgs, ros_args: &RosArgs) -> Result<ExitCode, NodeError> {
         } else {
             report.print();
         }
-        return Ok(report.exit_code());
+        report.exit_code()
     }
-    let again = || planned_again(&job, planned, args, planned_as.as_ref());
-    let prepared = if result.success && !dry_run { again() } else { None };
-    // What only measures leaves no finished part whose errors had causes.
-    let causes = prepared.as_ref().filter(|_| !args.identify_only);
-    let causes = causes.and_then(|prepared| planning::causes(prepared).ok()).unwrap_or_default();
-    // The same plan, or what it predicts is not what was predicted.
-    let same = prepared.as_ref().filter(|prepared| prepared.plan_hash() == result.plan_hash);
-    let times = same.map(|prepared| planning::compare_times(prepared, &result.lobes, result.duration));
-    let times = times.unwrap_or_default();
-    let identifies = args.identify_only;
-    let report =
-        Report { job: &job, dry_run, status, result: &result, times, causes, batch, bag, page, took, identifies };
-    if args.json {
-        report.print_json();
-    } else {
-        report.print();
+
+    fn report_ground(
+        self,
+        finished: Finished,
+        planned: Option<AnyPrepared>,
+        bag: Option<&PathBuf>,
+        page: Option<PathBuf>,
+        took: Duration,
+    ) -> ExitCode {
+        let dry_run = self.is_dry_run();
+        let Self { job, args, .. } = self;
+        let Finished { status, result, batch, planned_as, .. } = finished;
+        let again = || planned_again(&job, planned, &args, planned_as.as_ref());
+        let prepared = if result.success && !dry_run { again() } else { None };
+        // A job that only measures leaves no finished part whose errors have causes.
+        let causes = prepared.as_ref().filter(|_| !args.identify_only);
+        let causes = causes.and_then(|prepared| planning::causes(prepared).ok()).unwrap_or_default();
+        // Predictions of another plan are not those of this run.
+        let same = prepared.as_ref().filter(|prepared| prepared.plan_hash() == result.plan_hash);
+        let times = same.map(|prepared| planning::compare_times(prepared, &result.lobes, result.duration));
+        let times = times.unwrap_or_default();
+        let identifies = args.identify_only;
+        let report =
+            Report { job: &job, dry_run, status, result: &result, times, causes, batch, bag, page, took, identifies };
+        if args.json {
+            report.print_json();
+        } else {
+            report.print();
+        }
+        report.exit_code()
     }
-    Ok(report.exit_code())
+}
+
+/// Serves the operator page, if it is asked for.
+fn start_page(args: &RunArgs, ros_args: &RosArgs) -> Result<Option<OperatorPage>, NodeError> {
+    let Some(port) = args.page else { return Ok(None) };
+    let page = OperatorPage::start(ros_args, SocketAddr::new(USUAL_ADDRESS.ip(), port))?;
+    super::page::print_address(&page);
+    Ok(Some(page))
+}
+
+/// Takes command, finds the phase of the part if asked, and runs all parts.
+fn run_job(client: &Client, request: &mut Request, shutdown: &Shutdown) -> Result<Finished, NodeError> {
+    let command = TakeOptions::new("camwright run").of_cell();
+    let command = Command::take(&client.node, &command).map_err(|error| NodeError::Parameter(error.to_string()))?;
+    if request.args.find_phase {
+        let found = client.find_phase(&request.job, &request.args.set)?;
+        request.args.set.extend(found);
+    }
+    let Request { job, args, .. } = request;
+    let batch = if args.parts > 1 { Some(Batch::subscribe(&client.node, args.parts, job, &args.set)?) } else { None };
+    let (outcome, batch) = run_parts(client, job, args, batch, shutdown);
+    drop(command);
+    let planned_as = client.heard_job();
+    let has_form = outcome.as_ref().ok().filter(|(_, result)| !result.turned.is_empty());
+    let form_map = has_form.and_then(|(_, result)| client.form_map(result.last_tick));
+    outcome.map(|(status, result)| Finished { status, result, batch, planned_as, form_map })
 }
 
 /// The job as it is read here, once it is known to be one that can be asked for; what else is wrong with it the planner says.
@@ -224,7 +316,7 @@ fn run_parts(
         let outcome = client.run_job(job, &overrides, shutdown);
         overrides.clone_from(&args.set);
         let goes_on = match (&outcome, &mut batch) {
-            (Ok((GoalStatus::Succeeded, result)), Some(batch)) if result.success => batch.take(result),
+            (Ok((GoalStatus::Succeeded, result)), Some(batch)) if result.success => batch.measure(result),
             _ => false,
         };
         if !goes_on || shutdown.is_requested() {

@@ -102,13 +102,31 @@ impl Report<'_> {
     }
 
     pub(super) fn print(&self) {
-        let result = self.result;
-        if !result.lobes.is_empty() {
+        self.print_form();
+        self.print_power();
+        self.print_stiffness();
+        self.print_runout();
+        self.print_times();
+        self.print_causes();
+        if let Some(batch) = &self.batch {
+            batch.print();
+        }
+        self.print_machine_time();
+        if !self.result.message.is_empty() {
+            say!("{}", self.result.message);
+        }
+        self.print_files();
+        say!("{}", self.verdict());
+    }
+
+    /// Table of the lobes.
+    fn print_form(&self) {
+        if !self.result.lobes.is_empty() {
             say!(
                 "lobe  station  start      turns   time     predicted         form error max          rms       lift p-v"
             );
         }
-        for lobe in &result.lobes {
+        for lobe in &self.result.lobes {
             say!(
                 "{:<5} {:<8} {:>5.1} deg  {:>5.1}  {:>6.2} s {:>18}  {:>+7.3} um at {:>5.1} deg  {:>6.3} um  {:>6.3} um",
                 lobe.name,
@@ -123,7 +141,11 @@ impl Report<'_> {
                 um(lobe.lift_error),
             );
         }
-        for lobe in result.lobes.iter().filter(|lobe| lobe.power_max > 0.0) {
+    }
+
+    /// Peak power of the wheel and burn index of each lobe.
+    fn print_power(&self) {
+        for lobe in self.result.lobes.iter().filter(|lobe| lobe.power_max > 0.0) {
             say!(
                 "{:<5} took {:.0} W at most, {:.0} J/mm3, at {:.0} deg; hottest at {:.0} deg, {:.2} of what burns",
                 lobe.name,
@@ -134,7 +156,11 @@ impl Report<'_> {
                 lobe.burn_index_max,
             );
         }
-        for lobe in result.lobes.iter().filter(|lobe| lobe.machine_stiffness > 0.0) {
+    }
+
+    /// Measured stiffness of machine and cut at each journal.
+    fn print_stiffness(&self) {
+        for lobe in self.result.lobes.iter().filter(|lobe| lobe.machine_stiffness > 0.0) {
             say!(
                 "{:<5} machine {:.3} +- {:.3} N/um, grinding {:.1} +- {:.1} N/um and {:.0} +- {:.0} N to begin, their ratio {:.4} +- {:.4} by the \
                  decay of the dwell",
@@ -149,7 +175,11 @@ impl Report<'_> {
                 lobe.stiffness_ratio_uncertainty,
             );
         }
-        for lobe in result.lobes.iter().filter(|lobe| lobe.runout_before > 0.0) {
+    }
+
+    /// Runout of each journal before and after its correction.
+    fn print_runout(&self) {
+        for lobe in self.result.lobes.iter().filter(|lobe| lobe.runout_before > 0.0) {
             say!(
                 "{:<5} ran out by {:.2} um when it was measured; one turn left {:.3} um, sparking out would have taken {:.0} turns",
                 lobe.name,
@@ -158,13 +188,18 @@ impl Report<'_> {
                 lobe.spark_out_turns.ceil(),
             );
         }
-        for time in self.times.iter().skip(result.lobes.len()) {
+    }
+
+    /// Actual and predicted time of everything between the lobes.
+    fn print_times(&self) {
+        for time in self.times.iter().skip(self.result.lobes.len()) {
             say!("{:<32} {:>6.2} s {:>18}", time.what, time.actual_s, predicted(time));
         }
-        self.print_causes();
-        if let Some(batch) = &self.batch {
-            batch.print();
-        }
+    }
+
+    /// Machine time, and the time saved over rotary indexing.
+    fn print_machine_time(&self) {
+        let result = self.result;
         if result.duration > 0.0 {
             say!(
                 "machine time {:.2} s; with rotary indexing before each lobe {:.2} s, saved {:.2} s; took {:.1} s",
@@ -174,19 +209,19 @@ impl Report<'_> {
                 self.took.as_secs_f64(),
             );
         }
-        if !result.message.is_empty() {
-            say!("{}", result.message);
-        }
+    }
+
+    /// Paths of the bag and the report.
+    fn print_files(&self) {
         if let Some(bag) = self.bag {
             say!("bag: {}", bag.display());
         }
         if let Some(page) = &self.page {
             say!("report: {}", page.display());
         }
-        say!("{}", self.verdict());
     }
 
-    /// Where each micrometre comes from: what the same job leaves where something is left out, or better.
+    /// Breaks the form error down by cause: errors of the same job with one effect removed, or on a better machine.
     fn print_causes(&self) {
         let line = |name: &str, lobes: &[LobeResult]| {
             let error = |lobe: &LobeResult| {

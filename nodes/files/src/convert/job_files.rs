@@ -1,19 +1,17 @@
 //! The files that a job names as pages of at most 32 kB, and back.
 
-use super::plan::count;
+use super::pages::{BYTES_PER_PAGE, are_complete, page_count, split};
 use crate::job_files::NamedFile;
 use camwright_msgs::camwright_msgs::msg::JobFilePage;
 
-/// Bytes of a file on one page: with everything around them they stay below 32 kB.
-const BYTES_PER_PAGE: usize = 32_000;
-/// Most pages that the files of a job have together: so many stay latched.
+/// Maximum number of pages of all files of a job: so many stay latched.
 pub const MOST_PAGES: u32 = 1024;
 
-/// The files of a job as pages; a file that does not fit any more is told without what it holds.
+/// The files of a job as pages. A file beyond [`MOST_PAGES`] is listed without its content.
 #[must_use]
 pub fn pages_from_files(job_hash: &str, files: &[NamedFile]) -> Vec<JobFilePage> {
     let mut pages: Vec<JobFilePage> = Vec::new();
-    // Every file has one page at least.
+    // Every file has at least one page.
     let mut left = (MOST_PAGES as usize).saturating_sub(files.len());
     for file in files {
         let head = JobFilePage {
@@ -23,22 +21,27 @@ pub fn pages_from_files(job_hash: &str, files: &[NamedFile]) -> Vec<JobFilePage>
             size: file.bytes.len() as u64,
             ..JobFilePage::default()
         };
-        let own = file.bytes.len().div_ceil(BYTES_PER_PAGE).max(1);
-        if own - 1 > left {
+        let own = page_count(file.bytes.len(), BYTES_PER_PAGE).max(1);
+        let Some(remaining) = left.checked_sub(own as usize - 1) else {
+            pages.push(head);
+            continue;
+        };
+        left = remaining;
+        let head = JobFilePage { page_count: own, ..head };
+        if file.bytes.is_empty() {
             pages.push(head);
             continue;
         }
-        left -= own - 1;
-        let mut chunks = file.bytes.chunks(BYTES_PER_PAGE);
-        for page in 0..own {
-            let data = chunks.next().unwrap_or_default().to_vec();
-            pages.push(JobFilePage { page: count(page), page_count: count(own), data, ..head.clone() });
-        }
+        pages.extend(split(&file.bytes, BYTES_PER_PAGE).map(|piece| JobFilePage {
+            page: piece.page,
+            data: piece.items.to_vec(),
+            ..head.clone()
+        }));
     }
     pages
 }
 
-/// The files of a job that pages carry, in any order of arrival. What is not whole among them is left out.
+/// The complete files of a job, from pages in any order.
 #[must_use]
 pub fn files_from_pages<'a>(job_hash: &str, pages: impl IntoIterator<Item = &'a JobFilePage>) -> Vec<NamedFile> {
     let mut own: Vec<&JobFilePage> = pages.into_iter().filter(|page| page.job_hash == job_hash).collect();
@@ -46,9 +49,8 @@ pub fn files_from_pages<'a>(job_hash: &str, pages: impl IntoIterator<Item = &'a 
     own.dedup_by(|a, b| (&a.kind, &a.name, a.page) == (&b.kind, &b.name, b.page));
     let same_file = |a: &&JobFilePage, b: &&JobFilePage| (&a.kind, &a.name) == (&b.kind, &b.name);
     let whole = own.chunk_by(same_file).filter(|pages| {
-        let in_order = pages.iter().map(|page| page.page).eq(0..count(pages.len()));
         let bytes: usize = pages.iter().map(|page| page.data.len()).sum();
-        in_order && pages[0].page_count == count(pages.len()) && bytes as u64 == pages[0].size
+        are_complete(pages.iter().map(|page| page.page), pages[0].page_count) && bytes as u64 == pages[0].size
     });
     whole
         .map(|pages| NamedFile {

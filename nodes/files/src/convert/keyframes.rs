@@ -1,24 +1,21 @@
 //! Keyframes as pages of at most 32 kB, and back.
 
-use super::plan::count;
+use super::pages::{BYTES_PER_PAGE, page_count, split};
 use crate::digest::Digest;
 use camwright_msgs::camwright_msgs::msg::MachineKeyframe;
 
-/// Bytes of a state on one page: with everything around them they stay below 32 kB.
-pub const BYTES_PER_PAGE: usize = 32_000;
-
-/// The pages of a state; `head` says of which tick.
+/// Pages of a state; `head` has its tick.
 pub fn pages(head: MachineKeyframe, state: &[u8]) -> impl Iterator<Item = MachineKeyframe> {
-    let page_count = count(state.len().div_ceil(BYTES_PER_PAGE));
+    let page_count = page_count(state.len(), BYTES_PER_PAGE);
     let head = MachineKeyframe { page_count, check: check(&head, state), ..head };
-    state.chunks(BYTES_PER_PAGE).zip(0..).map(move |(data, page)| MachineKeyframe {
-        page,
-        data: data.to_vec(),
+    split(state, BYTES_PER_PAGE).map(move |piece| MachineKeyframe {
+        page: piece.page,
+        data: piece.items.to_vec(),
         ..head.clone()
     })
 }
 
-/// The digest by which a keyframe is known to be as it was made, or a state to be that of a keyframe.
+/// Digest of a keyframe and its state.
 #[must_use]
 pub fn check(head: &MachineKeyframe, state: &[u8]) -> u64 {
     let mut digest = Digest::default();
@@ -28,7 +25,7 @@ pub fn check(head: &MachineKeyframe, state: &[u8]) -> u64 {
     digest.value()
 }
 
-/// A keyframe as its pages come.
+/// Keyframe whose pages are arriving.
 #[derive(Debug, Clone, Default)]
 pub struct Arriving {
     /// The last page, without its data.
@@ -37,8 +34,8 @@ pub struct Arriving {
 }
 
 impl Arriving {
-    /// Takes a page; the keyframe whose last one it is, when all before it were there.
-    pub fn take(&mut self, page: &MachineKeyframe) -> Option<MachineKeyframe> {
+    /// Adds a page; returns the keyframe with its last page, if none before it was missing.
+    pub fn add(&mut self, page: &MachineKeyframe) -> Option<MachineKeyframe> {
         let head = MachineKeyframe { data: Vec::new(), ..page.clone() };
         let goes_on = MachineKeyframe { page: 0, ..self.head.clone() } == MachineKeyframe { page: 0, ..head.clone() };
         self.pages = match page.page {
@@ -64,12 +61,12 @@ mod tests {
         assert_eq!(pages.iter().flat_map(|page| page.data.clone()).collect::<Vec<u8>>(), state);
         assert!(pages.iter().all(|page| page.check == check(&pages[0], &state)));
         let mut arriving = Arriving::default();
-        let whole: Vec<bool> = pages.iter().chain(&pages).map(|page| arriving.take(page).is_some()).collect();
+        let whole: Vec<bool> = pages.iter().chain(&pages).map(|page| arriving.add(page).is_some()).collect();
         assert_eq!(whole, [false, false, false, true, false, false, false, true]);
         for lost in 0..4 {
             let mut arriving = Arriving::default();
             let rest = pages.iter().filter(|page| page.page != lost);
-            assert!(rest.filter_map(|page| arriving.take(page)).next().is_none(), "page {lost}");
+            assert!(rest.filter_map(|page| arriving.add(page)).next().is_none(), "page {lost}");
         }
         let mut changed = state;
         changed[77_777] ^= 1;

@@ -12,6 +12,7 @@ pub mod motion_record;
 pub mod gauge;
 pub mod job_files;
 pub mod keyframes;
+pub mod pages;
 pub mod plan;
 mod plan_segment;
 pub mod setpoints;

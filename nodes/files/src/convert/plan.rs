@@ -1,5 +1,7 @@
 //! Plans as pages of at most 32 kB, and back.
 
+pub(super) use super::pages::count;
+use super::pages::{SEGMENTS_PER_PAGE, VALUES_PER_PAGE, are_complete, split};
 pub use super::plan_segment::{phase_from, phase_name};
 use super::plan_segment::{segment_from, segment_to};
 use super::{m_from_mm, mm_from_m};
@@ -11,11 +13,6 @@ use camwright_msgs::camwright_msgs::msg::{PlanHeader, PlanPage, PlanSegment, Pla
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use thiserror::Error;
-
-/// Values of a spline on one page: 3500 · 8 B stay below 32 kB with everything around them.
-const VALUES_PER_PAGE: usize = 3500;
-/// Segments on one page: about 0.4 kB each.
-const SEGMENTS_PER_PAGE: usize = 48;
 
 /// Why pages do not make a plan.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -80,25 +77,13 @@ pub fn pages_from_plan(plan: &Plan, provenance: &Provenance) -> Vec<PlanPage> {
     let segments: Vec<PlanSegment> =
         (0..).zip(&plan.segments).map(|(index, segment)| segment_to(plan, index, segment)).collect();
     let mut pages = vec![PlanPage { header: vec![header], ..PlanPage::default() }];
-    pages.extend(
-        segments.chunks(SEGMENTS_PER_PAGE).map(|chunk| PlanPage { segments: chunk.to_vec(), ..PlanPage::default() }),
-    );
+    let pieces = split(&segments, SEGMENTS_PER_PAGE);
+    pages.extend(pieces.map(|piece| PlanPage { segments: piece.items.to_vec(), ..PlanPage::default() }));
     for (id, (kind, values)) in (0..).zip(&splines) {
-        for (piece, chunk) in values.chunks(VALUES_PER_PAGE).enumerate() {
-            let spline = PlanSpline {
-                id,
-                kind: *kind,
-                offset: count(piece * VALUES_PER_PAGE),
-                total: count(values.len()),
-                values: chunk.to_vec(),
-            };
-            // Small splines share a page.
-            match pages.last_mut() {
-                Some(page) if !page.splines.is_empty() && page_values(page) + chunk.len() <= VALUES_PER_PAGE => {
-                    page.splines.push(spline);
-                }
-                _ => pages.push(PlanPage { splines: vec![spline], ..PlanPage::default() }),
-            }
+        let total = count(values.len());
+        for piece in split(values, VALUES_PER_PAGE) {
+            let values = piece.items.to_vec();
+            add_to_pages(&mut pages, PlanSpline { id, kind: *kind, offset: count(piece.offset), total, values });
         }
     }
     let page_count = count(pages.len());
@@ -113,12 +98,16 @@ pub fn pages_from_plan(plan: &Plan, provenance: &Provenance) -> Vec<PlanPage> {
     pages
 }
 
-fn page_values(page: &PlanPage) -> usize {
-    page.splines.iter().map(|spline| spline.values.len()).sum()
-}
-
-pub(super) fn count(value: usize) -> u32 {
-    u32::try_from(value).unwrap_or(u32::MAX)
+/// Adds a spline to the last page if it fits there, else to a page of its own.
+fn add_to_pages(pages: &mut Vec<PlanPage>, spline: PlanSpline) {
+    let values = |splines: &[PlanSpline]| splines.iter().map(|spline| spline.values.len()).sum::<usize>();
+    let fits = |page: &&mut PlanPage| {
+        !page.splines.is_empty() && values(&page.splines) + spline.values.len() <= VALUES_PER_PAGE
+    };
+    match pages.last_mut().filter(fits) {
+        Some(page) => page.splines.push(spline),
+        None => pages.push(PlanPage { splines: vec![spline], ..PlanPage::default() }),
+    }
 }
 
 fn quadruples(law: &HermiteSpline, convert: impl Fn(f64) -> f64) -> Vec<f64> {
@@ -148,7 +137,7 @@ pub fn plan_from_pages(pages: &[PlanPage], machine: &MachineDescription) -> Resu
     let incomplete = |what: String| PlanPagesError::Incomplete { hash: hash.clone(), what };
     let by_index: BTreeMap<u32, &PlanPage> = pages.iter().map(|page| (page.page, page)).collect();
     let expected = by_index.get(&0).map_or(0, |page| page.page_count);
-    if expected == 0 || by_index.len() != expected as usize || by_index.keys().copied().ne(0..expected) {
+    if expected == 0 || !are_complete(by_index.keys().copied(), expected) {
         return Err(incomplete(format!("{} of {expected} pages are here", by_index.len())));
     }
     let ordered: Vec<PlanPage> = by_index.into_values().cloned().collect();

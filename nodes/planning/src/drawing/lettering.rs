@@ -1,6 +1,7 @@
 //! Lettering as strokes, after the upright lettering of technical drawings (ISO 3098).
 
-use super::{Colour, Pen, Point};
+use super::pen::{Colour, Pen};
+use crate::chart::Point;
 
 /// Height of a capital in the units of the glyphs; small letters are 7 high, descenders 3 deep.
 const CAPITAL: f64 = 10.0;

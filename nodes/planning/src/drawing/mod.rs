@@ -3,177 +3,23 @@
 //! Lettering is drawn as strokes, the way a plotter does: a drawing looks the same everywhere and needs no font. The same
 //! drawing gives the same bytes.
 
+mod canvas;
 mod lettering;
+mod pen;
 mod png_file;
 mod svg_file;
 
+/// A point on the paper (mm), from the upper left corner.
+pub(crate) use crate::chart::Point;
+pub(crate) use canvas::{Drawing, Plot};
 pub(crate) use lettering::{Anchor, Lettering};
+pub(crate) use pen::{Colour, Dash, Pen};
 pub(crate) use png_file::png;
 pub(crate) use svg_file::svg;
-
-/// A place on the paper (mm): x to the right, y down, from the upper left corner.
-pub(crate) type Point = [f64; 2];
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Colour(pub(crate) u8, pub(crate) u8, pub(crate) u8);
-
-impl Colour {
-    pub(crate) const BLACK: Self = Self(0, 0, 0);
-    pub(crate) const GREY: Self = Self(110, 110, 110);
-    pub(crate) const PALE: Self = Self(222, 222, 222);
-}
-
-/// How a line is interrupted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Dash {
-    Solid,
-    Dashed,
-    /// Long dashes and points: centre lines.
-    Centre,
-}
-
-impl Dash {
-    /// Lengths of strokes and gaps (mm).
-    fn lengths_mm(self) -> &'static [f64] {
-        match self {
-            Dash::Solid => &[],
-            Dash::Dashed => &[1.8, 1.2],
-            Dash::Centre => &[5.0, 1.2, 0.4, 1.2],
-        }
-    }
-}
-
-/// What a line is drawn with.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Pen {
-    pub(crate) colour: Colour,
-    pub(crate) width_mm: f64,
-    pub(crate) dash: Dash,
-}
-
-impl Pen {
-    pub(crate) const fn solid(colour: Colour, width_mm: f64) -> Self {
-        Self { colour, width_mm, dash: Dash::Solid }
-    }
-
-    pub(crate) const fn dashed(colour: Colour, width_mm: f64) -> Self {
-        Self { colour, width_mm, dash: Dash::Dashed }
-    }
-}
-
-/// Something on the paper; what comes later lies above.
-#[derive(Debug, Clone, PartialEq)]
-enum Mark {
-    /// A line through points.
-    Line { points: Vec<Point>, pen: Pen },
-    /// The inside of a closed line.
-    Area { points: Vec<Point>, colour: Colour },
-    /// Lettering as its strokes.
-    Text { text: String, strokes: Vec<Vec<Point>>, pen: Pen },
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Drawing {
-    width_mm: f64,
-    height_mm: f64,
-    title: String,
-    marks: Vec<Mark>,
-}
-
-/// How far a line may leave its points (mm): a tenth of the thinnest pen.
-const TOLERANCE_MM: f64 = 0.01;
-
-impl Drawing {
-    pub(crate) fn new(width_mm: f64, height_mm: f64, title: &str) -> Self {
-        Self { width_mm, height_mm, title: title.into(), marks: Vec::new() }
-    }
-
-    /// A line through points, without those that are not seen.
-    pub(crate) fn line(&mut self, points: &[Point], pen: Pen) {
-        if points.len() > 1 && points.iter().flatten().all(|value| value.is_finite()) {
-            self.marks.push(Mark::Line { points: thinned(points), pen });
-        }
-    }
-
-    /// The inside of a closed line.
-    pub(crate) fn area(&mut self, points: &[Point], colour: Colour) {
-        if points.len() > 2 && points.iter().flatten().all(|value| value.is_finite()) {
-            self.marks.push(Mark::Area { points: thinned(points), colour });
-        }
-    }
-
-    /// Lettering; `at` is the end or the middle of its base line.
-    pub(crate) fn text(&mut self, at: Point, lettering: Lettering, text: &str) {
-        let (strokes, pen) = lettering.strokes(at, text);
-        self.marks.push(Mark::Text { text: text.into(), strokes, pen });
-    }
-}
-
-#[cfg(test)]
-impl Drawing {
-    /// The smallest and the largest place of anything on it (mm).
-    pub(crate) fn extent(&self) -> [Point; 2] {
-        let points = self.marks.iter().flat_map(|mark| match mark {
-            Mark::Line { points, .. } | Mark::Area { points, .. } => points.clone(),
-            Mark::Text { strokes, .. } => strokes.concat(),
-        });
-        points.fold([[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]], |[low, high], point| {
-            [[low[0].min(point[0]), low[1].min(point[1])], [high[0].max(point[0]), high[1].max(point[1])]]
-        })
-    }
-}
-
-/// Ramer, Douglas and Peucker: as few of the points as keep the line.
-fn thinned(points: &[Point]) -> Vec<Point> {
-    let last = points.len() - 1;
-    let mut keep = vec![false; points.len()];
-    (keep[0], keep[last]) = (true, true);
-    let mut stretches = vec![(0, last)];
-    while let Some((from, to)) = stretches.pop() {
-        let ([ax, ay], [bx, by]) = (points[from], points[to]);
-        let (dx, dy) = (bx - ax, by - ay);
-        let length = dx.hypot(dy);
-        let distance = |[x, y]: Point| match length {
-            // A closed line: as far as from its first point.
-            length if length < TOLERANCE_MM => (x - ax).hypot(y - ay),
-            length => ((x - ax) * dy - (y - ay) * dx).abs() / length,
-        };
-        let farthest = (from + 1..to).max_by(|a, b| distance(points[*a]).total_cmp(&distance(points[*b])));
-        if let Some(farthest) = farthest.filter(|index| distance(points[*index]) > TOLERANCE_MM) {
-            keep[farthest] = true;
-            stretches.push((from, farthest));
-            stretches.push((farthest, to));
-        }
-    }
-    points.iter().zip(keep).filter_map(|(point, keep)| keep.then_some(*point)).collect()
-}
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_straight_line_keeps_its_ends_and_a_corner_its_point() {
-        let straight: Vec<Point> = (0..100).map(|i| [f64::from(i), 2.0 * f64::from(i)]).collect();
-        assert_eq!(thinned(&straight), [[0.0, 0.0], [99.0, 198.0]]);
-        let corner = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 1.0], [2.0, 2.0]];
-        assert_eq!(thinned(&corner), [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0]]);
-    }
-
-    /// No point of a thinned circle lies farther off than the tolerance: the sagitta of its chords.
-    #[test]
-    fn a_thinned_circle_stays_within_the_tolerance() {
-        let circle: Vec<Point> = (0..=3600)
-            .map(|i| f64::from(i) * std::f64::consts::TAU / 3600.0)
-            .map(|a| [50.0 * a.cos(), 50.0 * a.sin()])
-            .collect();
-        let thin = thinned(&circle);
-        assert!(thin.len() < 400, "{}", thin.len());
-        for pair in thin.windows(2) {
-            let middle = [0.5 * (pair[0][0] + pair[1][0]), 0.5 * (pair[0][1] + pair[1][1])];
-            assert!(50.0 - middle[0].hypot(middle[1]) <= 1.001 * TOLERANCE_MM);
-        }
-    }
 
     /// The same drawing in both files, twice: the same bytes; the SVG is well-formed as far as its tags go.
     #[test]

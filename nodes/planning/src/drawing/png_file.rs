@@ -1,6 +1,8 @@
 //! A drawing as PNG.
 
-use super::{Colour, Drawing, Mark, Pen, Point};
+use super::canvas::{Drawing, Mark};
+use super::pen::{Colour, Pen};
+use crate::chart::Point;
 use std::io;
 use tiny_skia::{FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
 

@@ -1,6 +1,8 @@
 //! A drawing as SVG.
 
-use super::{Colour, Drawing, Mark, Pen, Point};
+use super::canvas::{Drawing, Mark};
+use super::pen::{Colour, Pen};
+use crate::chart::Point;
 use std::fmt::Write as _;
 
 /// The drawing as a document, in millimetres.

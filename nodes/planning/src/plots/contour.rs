@@ -2,10 +2,12 @@
 
 use super::super::lobes::blank_outline_mm;
 use super::super::turn::Turn;
-use super::super::turn_summary::{arcs, round_step};
-use super::chart::{Frame, SMALL};
-use super::{Cut, PassSummary, Sheet, colour};
+use super::super::turn_summary::arcs;
+use super::chart::SMALL;
+use super::sheet::{Cut, Sheet, colour};
+use crate::chart::{Frame, round_step};
 use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Point};
+use crate::summary::PassSummary;
 use camwright::math::units::{TURN_RAD, rad_from_deg};
 use camwright::planner::PlannedLobe;
 

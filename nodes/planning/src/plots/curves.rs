@@ -1,9 +1,9 @@
 //! Curves over one turn of C.
 
 use super::super::turn::TurnPoint;
-use super::super::turn_summary::round_step;
-use super::chart::{CURVE_MM, Chart, Frame, SMALL, Scale};
-use super::{Cut, ROOM, Sheet, colour};
+use super::chart::{CURVE_MM, Chart, SMALL};
+use super::sheet::{Cut, ROOM, Sheet, colour};
+use crate::chart::{Frame, Scale, round_step};
 use crate::drawing::{Anchor, Colour, Drawing, Lettering, Pen};
 use camwright::machine::description::{Axis, MotionLimits};
 use camwright::math::hermite::Sample;
@@ -54,7 +54,7 @@ pub(super) fn tool_path(sheet: &Sheet<'_>) -> Drawing {
     let labels = ["X (mm)", "X′ (mm/rad)", "X″ (mm/rad²)", "X‴ (mm/rad³)"];
     let of: [fn(&Sample) -> f64; 4] = [|x| x.value, |x| x.first, |x| x.second, |x| x.third];
     for (row, (label, of)) in (0_u8..).zip(labels.into_iter().zip(of)) {
-        let chart = Chart { frame: frame(row, 4), scale: Scale::around(samples.iter().map(|(_, x)| of(x))) };
+        let chart = Chart::new(frame(row, 4), Scale::around(samples.iter().map(|(_, x)| of(x))));
         chart.axes(&mut drawing, label, row == 3);
         if row == 0 {
             chart.cam_angles(&mut drawing, |cam_deg| sheet.c_deg(cam_deg));
@@ -195,7 +195,7 @@ impl Motion<'_> {
         let is_near = rests || used >= NEAR;
         let limits = [Some(limit), has_both.then_some(-limit), (!has_both).then_some(0.0)];
         let shown = limits.into_iter().flatten().filter(|value| is_near || *value == 0.0);
-        let chart = Chart { frame: frame(row, 3), scale: Scale::around(values().chain(shown)) };
+        let chart = Chart::new(frame(row, 3), Scale::around(values().chain(shown)));
         chart.axes(drawing, self.label, row == 2);
         if is_near {
             for sign in if has_both { &[1.0, -1.0][..] } else { &[1.0] } {
@@ -208,7 +208,7 @@ impl Motion<'_> {
         let note = format!("limit {limit:.0} {}, used {:.1} %", self.unit, 100.0 * used);
         let lettering = Lettering { anchor: Anchor::End, colour: LIMIT.colour, ..SMALL };
         let above = if row == 0 { 5.4 } else { 1.3 };
-        drawing.text([chart.frame.right(), chart.frame.top - above], lettering, &note);
+        drawing.text([chart.0.frame.right(), chart.0.frame.top - above], lettering, &note);
         chart
     }
 
@@ -244,7 +244,7 @@ pub(super) fn removal_rate(sheet: &Sheet<'_>, cut: &Cut<'_>) -> Drawing {
     // A bound far above what is reached would make the curve small.
     let bound = turn.points.iter().map(|point| point.allowed_mm2_s).fold(0.0, f64::max);
     let highest = if varies && bound < 1.6 * peak { bound } else { peak };
-    let chart = Chart { frame: wide, scale: Scale::around([0.0, 1.03 * highest].into_iter()) };
+    let chart = Chart::new(wide, Scale::around([0.0, 1.03 * highest].into_iter()));
     chart.axes(&mut drawing, "Q′ (mm³ per mm of width and s)", true);
     chart.cam_angles(&mut drawing, |cam_deg| sheet.c_deg(cam_deg));
     let mut legend = Vec::new();
@@ -271,15 +271,15 @@ pub(super) fn removal_rate(sheet: &Sheet<'_>, cut: &Cut<'_>) -> Drawing {
 /// Shares of the turn's time beside the chart, on its scale.
 fn histogram(drawing: &mut Drawing, cut: &Cut<'_>, chart: &Chart) {
     let classes = &cut.summary.removal_classes;
-    let left = chart.frame.right() + 8.0;
-    let frame = Frame { left, width: ROOM.right() - left, ..chart.frame };
+    let left = chart.0.frame.right() + 8.0;
+    let frame = Frame { left, width: ROOM.right() - left, ..chart.0.frame };
     let largest = 100.0 * classes.iter().map(|class| class.share).fold(0.0, f64::max).max(0.05);
     let step = round_step(largest, 4.0);
     let ticks = (largest / step - 1e-6).ceil();
     let x = |percent: f64| frame.left + frame.width * percent / (ticks * step);
     for class in classes {
-        let [_, bottom] = chart.at(0.0, class.from_mm2_s);
-        let [_, top] = chart.at(0.0, class.to_mm2_s.min(chart.scale.high));
+        let bottom = chart.0.y(class.from_mm2_s);
+        let top = chart.0.y(class.to_mm2_s.min(chart.0.up.high));
         let (right, gap) = (x(100.0 * class.share), 0.08 * (bottom - top));
         let corners = [[frame.left, top + gap], [right, top + gap], [right, bottom - gap], [frame.left, bottom - gap]];
         drawing.area(&corners, Colour(150, 178, 205));

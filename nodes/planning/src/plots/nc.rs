@@ -1,11 +1,12 @@
 //! What `camwright post` draws: the cutter along its path, and the segments of which the program makes it.
 
-use super::super::program::{ToPost, error_mm};
-use super::chart::{CURVE_MM, Chart, SMALL, Scale};
+use super::chart::{CURVE_MM, Chart, SMALL};
 use super::contour::View;
 use super::curves::{ALLOWED, frame};
-use super::{Plot, ROOM, legend_entry, sheet};
-use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Point};
+use super::sheet::{PAPER, ROOM, legend_entry, sheet};
+use crate::chart::Scale;
+use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Plot, Point};
+use crate::program::request::{Outline, Plane, ToPost, error_mm};
 use camwright::gcode::post::{Posted, PostedTurn};
 use camwright::math::units::{TURN_RAD, deg_from_rad, rad_from_deg, um_from_mm};
 use camwright::toolpath::cutter_path::CarriageAxis;
@@ -30,31 +31,6 @@ const CUTTERS: u32 = 36;
 /// Points of a segment, which is a spiral in the plane, and of a curve over a turn.
 const POINTS_PER_RAD: f64 = 60.0;
 const CURVE_POINTS: u32 = 7200;
-
-/// A shape, in mm of the part's frame.
-#[derive(Debug, Clone)]
-pub(crate) struct Outline {
-    /// Closed lines; material is inside of the first.
-    pub closed: Vec<Vec<Point>>,
-    /// Radius of the cutter (mm).
-    pub cutter_mm: f64,
-    /// How far its centre is beyond the programmed X (mm).
-    pub edge_mm: f64,
-    /// The plane in which it is drawn.
-    pub sheet: Sheet,
-}
-
-/// The plane of a drawing.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Sheet {
-    /// Across the spindle axis, seen from +Z.
-    Across,
-    /// A cylinder rolled off: to the right along its circumference, up along Z.
-    Developed {
-        /// Its radius (mm).
-        radius_mm: f64,
-    },
-}
 
 /// All drawings of a program, with the name of the cam or groove they are of.
 pub(crate) fn program_plots<'a>(to_post: &'a ToPost<'_>, posted: &Posted) -> Vec<(&'a str, Plot)> {
@@ -101,21 +77,21 @@ impl Places<'_> {
     fn at(&self, u_rad: f64, position: impl Fn(CarriageAxis) -> Option<f64>) -> Point {
         let azimuth = self.sense * u_rad;
         let of = |axis| self.axes.contains(&axis).then(|| position(axis)).flatten().unwrap_or(0.0);
-        match self.outline.sheet {
-            Sheet::Across => {
+        match self.outline.plane {
+            Plane::Across => {
                 let x_mm = of(CarriageAxis::X) + self.outline.edge_mm;
                 [x_mm * azimuth.cos(), x_mm * azimuth.sin()]
             }
-            Sheet::Developed { radius_mm } => [radius_mm * azimuth + of(CarriageAxis::Y), of(CarriageAxis::Z)],
+            Plane::Developed { radius_mm } => [radius_mm * azimuth + of(CarriageAxis::Y), of(CarriageAxis::Z)],
         }
     }
 }
 
 /// The shape with the cutter along its path; segments in turn in three colours.
 fn tool_path(to_post: &ToPost<'_>, feature: usize, turn: &PostedTurn, outline: &Outline) -> Drawing {
-    let shows = match outline.sheet {
-        Sheet::Across => "shape, cutter every 10° and the segments of its path, seen from +Z",
-        Sheet::Developed { .. } => {
+    let shows = match outline.plane {
+        Plane::Across => "shape, cutter every 10° and the segments of its path, seen from +Z",
+        Plane::Developed { .. } => {
             "walls rolled off at the mean radius, cutter every 10° and the segments of its path; Z upwards"
         }
     };
@@ -128,7 +104,7 @@ fn tool_path(to_post: &ToPost<'_>, feature: usize, turn: &PostedTurn, outline: &
     let centres: Vec<Point> =
         (0..CUTTERS).map(|index| centre_at(f64::from(index) * TURN_RAD / f64::from(CUTTERS))).collect();
     let view = view(outline, &centres);
-    let across = matches!(outline.sheet, Sheet::Across);
+    let across = matches!(outline.plane, Plane::Across);
     for (index, line) in outline.closed.iter().enumerate() {
         if across {
             view.area(&mut drawing, line, if index == 0 { METAL } else { BEHIND });
@@ -193,7 +169,7 @@ fn view(outline: &Outline, centres: &[Point]) -> View {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     // Degrees stand around the axis.
     let reach = DEGREES_AT * reach(outline, centres);
-    let degrees = [[-reach, -reach], [reach, reach]].into_iter().filter(|_| matches!(outline.sheet, Sheet::Across));
+    let degrees = [[-reach, -reach], [reach, reach]].into_iter().filter(|_| matches!(outline.plane, Plane::Across));
     for point in all.chain(cutters).chain(degrees) {
         for axis in 0..2 {
             (low[axis], high[axis]) = (low[axis].min(point[axis]), high[axis].max(point[axis]));
@@ -222,11 +198,11 @@ fn segments(to_post: &ToPost<'_>, turn: &PostedTurn) -> Drawing {
         let knots: Vec<(f64, f64)> =
             turn.knots.iter().filter(|knot| full(knot.0)).map(|knot| (deg_from_rad(knot.0), knot.1[index])).collect();
         let letter = axis.letter();
-        let travel = Chart { frame: frame(3 * place, rows), scale: Scale::around(knots.iter().map(|knot| knot.1)) };
+        let travel = Chart::new(frame(3 * place, rows), Scale::around(knots.iter().map(|knot| knot.1)));
         travel.axes(&mut drawing, &format!("{letter} (mm)"), false);
         travel.curve(&mut drawing, knots.iter().copied(), CURVE);
         for (c_deg, value) in &knots {
-            let [x, y] = travel.at(c_deg.clamp(0.0, 360.0), *value);
+            let [x, y] = travel.0.at(c_deg.clamp(0.0, 360.0), *value);
             drawing.line(&[[x, y - 0.8], [x, y + 0.8]], KNOT);
         }
         let slopes: Vec<(f64, f64)> = knots
@@ -236,8 +212,7 @@ fn segments(to_post: &ToPost<'_>, turn: &PostedTurn) -> Drawing {
                 [(pair[0].0, slope), (pair[1].0, slope)]
             })
             .collect();
-        let steps =
-            Chart { frame: frame(3 * place + 1, rows), scale: Scale::around(slopes.iter().map(|slope| slope.1)) };
+        let steps = Chart::new(frame(3 * place + 1, rows), Scale::around(slopes.iter().map(|slope| slope.1)));
         steps.axes(&mut drawing, &format!("d{letter}/dC (mm/deg)"), false);
         steps.curve(&mut drawing, slopes.into_iter(), CURVE);
         let errors: Vec<(f64, f64)> = (0..=CURVE_POINTS)
@@ -247,7 +222,7 @@ fn segments(to_post: &ToPost<'_>, turn: &PostedTurn) -> Drawing {
             })
             .collect();
         let allowed = um_from_mm(turn.tolerance_mm);
-        let chart = Chart { frame: frame(3 * place + 2, rows), scale: Scale::around([-allowed, allowed].into_iter()) };
+        let chart = Chart::new(frame(3 * place + 2, rows), Scale::around([-allowed, allowed].into_iter()));
         chart.axes(&mut drawing, "error (µm)", 3 * place + 3 == rows);
         chart.curve(&mut drawing, errors.into_iter(), Pen::solid(Colour(0, 114, 178), 0.2));
         for level in [-allowed, allowed] {
@@ -263,6 +238,6 @@ fn segments(to_post: &ToPost<'_>, turn: &PostedTurn) -> Drawing {
         turn.deviation.slope_jump_mm_rad / deg_from_rad(1.0),
         turn.velocity_step_mm_s
     );
-    drawing.text([super::PAPER.0 - 12.0, 21.0], Lettering { anchor: Anchor::End, ..SMALL }, &text);
+    drawing.text([PAPER.0 - 12.0, 21.0], Lettering { anchor: Anchor::End, ..SMALL }, &text);
     drawing
 }

@@ -6,12 +6,16 @@
 //! | `x_axis` | the turn that asks most of X: its place, speed, acceleration and jerk with what is allowed of them, and the spindle's speed |
 //! | `clearance` | the angles between insert and surface over a turn, with what is asked of them |
 
-use super::super::turning::{ClearanceRow, LeastAngle, PassPoint, PreparedTurning, TurningSummary, points};
-use super::chart::{CURVE_MM, Chart, SMALL, Scale};
+use super::chart::{CURVE_MM, Chart, SMALL};
 use super::contour::View;
 use super::curves::{ALLOWED, LIMIT, frame};
-use super::{Plot, ROOM, legend_entry, sheet};
-use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Point};
+use super::sheet::{ROOM, legend_entry, sheet};
+use crate::chart::Scale;
+use crate::drawing::{Anchor, Colour, Dash, Drawing, Lettering, Pen, Plot, Point};
+use crate::turning::clearance_rows::{ClearanceRow, LeastAngle};
+use crate::turning::prepared::PreparedTurning;
+use crate::turning::summary::TurningSummary;
+use crate::turning::walk::{PassPoint, points};
 use camwright::machine::description::Axis;
 use camwright::math::units::{TURN_RAD, rad_from_deg, rpm_from_rad_s};
 use camwright::motion::point_to_point::MOVE_SHARE;
@@ -163,7 +167,7 @@ impl Turned<'_> {
             let near = bounds.filter(|(limit, _)| used(*limit) >= NEAR);
             let shown = near.into_iter().flat_map(|(limit, _)| [limit, -limit]);
             let scale = Scale::around(values.iter().map(|(_, value)| *value).chain(shown));
-            let chart = Chart { frame: frame(row, 5), scale };
+            let chart = Chart::new(frame(row, 5), scale);
             chart.axes(&mut drawing, label, row == 4);
             if let Some((limit, allowed)) = near {
                 for sign in [1.0, -1.0] {
@@ -174,7 +178,7 @@ impl Turned<'_> {
             if let Some((limit, _)) = bounds {
                 let note = format!("{name}: limit {limit:.0} {label}, used {:.1} %", 100.0 * used(limit));
                 let lettering = Lettering { anchor: Anchor::End, colour: LIMIT.colour, ..SMALL };
-                drawing.text([chart.frame.right(), chart.frame.top - 1.3], lettering, &note);
+                drawing.text([chart.0.frame.right(), chart.0.frame.top - 1.3], lettering, &note);
             }
             chart.curve(&mut drawing, values.into_iter(), CURVE);
         };
@@ -212,13 +216,13 @@ impl Turned<'_> {
             let closed = rows.iter().map(|row| (row.turned_deg, of(row).angle_deg));
             let closed: Vec<(f64, f64)> = closed.chain(rows.first().map(|row| (360.0, of(row).angle_deg))).collect();
             let values = closed.iter().map(|(_, value)| *value);
-            let chart = Chart { frame: frame(row, 2), scale: Scale::around(values.chain([least.least_deg])) };
+            let chart = Chart::new(frame(row, 2), Scale::around(values.chain([least.least_deg])));
             chart.axes(&mut drawing, label, row == 1);
             chart.level(&mut drawing, least.least_deg, LIMIT);
             chart.curve(&mut drawing, closed.into_iter(), CURVE);
             let note = format!("least {:.2}° at C {:.1}°, z {:.3} mm", least.angle_deg, least.c_deg, least.z_mm);
             let lettering = Lettering { anchor: Anchor::End, ..SMALL };
-            drawing.text([chart.frame.right(), chart.frame.top - 1.3], lettering, &note);
+            drawing.text([chart.0.frame.right(), chart.0.frame.top - 1.3], lettering, &note);
         }
         legend(&mut drawing, &[("asked for", LIMIT)]);
         drawing
@@ -235,10 +239,10 @@ fn legend(drawing: &mut Drawing, entries: &[(&str, Pen)]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::PAPER;
+    use super::super::sheet::PAPER;
     use super::*;
     use crate::drawing::{png, svg};
-    use crate::turning::clearance_rows;
+    use crate::turning::clearance_rows::clearance_rows;
     use crate::{plan_turned, turning_summary};
 
     fn drawn(set: &[&str]) -> Vec<Plot> {

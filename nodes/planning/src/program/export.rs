@@ -9,11 +9,12 @@
 //! | `<feature>/<pass>_segments.svg`, `.png` | travels over the angle with their knots, slopes, errors with the tolerance |
 
 use super::super::files::Files;
-use super::super::findings::{Finding, Report, Severity};
+use super::super::finding::{Finding, Report, Severity};
 use super::super::plan;
 use super::super::plots::nc::program_plots;
+use super::request::ToPost;
 use super::summary::{self, ProgramSummary};
-use super::{ToPost, ground, milled};
+use super::{ground, milled};
 use camwright::gcode::post::{Compared, PostError, PostedTurn, Ran, compare, post};
 use camwright::gcode::{Action, NcAxis, Pose, ProgramFile, read};
 use camwright::math::units::{deg_from_rad, um_from_mm};
@@ -219,12 +220,4 @@ fn write_segments(turn: &PostedTurn, to: &mut dyn Write) -> io::Result<()> {
         writeln!(to)?;
     }
     Ok(())
-}
-
-/// What was posted of a turn, at an angle: the error of an axis along itself (mm).
-pub(crate) fn error_mm(turn: &PostedTurn, axis: usize, u_rad: f64, wanted_mm: f64) -> f64 {
-    let right = turn.knots.partition_point(|knot| knot.0 < u_rad).clamp(1, turn.knots.len().saturating_sub(1).max(1));
-    let (Some(from), Some(to)) = (turn.knots.get(right - 1), turn.knots.get(right)) else { return 0.0 };
-    let share = (u_rad - from.0) / (to.0 - from.0);
-    from.1[axis] + share * (to.1[axis] - from.1[axis]) - wanted_mm
 }

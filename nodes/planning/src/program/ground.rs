@@ -1,8 +1,7 @@
 //! The program of a grinding job: every lobe by passes of whole turns, each a little deeper, then some that take nothing.
 
 use super::super::PreparedJob;
-use super::super::plots::nc::{Outline, Sheet};
-use super::ToPost;
+use super::request::{Outline, Plane, ToPost};
 use camwright::gcode::post::{FeatureRequest, Lead, PassRequest, ProgramRequest, TurnSpeed};
 use camwright::gcode::{Direction, Tool};
 use camwright::job::grinding::PassSpec;
@@ -99,7 +98,7 @@ pub(super) fn with_request<R>(
             closed: vec![points.collect()],
             cutter_mm: radius_mm,
             edge_mm: if settings.x_of_edge { radius_mm } else { 0.0 },
-            sheet: Sheet::Across,
+            plane: Plane::Across,
         }
     };
     done(ToPost {

@@ -1,7 +1,6 @@
 //! The program of a milling job: pass by pass, every cam with a turn of its own, every wall of a groove step by step down.
 
-use super::super::plots::nc::{Outline, Sheet};
-use super::ToPost;
+use super::request::{Outline, Plane, ToPost};
 use camwright::cam::contour::Contour;
 use camwright::gcode::post::{FeatureRequest, Lead, PassRequest, ProgramRequest, TurnSpeed};
 use camwright::gcode::{Direction, Tool};
@@ -147,7 +146,7 @@ fn of_cam(job: &MilledJob, cam: &MilledCam, (index, pass): (usize, &MillingPass)
             closed: vec![outline(|angle| cam.contour.point(angle).into())],
             cutter_mm: if periphery { spec.tool.radius_mm } else { 0.0 },
             edge_mm,
-            sheet: Sheet::Across,
+            plane: Plane::Across,
         },
         path,
     })
@@ -179,7 +178,7 @@ fn of_groove(
                     })
                 };
                 let closed = vec![wall(2.0 * walls.roller_radius_mm()), wall(0.0)];
-                let outline = Outline { closed, cutter_mm: spec.tool.radius_mm, edge_mm: 0.0, sheet: Sheet::Across };
+                let outline = Outline { closed, cutter_mm: spec.tool.radius_mm, edge_mm: 0.0, plane: Plane::Across };
                 (vec![(CarriageAxis::Z, top_mm - depth_mm)], top_mm + spec.clearance_mm, outline)
             }
             GrooveKind::Barrel { groove: walls, z_mm, y_axis } => {
@@ -224,7 +223,7 @@ fn developed(walls: &BarrelGroove, z_mm: f64, cutter_mm: f64) -> Outline {
         })
     };
     let closed = Wall::BOTH.iter().map(|side| wall(side.side())).collect();
-    Outline { closed, cutter_mm, edge_mm: 0.0, sheet: Sheet::Developed { radius_mm: mean_mm } }
+    Outline { closed, cutter_mm, edge_mm: 0.0, plane: Plane::Developed { radius_mm: mean_mm } }
 }
 
 /// What a mill smaller than the roller leaves on a wall of a groove round a cylinder.

@@ -1,6 +1,6 @@
 //! What is known of a program, for people and scripts.
 
-use super::ToPost;
+use super::request::ToPost;
 use camwright::gcode::ProgramFile;
 use camwright::gcode::post::{Compared, Posted, PostedTurn};
 use camwright::math::units::{deg_from_rad, um_from_mm};

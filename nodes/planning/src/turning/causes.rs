@@ -1,7 +1,8 @@
 //! Where the form error of a turned part comes from: the same job rehearsed on machines that lack something, or have something better.
 
 use super::super::causes::{beside_each_other, left_out};
-use super::{PreparedTurning, rehearse_turned_on, turned_form};
+use super::prepared::PreparedTurning;
+use super::simulate::{rehearse_turned_on, turned_form};
 use crate::RehearsalFailed;
 use camwright::machine::description::MachineDescription;
 

@@ -1,8 +1,8 @@
 //! Everything that can be said about a turning job before anything moves.
 
+use super::prepared::{PreparedTurning, plan_turned};
 use super::summary::{MeshSummary, TurningSummary, mesh_summary, turning_summary};
-use super::{PreparedTurning, plan_turned};
-use crate::findings::{Finding, Report, warning};
+use crate::finding::{Finding, Report, warning};
 use crate::lifts;
 use camwright::toolpath::insert_clearance::{OFFSET_DEG, beside_centre};
 use camwright_files::ConfigError;

@@ -1,6 +1,6 @@
 //! A turned part in messages: the bar that is clamped, how its surface came out, and where it is off.
 
-use super::{PreparedTurning, highest_cusp};
+use super::prepared::{PreparedTurning, highest_cusp};
 use camwright::math::units::TURN_RAD;
 use camwright::simulation::turned_part::FormMap;
 use camwright_files::convert::m_from_mm;

@@ -1,6 +1,6 @@
 //! A prepared turning job run through interpolator and machine without ROS, and the form of what was turned.
 
-use super::PreparedTurning;
+use super::prepared::PreparedTurning;
 use crate::RehearsalFailed;
 use camwright::machine::description::{Effect, MachineDescription};
 use camwright::simulation::lathe_drives::{form_of, turn};

@@ -1,7 +1,8 @@
 //! A planned turning job in figures: what `summary.json` says.
 
+use super::clearance::clearance_map;
+use super::prepared::{PreparedTurning, highest_cusp};
 use super::walk::points;
-use super::{PreparedTurning, clearance_map, highest_cusp};
 use camwright::cam::surface::mesh::MeshReading;
 use camwright::machine::description::{Axis, InsertDescription};
 use camwright::math::hermite::Sample;

@@ -53,7 +53,7 @@ struct Filter<M, F> {
 /// may publish before this node knows it.
 ///
 /// # Errors
-/// As [`Node::subscribe`].
+/// See [`Node::subscribe`].
 pub fn subscribe_to_machine<M: Message + Send>(
     node: &Node,
     grant: &Arc<Grant>,

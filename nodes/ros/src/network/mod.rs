@@ -19,6 +19,7 @@ pub(super) mod gate;
 mod memory;
 pub(super) mod participant;
 mod rtps_filter;
+mod vitals;
 pub(super) mod watchdog;
 
 pub use memory::limit_memory;

@@ -6,7 +6,7 @@
 
 use std::{
     collections::BTreeSet,
-    fs, io,
+    io,
     net::{IpAddr, Ipv4Addr, SocketAddrV4},
     sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError},
 };
@@ -18,6 +18,7 @@ use super::{
     descriptors::{self, Inode, UdpSocket},
     gate::{self, Gate},
     rtps_filter::{self, Sources},
+    vitals::{Vitals, threads},
 };
 use crate::args::DiscoveryRange;
 
@@ -32,13 +33,6 @@ pub(crate) struct Guarded {
     pub(crate) participant: DomainParticipant,
     pub(crate) vitals: Vitals,
     pub(crate) gate: Gate,
-}
-
-/// Threads of a participant and the sockets they read.
-#[derive(Debug, Default)]
-pub(crate) struct Vitals {
-    pub(super) threads: BTreeSet<u32>,
-    pub(super) readers: Arc<Vec<UdpSocket>>,
 }
 
 /// Sockets of the participant under construction.
@@ -95,24 +89,6 @@ pub(crate) fn build(domain_id: u16, range: DiscoveryRange) -> Result<Guarded, St
     let readers = Arc::new(readers);
     let gate = Gate::new(&readers, sources(range));
     Ok(Guarded { participant, vitals: Vitals { threads, readers }, gate })
-}
-
-/// The threads of `RustDDS` in this process.
-pub(super) fn threads() -> io::Result<BTreeSet<u32>> {
-    let mut threads = BTreeSet::new();
-    for entry in fs::read_dir("/proc/self/task")? {
-        let entry = entry?;
-        let Some(id) = entry.file_name().to_str().and_then(|name| name.parse().ok()) else { continue };
-        if is_rustdds(id) {
-            threads.insert(id);
-        }
-    }
-    Ok(threads)
-}
-
-/// Whether a thread of `RustDDS` with this id runs in this process.
-pub(super) fn is_rustdds(thread: u32) -> bool {
-    fs::read_to_string(format!("/proc/self/task/{thread}/comm")).is_ok_and(|name| name.starts_with("RustDDS"))
 }
 
 impl Construction {

@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::participant::{Vitals, is_rustdds};
+use super::vitals::{Vitals, is_rustdds};
 
 const PERIOD: Duration = Duration::from_millis(500);
 
@@ -47,7 +47,7 @@ pub(crate) struct Watch(u64);
 /// Watches a participant; `alarm` is called once, with the reason.
 ///
 /// # Errors
-/// The system gives no thread.
+/// The operating system refuses a thread.
 pub(crate) fn watch(vitals: Vitals, alarm: impl Fn(&str) + Send + 'static) -> std::io::Result<Watch> {
     static STARTED: Once = Once::new();
     let mut started = Ok(());

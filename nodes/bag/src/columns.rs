@@ -1,0 +1,37 @@
+//! Columns of a table, whatever the format of its file.
+
+use super::values::Value;
+
+/// Type of the values of a column.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum ColumnType {
+    Bool,
+    /// With the width (bits).
+    Signed(u8),
+    Unsigned(u8),
+    Float32,
+    Float64,
+    Text,
+    List(Box<ColumnType>),
+}
+
+/// A column, named by the path of its value in the message.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Column {
+    pub(super) name: String,
+    pub(super) kind: ColumnType,
+}
+
+impl ColumnType {
+    pub(super) fn from_value(value: &Value) -> Self {
+        match value {
+            Value::Bool(_) => Self::Bool,
+            Value::Signed(_, bits) => Self::Signed(*bits),
+            Value::Unsigned(_, bits) => Self::Unsigned(*bits),
+            Value::Float32(_) => Self::Float32,
+            Value::Float64(_) => Self::Float64,
+            Value::Text(_) => Self::Text,
+            Value::List(values) => Self::List(Box::new(values.first().map_or(Self::Text, Self::from_value))),
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! Threads of `RustDDS`, and the sockets they read.
+
+use super::descriptors::UdpSocket;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::{fs, io};
+
+/// Threads of a participant and the sockets they read.
+#[derive(Debug, Default)]
+pub(crate) struct Vitals {
+    pub(super) threads: BTreeSet<u32>,
+    pub(super) readers: Arc<Vec<UdpSocket>>,
+}
+
+/// The threads of `RustDDS` in this process.
+pub(super) fn threads() -> io::Result<BTreeSet<u32>> {
+    let mut threads = BTreeSet::new();
+    for entry in fs::read_dir("/proc/self/task")? {
+        let entry = entry?;
+        let Some(id) = entry.file_name().to_str().and_then(|name| name.parse().ok()) else { continue };
+        if is_rustdds(id) {
+            threads.insert(id);
+        }
+    }
+    Ok(threads)
+}
+
+/// Returns true if a thread of `RustDDS` with this id runs in this process.
+pub(super) fn is_rustdds(thread: u32) -> bool {
+    fs::read_to_string(format!("/proc/self/task/{thread}/comm")).is_ok_and(|name| name.starts_with("RustDDS"))
+}
