@@ -8,8 +8,6 @@ mod campaign;
 #[path = "../tests/cams/mod.rs"]
 mod cams;
 
-pub(crate) use cams::{Seeded, segment};
-
 use campaign::{Verdict, judge};
 use std::collections::BTreeMap;
 use std::process::ExitCode;

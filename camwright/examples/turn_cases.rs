@@ -61,7 +61,7 @@ struct Lobe {
 }
 
 impl Lobe {
-    /// The lobe of the acceptance test (`camwright/tests/fastest_turn.rs`).
+    /// The lobe of the acceptance test (`camwright/tests/motion/fastest_turn.rs`).
     const fn reference(wheel_radius_mm: f64, removal_rate_mm2_s: f64, infeed_mm: f64) -> Self {
         Self {
             law: MotionLaw::Polynomial345,

@@ -1,6 +1,6 @@
 //! Random cams, legal and illegal mixed, through everything that is planned of a cam: from a seed to a verdict.
 
-use crate::{Seeded, segment};
+use crate::cams::{Seeded, segment};
 use camwright::cam::contour::Contour;
 use camwright::cam::follower::{ArmSide, Follower, Pivot, SwingLift};
 use camwright::cam::inspection::Inspection;

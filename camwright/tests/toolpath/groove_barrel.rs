@@ -2,7 +2,7 @@
 //! what is refused.
 #![allow(clippy::print_stdout, reason = "figures for the reader of --nocapture")]
 
-mod cams;
+use crate::cams;
 
 use cams::{Seeded, lobe, program, random_law, segment};
 use camwright::cam::lift::LiftLaw;

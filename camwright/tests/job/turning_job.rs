@@ -2,7 +2,7 @@
 //! with its design.
 #![allow(clippy::print_stdout, reason = "figures for the reader of --nocapture")]
 
-mod solids;
+use crate::solids;
 
 use camwright::cam::surface::Surface;
 use camwright::cam::surface::cams::CamAlong;

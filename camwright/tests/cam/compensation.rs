@@ -1,6 +1,6 @@
 //! Learning from part to part against closed forms, on answers it can and cannot learn from, and the path that comes of it.
 
-mod cams;
+use crate::cams;
 
 use cams::{Seeded, camshaft_segments, lobe, program};
 use camwright::cam::compensation::{CompensationSpec, FormCurve, Learned, LobeLearning, SAME_MM};

@@ -1,6 +1,6 @@
 //! What gauges read from contours: against closed forms, against gauges pushed onto points of the contour, and back.
 
-mod cams;
+use crate::cams;
 
 use cams::{Seeded, camshaft_segments, lobe, printed, program, random_segments};
 use camwright::cam::contour::Contour;

@@ -1,7 +1,7 @@
 //! Grooves in plates: closed forms, the mill's disc against both walls point by point, and what is refused.
 #![allow(clippy::print_stdout, reason = "figures for the reader of --nocapture")]
 
-mod cams;
+use crate::cams;
 
 use cams::{Seeded, lobe, program, random_law, segment};
 use camwright::cam::follower::{ArmSide, Follower, Pivot, SwingLift};

@@ -1,6 +1,6 @@
 //! Running up from rest onto a turn at varying speed, and down again, wherever on the lobe the cut begins.
 
-mod cams;
+use crate::cams;
 
 use camwright::cam::contour::Contour;
 use camwright::cam::follower::Follower;

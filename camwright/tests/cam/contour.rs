@@ -1,6 +1,6 @@
 //! Contours against closed forms, against the follower that made them, and the lifts that have none.
 
-mod cams;
+use crate::cams;
 
 use cams::{Seeded, contour_unless_undercut, lobe, lobe_segments, printed, program, random_segments};
 use camwright::cam::contour::{Contour, ContourError};

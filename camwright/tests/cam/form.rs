@@ -1,6 +1,6 @@
 //! Form deviation against parts whose deviation is known.
 
-mod cams;
+use crate::cams;
 
 use cams::{camshaft_segments, program};
 use camwright::cam::contour::Contour;

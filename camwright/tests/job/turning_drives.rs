@@ -1,7 +1,7 @@
 //! What the drives of a lathe would have to be for a part: what they leave, and the gain of X that keeps a tolerance.
 #![allow(clippy::print_stdout, reason = "figures for the reader of --nocapture")]
 
-mod solids;
+use crate::solids;
 
 use camwright::cam::surface::Surface;
 use camwright::cam::surface::cams::CamAlong;

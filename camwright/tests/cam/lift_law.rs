@@ -1,7 +1,7 @@
 //! A printed table is read, not smoothed: the law lies within half a digit of every point and has nearly the jerk of the
 //! law that was printed. A formula is followed exactly.
 
-mod cams;
+use crate::cams;
 
 use cams::{camshaft_segments, lobe, printed, program, segment};
 use camwright::cam::lift::{LiftLaw, LiftLawError, LiftRow, LiftTable, MotionProgram, ProgramError};

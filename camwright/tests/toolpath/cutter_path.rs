@@ -1,7 +1,7 @@
 //! Paths of mills round a contour: by their periphery as a wheel's, by their face as the support function; and the contours that a face
 //! cannot make.
 
-mod cams;
+use crate::cams;
 
 use cams::{Seeded, contour_unless_undercut, lobe, random_law};
 use camwright::cam::contour::Contour;

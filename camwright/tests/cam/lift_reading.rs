@@ -1,6 +1,6 @@
 //! What the ways to read a table cost: the jerk of each, and how far smoothing goes from the figures.
 
-mod cams;
+use crate::cams;
 
 use cams::{Seeded, absolute, lobe, printed, printed_rows, segment};
 use camwright::cam::lift::reading::alternatives;

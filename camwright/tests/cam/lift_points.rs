@@ -1,6 +1,6 @@
 //! Points of a contour read as a lift: closed forms, either way round, and every refusal with its line.
 
-mod cams;
+use crate::cams;
 
 use cams::Seeded;
 use camwright::cam::contour::Contour;

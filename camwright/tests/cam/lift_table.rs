@@ -1,6 +1,6 @@
 //! What makes a lift table, and everything that does not, each with its line, value and bound.
 
-mod cams;
+use crate::cams;
 
 use cams::{Seeded, absolute, camshaft_segments, lobe_value, printed_rows, printed_values, program};
 use camwright::cam::lift::{AngleUnit, LiftDeclaration, LiftError, LiftForm, LiftRow, LiftTable};

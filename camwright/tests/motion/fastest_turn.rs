@@ -1,6 +1,6 @@
 //! The fastest turn: against the best known plans, against lower bounds, and against its own limits by other arithmetic.
 
-mod cams;
+use crate::cams;
 
 use cams::reference_lobe;
 use camwright::machine::description::MotionLimits;

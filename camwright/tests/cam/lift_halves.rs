@@ -1,6 +1,6 @@
 //! Half tables: the nose first, one flank, mirrored or with another; and everything that makes none.
 
-mod cams;
+use crate::cams;
 
 use cams::{absolute, lobe, printed_rows, program, segment};
 use camwright::cam::lift::halves::whole_turn;

@@ -1,7 +1,7 @@
 //! Seeded defects in random tables: each is found at its line and as what it is, all of them at once, and a table without
 //! defects is never refused.
 
-mod cams;
+use crate::cams;
 
 use cams::{Seeded, absolute, printed_rows, program, random_segments};
 use camwright::cam::lift::halves::{check_flank, whole_turn};

@@ -1,7 +1,7 @@
 //! Chains of Archimedean segments: how many there are, what they leave, and that no fewer would do.
 #![allow(clippy::print_stdout, reason = "figures, with --nocapture")]
 
-mod cams;
+use crate::cams;
 
 use cams::{Seeded, reference_lobe};
 use camwright::gcode::archimedean::{Chain, Knots, Request, Travelling, theoretical_pieces};

@@ -1,6 +1,6 @@
 //! The lift tables of the default job, all the way to the wheel's path.
 
-mod cams;
+use crate::cams;
 
 use camwright::cam::contour::Contour;
 use camwright::cam::follower::Follower;
@@ -24,8 +24,8 @@ fn rows(text: &str) -> Vec<LiftRow> {
 #[test]
 fn tables_of_the_default_job_lead_to_exact_paths() {
     for (text, lift_mm, base_mm) in [
-        (include_str!("../../params/lifts/intake.csv"), 6.2, 16.0),
-        (include_str!("../../params/lifts/exhaust.csv"), 5.8, 15.5),
+        (include_str!("../../../params/lifts/intake.csv"), 6.2, 16.0),
+        (include_str!("../../../params/lifts/exhaust.csv"), 5.8, 15.5),
     ] {
         let rows = rows(text);
         assert_eq!(LiftTable::findings(&rows, &cams::absolute(1e-3)), []);

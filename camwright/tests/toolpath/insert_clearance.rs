@@ -1,7 +1,7 @@
 //! Clearance of the insert's flank against closed forms and against the flank drawn beside the part.
 
-mod cams;
-mod solids;
+use crate::cams;
+use crate::solids;
 
 use cams::Seeded;
 use camwright::cam::surface::Surface;

@@ -1,7 +1,7 @@
 //! Surfaces of parts against closed forms and differences, and what is none.
 
-mod cams;
-mod solids;
+use crate::cams;
+use crate::solids;
 
 use cams::Seeded;
 use camwright::cam::contour::Contour;

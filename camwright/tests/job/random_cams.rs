@@ -1,14 +1,12 @@
 //! Fixed slices of the campaigns of `cargo run --release -p camwright --example random_cams` and `… --example long_cuts`.
 
-#[path = "cams/campaign.rs"]
+#[path = "../cams/campaign.rs"]
 mod campaign;
-mod cams;
-#[path = "cams/long_cuts.rs"]
+use crate::cams;
+#[path = "../cams/long_cuts.rs"]
 mod long_cuts;
-#[path = "cams/odd_jobs.rs"]
+#[path = "../cams/odd_jobs.rs"]
 mod odd_jobs;
-
-pub(crate) use cams::{Seeded, segment};
 
 use campaign::{Verdict, judge};
 use odd_jobs::{OddVerdict, judge_odd_job};

@@ -1,8 +1,8 @@
 //! Sections of the rake plane and paths of the insert against closed forms, and against sections found by other arithmetic.
 #![allow(clippy::print_stdout, reason = "the figures of what must be shown")]
 
-mod cams;
-mod solids;
+use crate::cams;
+use crate::solids;
 
 use cams::Seeded;
 use camwright::cam::surface::Surface;

@@ -1,6 +1,6 @@
 //! The wheel's path against closed forms, against the swept wheel, and the wheels that do not fit.
 
-mod cams;
+use crate::cams;
 
 use cams::{Seeded, camshaft_segments, lobe, printed, program, random_segments};
 use camwright::cam::contour::Contour;

@@ -1,6 +1,6 @@
 //! Cams of oscillating followers against closed forms, against the follower itself, and the geometries that are none.
 
-mod cams;
+use crate::cams;
 
 use cams::{Seeded, contour_unless_undercut, lobe, program, random_segments};
 use camwright::cam::contour::{Contour, ContourError};

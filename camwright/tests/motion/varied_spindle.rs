@@ -1,8 +1,8 @@
 //! A spindle whose speed varies along the path: no axis exceeds a limit, and it is sooner at its end than at constant speed.
 #![allow(clippy::print_stdout, reason = "figures for the reader of --nocapture")]
 
-mod cams;
-mod solids;
+use crate::cams;
+use crate::solids;
 
 use cams::Seeded;
 use camwright::cam::surface::Surface;

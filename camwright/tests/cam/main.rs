@@ -1,0 +1,20 @@
+//! Lift, contour, surface and form error.
+
+#[path = "../cams/mod.rs"]
+mod cams;
+#[path = "../solids/mod.rs"]
+mod solids;
+
+mod compensation;
+mod contour;
+mod form;
+mod inspection;
+mod lift_defects;
+mod lift_halves;
+mod lift_law;
+mod lift_points;
+mod lift_reading;
+mod lift_table;
+mod oscillating;
+mod shipped_tables;
+mod surface;

@@ -1,0 +1,11 @@
+//! Whole jobs: grinding campaigns, milling, turning.
+
+#[path = "../cams/mod.rs"]
+mod cams;
+#[path = "../solids/mod.rs"]
+mod solids;
+
+mod milling_job;
+mod random_cams;
+mod turning_drives;
+mod turning_job;

@@ -1,0 +1,11 @@
+//! Speed planning.
+
+#[path = "../cams/mod.rs"]
+mod cams;
+#[path = "../solids/mod.rs"]
+mod solids;
+
+mod fastest_turn;
+mod point_to_point;
+mod run_up;
+mod varied_spindle;

@@ -1,0 +1,14 @@
+//! Paths of wheel, cutter and insert.
+
+#[path = "../cams/mod.rs"]
+mod cams;
+#[path = "../solids/mod.rs"]
+mod solids;
+
+mod archimedean;
+mod cutter_path;
+mod groove_barrel;
+mod groove_plate;
+mod insert_clearance;
+mod insert_path;
+mod tool_path;
