@@ -2,7 +2,6 @@
 
 #[path = "../cams/campaign.rs"]
 mod campaign;
-use crate::cams;
 #[path = "../cams/long_cuts.rs"]
 mod long_cuts;
 #[path = "../cams/odd_jobs.rs"]

@@ -23,7 +23,7 @@ pub(super) struct CompensationFile {
     most_um_per_deg: f64,
     /// Discards what was learned before.
     afresh: bool,
-    /// Learned shift of the lobes. job_planner writes it into the recorded job.
+    /// Learned shift of the lobes. `job_planner` writes it into the recorded job.
     #[schemars(length(max = 100))]
     learned: Vec<LearnedFile>,
 }

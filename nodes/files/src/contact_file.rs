@@ -13,7 +13,7 @@ pub(super) const PER_MM: f64 = 1e3;
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ContactFile {
-    /// km: stiffness of machine and part at the wheel along the contour's normal, over the position of z_axis;
+    /// km: stiffness of machine and part at the wheel along the contour's normal, over the position of `z_axis`;
     /// linear between points, constant beyond.
     #[schemars(length(min = 1, max = 1000))]
     machine_stiffness: Vec<StiffnessFile>,
@@ -37,7 +37,7 @@ fn half() -> f64 {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct StiffnessFile {
-    /// Position of z_axis; within the soft limits, rising.
+    /// Position of `z_axis`; within the soft limits, rising.
     #[schemars(range(min = -1e5, max = 1e5))]
     z_mm: f64,
     /// Stiffness.
@@ -59,7 +59,7 @@ impl ContactFile {
         }
     }
 
-    /// Positions of z_axis at which the stiffness is given (mm).
+    /// Positions of `z_axis` at which the stiffness is given (mm).
     pub(super) fn positions_mm(&self) -> impl Iterator<Item = f64> {
         self.machine_stiffness.iter().map(|point| point.z_mm)
     }

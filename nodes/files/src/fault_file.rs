@@ -54,7 +54,7 @@ pub struct JobFault {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct FaultFile {
-    /// Name of the fault, as in the service machine/inject_fault.
+    /// Name of the fault, as in the service `machine/inject_fault`.
     kind: String,
     /// Target of the fault.
     #[serde(default)]

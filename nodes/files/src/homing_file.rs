@@ -10,11 +10,11 @@ use serde::Deserialize;
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct HomingFile {
-    /// Search for the switch, as HOME_SEARCH_VEL of LinuxCNC: its sign is the direction; 0: no search.
+    /// Search for the switch, as `HOME_SEARCH_VEL` of LinuxCNC: its sign is the direction; 0: no search.
     #[schemars(range(min = -1e4, max = 1e4))]
     #[serde(default)]
     search_velocity_mm_s: f64,
-    /// Latch at the edge, as HOME_LATCH_VEL of LinuxCNC. Same sign as the search: back off, then latch where the
+    /// Latch at the edge, as `HOME_LATCH_VEL` of LinuxCNC. Same sign as the search: back off, then latch where the
     /// switch closes; other sign: latch where it opens.
     #[schemars(range(min = -1e4, max = 1e4))]
     #[serde(default)]
@@ -35,7 +35,7 @@ pub(super) struct HomingFile {
     /// Uses the hard limit switch as the home switch.
     #[serde(default)]
     ignore_limits: bool,
-    /// Order of homing, smaller numbers first; c_axis follows the slides.
+    /// Order of homing, smaller numbers first; `c_axis` follows the slides.
     #[serde(default)]
     sequence: u32,
     /// Position at which the simulated switch closes.

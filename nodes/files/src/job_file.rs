@@ -76,7 +76,7 @@ pub(super) struct JobFile {
     /// 3600 without a table. Required where the tables of a job differ.
     #[schemars(range(min = LEAST_BLOCKS, max = MAX_BLOCKS))]
     blocks_per_turn: Option<u32>,
-    /// Speed of the headstock in the cut; the maximum speed with a `speed.law` other than constant_work_speed.
+    /// Speed of the headstock in the cut; the maximum speed with a `speed.law` other than `constant_work_speed`.
     #[schemars(range(min = 0.01, max = 95000.0))]
     work_speed_rpm: f64,
     /// Law of the headstock's speed over the lobe.

@@ -31,7 +31,7 @@ pub(super) struct RawPartFile {
     /// Direction of the bend, from the key-way.
     #[schemars(range(min = -36000.0, max = 36000.0))]
     bent_at_deg: f64,
-    /// The two positions of z_axis between which the part is bent. Required with `bent_um`.
+    /// The two positions of `z_axis` between which the part is bent. Required with `bent_um`.
     bent_between_mm: Option<[f64; 2]>,
     /// Waves around the part.
     #[schemars(length(max = 100))]
@@ -117,7 +117,7 @@ pub(super) struct CorrectionFile {
     /// Stiffness for a journal that is not measured.
     #[serde(default)]
     stiffness: SourceFile,
-    /// Contact of journals with their width. job_planner writes it into the recorded job.
+    /// Contact of journals with their width. `job_planner` writes it into the recorded job.
     #[schemars(length(max = 100))]
     #[serde(default)]
     contacts: Vec<KnownFile>,

@@ -70,7 +70,7 @@ pub(super) struct MachineFile {
     origin_window_deg: f64,
     /// Grinding wheel. A machine has a wheel or an insert.
     wheel: Option<WheelFile>,
-    /// Round driven insert of a lathe. A lathe has no contact, thermal, gauge, gap_detector, process and
+    /// Round driven insert of a lathe. A lathe has no contact, thermal, gauge, `gap_detector`, process and
     /// dresser.
     insert: Option<InsertFile>,
     /// Contact of wheel and part. Default: rigid.
@@ -199,7 +199,7 @@ struct StationFile {
     /// Name of the limit switch.
     #[schemars(schema_with = "names::schema")]
     switch: String,
-    /// Position of z_axis at which the switch closes; within the soft limits of Z.
+    /// Position of `z_axis` at which the switch closes; within the soft limits of Z.
     #[schemars(range(min = -1e5, max = 1e5))]
     position_mm: f64,
 }

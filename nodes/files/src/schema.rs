@@ -459,6 +459,8 @@ pub struct Key {
     /// Default as written in YAML; none: the key is required, or its description says what its absence means.
     pub default: Option<String>,
     pub is_required: bool,
+    /// Words of the key that tells forms apart, of the forms that have this key; empty: every form has it.
+    pub forms: Vec<String>,
     pub description: String,
 }
 
@@ -483,7 +485,7 @@ impl Key {
 }
 
 /// Ends of names of keys with their units, longer ends first.
-const UNITS: [(&str, &str); 40] = [
+const UNITS: [(&str, &str); 42] = [
     ("_n_um_mm_uncertainty", "N/µm per mm"),
     ("_n_um_uncertainty", "N/µm"),
     ("_n_mm_uncertainty", "N/mm"),
@@ -523,6 +525,8 @@ const UNITS: [(&str, &str); 40] = [
     ("_um", "µm"),
     ("_mm", "mm"),
     ("_s", "s"),
+    ("_j", "J"),
+    ("_w", "W"),
     ("_n", "N"),
 ];
 
@@ -540,6 +544,7 @@ pub fn keys(schema: &Json) -> Vec<Key> {
 fn merge(earlier: &mut Key, later: &mut Key) -> bool {
     earlier.words.extend(later.words.iter().filter(|word| !earlier.words.contains(word)).cloned().collect::<Vec<_>>());
     earlier.is_required &= later.is_required;
+    earlier.forms.append(&mut later.forms);
     if !earlier.description.contains(&later.description) {
         let separator = if earlier.description.is_empty() { "" } else { " " };
         let _ = write!(earlier.description, "{separator}{}", later.description);
@@ -548,9 +553,10 @@ fn merge(earlier: &mut Key, later: &mut Key) -> bool {
 }
 
 fn collect(schema: &Json, prefix: &str, keys: &mut Vec<Key>) {
-    let forms = alternatives(schema);
-    let is_tagged = forms.is_some();
-    for form in forms.unwrap_or_else(|| vec![schema]) {
+    let forms = alternatives(schema).unwrap_or_else(|| vec![schema]);
+    let forms: Vec<&Json> = forms.into_iter().filter(|form| types(form) != ["null"]).collect();
+    let tag = tag(&forms).filter(|_| forms.len() > 1);
+    for form in &forms {
         if form["items"].is_object() {
             collect(&form["items"], &format!("{prefix}[]"), keys);
         }
@@ -558,9 +564,13 @@ fn collect(schema: &Json, prefix: &str, keys: &mut Vec<Key>) {
         for (name, property) in form["properties"].as_object().into_iter().flatten() {
             let path = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
             let mut declared = key(&path, property, required.contains(&name.as_str()));
-            // The key that tells forms apart: each form describes its word.
-            if let (Some(word), true) = (property["const"].as_str(), form["description"].is_string() && is_tagged) {
-                describe_word(&mut declared.description, word, &description(form));
+            if let Some(word) = tag.and_then(|tag| form["properties"][tag]["const"].as_str()) {
+                let is_in_all = forms.iter().all(|form| form["properties"][name].is_object());
+                if Some(name.as_str()) == tag {
+                    describe_word(&mut declared.description, word, &description(form));
+                } else if !is_in_all {
+                    declared.forms.push(word.to_owned());
+                }
             }
             keys.push(declared);
             collect(property, &path, keys);
@@ -591,6 +601,7 @@ fn key(path: &str, schema: &Json, is_required: bool) -> Key {
         words,
         default: default_text(&schema["default"]),
         is_required,
+        forms: Vec::new(),
         description: text,
     }
 }
@@ -627,11 +638,15 @@ fn first_sentence(schema: &Json) -> String {
 pub fn table(schema: &Json) -> String {
     let mut table = String::from("| key | unit | allowed | default | meaning |\n|---|---|---|---|---|\n");
     for key in keys(schema) {
-        let default = match (&key.default, key.is_required) {
+        let mut default = match (&key.default, key.is_required) {
             (Some(default), _) => format!("`{default}`"),
             (None, true) => "required".to_owned(),
             (None, false) => String::new(),
         };
+        if !key.forms.is_empty() {
+            let separator = if default.is_empty() { "" } else { " " };
+            let _ = write!(default, "{separator}with {}", key.forms.join(", "));
+        }
         let allowed = key.allowed();
         let _ = writeln!(table, "| `{}` | {} | {allowed} | {default} | {} |", key.path, key.unit(), key.description);
     }

@@ -72,7 +72,7 @@ pub(super) enum SurfaceFile {
         #[serde(default)]
         azimuth_deg: f64,
     },
-    /// Mean radius with waves: r = mean + sum of amplitude * cos(per_turn * azimuth - phase).
+    /// Mean radius with waves: r = mean + sum of amplitude * `cos(per_turn` * azimuth - phase).
     Lobed {
         /// Z of the part at which the surface begins.
         from_mm: f64,

@@ -60,7 +60,7 @@ pub(super) struct TurningFile {
     /// Radius of the bar, at least the largest radius of the part.
     #[schemars(range(min = 1e-6, max = 1e4))]
     bar_radius_mm: f64,
-    /// Z of the part in front of the insert's centre with z_axis at 0.
+    /// Z of the part in front of the insert's centre with `z_axis` at 0.
     #[schemars(range(min = -1e5, max = 1e5))]
     part_zero_mm: f64,
     /// Passes before the finishing pass. Default: the finishing pass takes all stock.
@@ -71,7 +71,7 @@ pub(super) struct TurningFile {
     #[schemars(range(min = 180, max = 3600))]
     #[serde(default = "default_angles")]
     angles_per_turn: u32,
-    /// Speed of c_axis.
+    /// Speed of `c_axis`.
     #[serde(default)]
     spindle: SpindleFile,
     /// Distance of the insert from the bar before and after a pass.
@@ -124,7 +124,7 @@ struct RoughingFile {
     /// Maximum depth of a roughing pass; passes are equal.
     #[schemars(range(min = 1e-6, max = 1e4))]
     deepest_mm: f64,
-    /// Feed per turn of z_axis at constant speed. Exactly one of both feeds.
+    /// Feed per turn of `z_axis` at constant speed. Exactly one of both feeds.
     #[schemars(range(min = 1e-6, max = 1e4))]
     along_z_mm: Option<f64>,
     /// Feed per turn of the contact along the curve of the section. Exactly one of both feeds.
@@ -135,7 +135,7 @@ struct RoughingFile {
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct FinishingFile {
-    /// Feed per turn of z_axis at constant speed. Exactly one of both feeds.
+    /// Feed per turn of `z_axis` at constant speed. Exactly one of both feeds.
     #[schemars(range(min = 1e-6, max = 1e4))]
     along_z_mm: Option<f64>,
     /// Feed per turn of the contact along the curve of the section. Exactly one of both feeds.
@@ -146,7 +146,7 @@ struct FinishingFile {
 #[derive(Debug, Default, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct SpindleFile {
-    /// Law of the speed of c_axis.
+    /// Law of the speed of `c_axis`.
     #[serde(default)]
     law: SpindleLawFile,
     /// Speed for `law: constant`.

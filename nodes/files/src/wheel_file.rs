@@ -1,7 +1,6 @@
 //! What files say about the wheel's surroundings and its dressing.
 
 use super::ConfigError;
-use super::names;
 use super::yaml::Document;
 use camwright::job::dressing::DressingSpec;
 use camwright::job::grinding::{ObstacleSpec, Subject, WheelPower, WheelWish};
@@ -44,7 +43,7 @@ pub(super) struct DresserFile {
     /// Distance of the dresser's rim from the spindle axis; within the soft limits of X.
     #[schemars(range(min = -1e5, max = 1e5))]
     x_mm: f64,
-    /// Position of z_axis with the dresser in front of the wheel; within the soft limits of Z.
+    /// Position of `z_axis` with the dresser in front of the wheel; within the soft limits of Z.
     #[schemars(range(min = -1e5, max = 1e5))]
     z_mm: f64,
     /// Width of the dresser; the table travels 1 mm beyond the wheel on either side.
@@ -126,7 +125,7 @@ impl ThermalFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ExtentFile {
-    /// Begin of the body, as a position of z_axis with the wheel's middle in front of it.
+    /// Begin of the body, as a position of `z_axis` with the wheel's middle in front of it.
     #[schemars(range(min = -1e5, max = 1e5))]
     from_mm: f64,
     /// End of the body.
@@ -189,10 +188,10 @@ impl DressingFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ObstacleFile {
-    /// Name of the obstacle.
-    #[schemars(schema_with = "names::schema")]
+    /// Name of the obstacle, for messages.
+    #[schemars(length(max = 64))]
     name: String,
-    /// Begin of the obstacle, as a position of z_axis.
+    /// Begin of the obstacle, as a position of `z_axis`.
     #[schemars(range(min = -1e5, max = 1e5))]
     from_mm: f64,
     /// End of the obstacle.

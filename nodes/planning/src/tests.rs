@@ -101,7 +101,10 @@ fn a_follower_that_cannot_ride_is_refused_where_it_stands() {
             "an arm of 20 mm about a pivot 48 mm from the cam's axis cannot hold the roller at the prime radius of 24.5 mm, \
              which must be above 28 mm and below 68 mm",
         ),
-        ("{kind: oscillating_flat, pivot_mm: 50, side: behind}", "missing key `arc_radius_mm`"),
+        (
+            "{kind: oscillating_flat, pivot_mm: 50, side: behind}",
+            "profiles.intake.follower.arc_radius_mm is missing: Distance from the pivot",
+        ),
         ("{kind: mushroom, radius_mm: -3}", "radius of the face -3 mm is not a positive number"),
         ("{kind: oscillating_flat, pivot_mm: 50, side: behind, arc_radius_mm: 50, offset_mm: 3}", "offset_mm"),
         // A roller on an arm gives the intake lobe hollow flanks; a flat face would need it round.

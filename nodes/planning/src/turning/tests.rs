@@ -45,7 +45,7 @@ fn every_refusal_names_the_file_and_the_line_of_what_causes_it() {
         (&["roughing.deepest_mm=0.001"], "turned_cam.yaml: ", "the number of roughing passes is"),
         (&["roughing.leaves_mm=9.0"], "turned_cam.yaml: ", "the stock for finishing is 9"),
         (&["finishing.along_z_mm=8.5"], "turned_cam.yaml: ", "the feed per turn is 8.5"),
-        (&["angles_per_turn=100"], "turned_cam.yaml: ", "the number of angles a turn is 100"),
+        (&["angles_per_turn=100"], "turned_cam.yaml: ", "angles_per_turn is 100; it must be 180 to 3600"),
         (&["part_zero_mm=100.0"], "turned_cam.yaml: ", "z_axis goes to"),
         (&["clearance_mm=100.0"], "turned_cam.yaml: ", "x_axis goes to"),
         (&["spindle={law: constant, rpm: 590.0}"], "turned_cam.yaml: ", "the acceleration of x_axis"),
