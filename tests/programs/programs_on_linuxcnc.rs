@@ -8,7 +8,7 @@ use crate::support;
 
 use camwright::gcode::post::Ran;
 use camwright::gcode::{
-    Action, Block, Dialect, LEAST_RATE_MM_MIN, Motion, NcAxis, Pose, Program, Step, XValues, raised_feeds, read,
+    Action, Block, Dialect, MIN_RATE_MM_MIN, Motion, NcAxis, Pose, Program, Step, XValues, raised_feeds, read,
 };
 use camwright_planning::{compare_program, write_program};
 use sample::{random_program, target, two_cams};
@@ -32,7 +32,7 @@ fn compare(linuxcnc: &LinuxCnc, name: &str, program: &Program) -> (Motion, Vec<D
             (Action::Feed { pose: to, time_s }, Action::Feed { pose: there, .. }) => {
                 assert_there(&to, &there, &what);
                 let meant = way_of_rate(&pose, &to) / time_s * 60.0;
-                let least = meant.max(LEAST_RATE_MM_MIN);
+                let least = meant.max(MIN_RATE_MM_MIN);
                 assert!((driven.rate_per_min - least).abs() < RATE_PER_MIN + 1e-12 * least, "{what}: {least}/min");
             }
             (Action::PathTolerance(Some(a)), Action::PathTolerance(Some(b))) | (Action::Dwell(a), Action::Dwell(b)) => {

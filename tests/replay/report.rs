@@ -16,7 +16,7 @@ use support::{Domain, Folder};
 const SCREEN: (u32, u32) = (1280, 900);
 
 /// Largest page of a job (B).
-const MOST_BYTES: usize = 1_000_000;
+const MAX_BYTES: usize = 1_000_000;
 
 /// One browser at a time: on a small machine several that start together may not answer in time.
 static BROWSER: Mutex<()> = Mutex::new(());
@@ -46,7 +46,7 @@ fn page(folder: &Folder, said: &Value, bag: &Path) -> (PathBuf, String) {
     let read = |path: &Path| std::fs::read_to_string(path).expect("a page");
     let (first, second) = (read(&path), read(&again));
     assert!(first == second, "the same bag gives the same bytes");
-    assert!(first.len() < MOST_BYTES, "{} bytes", first.len());
+    assert!(first.len() < MAX_BYTES, "{} bytes", first.len());
     (path, first)
 }
 

@@ -27,13 +27,13 @@ use alloc::vec::Vec;
 pub const USUAL_HARMONICS: u32 = 40;
 
 /// Most harmonics: beyond them a wave is shorter than 2°, on a base circle half a millimetre; no axis repeats what is that short.
-pub const MOST_HARMONICS: u32 = 180;
+pub const MAX_HARMONICS: u32 = 180;
 
 /// Largest correction that can be allowed (mm): what is off by more is not the part that was measured.
-pub const MOST_CORRECTION_MM: f64 = 0.1;
+pub const MAX_CORRECTION_MM: f64 = 0.1;
 
 /// Steepest correction that can be allowed (mm/rad): 20 µm a degree, a hundredth of a valve lobe's flank.
-pub const MOST_SLOPE_MM_RAD: f64 = 0.020 * 180.0 / core::f64::consts::PI;
+pub const MAX_SLOPE_MM_RAD: f64 = 0.020 * 180.0 / core::f64::consts::PI;
 
 /// How the form is learned.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,11 +88,11 @@ pub struct FormCurve {
 
 impl FormCurve {
     /// From its mean and the cosine and sine of every harmonic from the first on (mm). `None` for what is not finite, or more than
-    /// [`MOST_HARMONICS`].
+    /// [`MAX_HARMONICS`].
     #[must_use]
     pub fn new(mean_mm: f64, waves_mm: Vec<[f64; 2]>) -> Option<Self> {
         let finite = mean_mm.is_finite() && waves_mm.iter().flatten().all(|value| value.is_finite());
-        (finite && waves_mm.len() <= MOST_HARMONICS as usize).then_some(Self { mean_mm, waves_mm })
+        (finite && waves_mm.len() <= MAX_HARMONICS as usize).then_some(Self { mean_mm, waves_mm })
     }
 
     /// The deviation of a measured outline (radii at the azimuths i·2π/n of the part) from a contour that is turned by `phase_rad`,
@@ -104,7 +104,7 @@ impl FormCurve {
     /// No radii, or one that is not a positive number.
     pub fn measure(radii_mm: &[f64], contour: &Contour, phase_rad: f64, harmonics: u32) -> Result<Self, FormError> {
         let deviations = Form::measure(radii_mm, contour, phase_rad)?.deviations_mm;
-        let waves = harmonics.min(MOST_HARMONICS) as usize;
+        let waves = harmonics.min(MAX_HARMONICS) as usize;
         let mut sums = alloc::vec![[0.0; 2]; waves];
         let mut mean = 0.0;
         for i in 0..SAMPLES {
@@ -243,7 +243,7 @@ pub enum Learned {
 pub const SAME_MM: f64 = 0.000_1;
 
 /// Below this share of the gain of the job learning stops: six halvings.
-const LEAST_GAIN: f64 = 1.0 / 64.0;
+const MIN_GAIN: f64 = 1.0 / 64.0;
 
 /// The learning of one lobe from part to part.
 #[derive(Debug, Clone, PartialEq)]
@@ -285,7 +285,7 @@ impl LobeLearning {
                 self.correction = correction.clone();
                 self.taken_back = true;
                 self.gain *= 0.5;
-                if self.gain < LEAST_GAIN * spec.gain {
+                if self.gain < MIN_GAIN * spec.gain {
                     self.gain = 0.0;
                     return Learned::Stopped;
                 }

@@ -36,7 +36,7 @@ pub struct Deviation {
 const RESTS_MM: f64 = 0.000_5;
 
 /// Shortest base circle that is one (rad): 20°.
-pub const LEAST_BASE_RAD: f64 = TURN_RAD / 18.0;
+pub const MIN_BASE_RAD: f64 = TURN_RAD / 18.0;
 
 /// The form of one lobe.
 #[derive(Debug, Clone, PartialEq)]
@@ -88,7 +88,7 @@ impl Form {
     }
 
     /// Size: the mean deviation (mm) over the base circle, where the lift is 0 but for the last digit of a table. What has no base
-    /// circle of at least [`LEAST_BASE_RAD`] (an eccentric) or is nothing else (a journal) is as large as it is all round.
+    /// circle of at least [`MIN_BASE_RAD`] (an eccentric) or is nothing else (a journal) is as large as it is all round.
     #[must_use]
     pub fn size_mm(&self, contour: &Contour, phase_rad: f64) -> f64 {
         let azimuth = |i: usize| i as f64 * TURN_RAD / self.deviations_mm.len() as f64;
@@ -98,7 +98,7 @@ impl Form {
         let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
         let base: Vec<f64> = all().filter(|(i, _)| rests(*i)).map(|(_, deviation)| deviation).collect();
         let share = base.len() as f64 / self.deviations_mm.len() as f64;
-        mean(if share * TURN_RAD < LEAST_BASE_RAD { self.deviations_mm.clone() } else { base })
+        mean(if share * TURN_RAD < MIN_BASE_RAD { self.deviations_mm.clone() } else { base })
     }
 }
 

@@ -8,14 +8,14 @@
 
 use super::record::GaugeRecord;
 use super::runout::FEWEST_PHASES;
-use super::state::{MOST_PHASES, phase_rad};
+use super::state::{MAX_PHASES, phase_rad};
 use super::stiffness::Measured;
 use crate::math::units::{TURN_RAD, deg_from_rad, um_from_mm};
 use alloc::vec::Vec;
 use thiserror::Error;
 
 /// Most turns that are looked at: after 32 nothing is left of a cut.
-const MOST_TURNS: f64 = 32.0;
+const MAX_TURNS: f64 = 32.0;
 
 /// λ looked for: of km/kg from 4 down to 0.001.
 const RANGE: (f64, f64) = (0.2, 0.999);
@@ -78,13 +78,13 @@ impl Decay {
     /// # Errors
     /// Less than two turns, phases that do not fit, depths that are not above their scatter or do not decay.
     pub fn of_dwell(record: &GaugeRecord<'_>, from_rad: f64, phases: usize) -> Result<Self, DecayError> {
-        if !(FEWEST_PHASES..=MOST_PHASES).contains(&phases) {
-            return Err(DecayError::Phases { phases, least: FEWEST_PHASES, most: MOST_PHASES });
+        if !(FEWEST_PHASES..=MAX_PHASES).contains(&phases) {
+            return Err(DecayError::Phases { phases, least: FEWEST_PHASES, most: MAX_PHASES });
         }
         let first_rad = record.first_cut_rad().max(from_rad);
         let known_rad = record.last_cut_rad() - first_rad;
         #[allow(clippy::cast_possible_truncation, reason = "clamped to 0 … 32")]
-        let turns = libm::floor(known_rad / TURN_RAD + 1e-9).clamp(0.0, MOST_TURNS) as usize;
+        let turns = libm::floor(known_rad / TURN_RAD + 1e-9).clamp(0.0, MAX_TURNS) as usize;
         let too_short =
             DecayError::TooShort { known_deg: deg_from_rad(known_rad), needed_deg: deg_from_rad(2.0 * TURN_RAD) };
         if turns < 2 {

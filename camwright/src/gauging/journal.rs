@@ -52,7 +52,7 @@ const ENTRY_PLACES: u32 = 600;
 /// Steps of the published measurement: 5° as in the text.
 const PUBLISHED_PHASES: usize = 72;
 /// How far the wheel may be below the target where it has entered (mm): less than a gauge resolves.
-const MOST_BELOW_MM: f64 = 1e-4;
+const MAX_BELOW_MM: f64 = 1e-4;
 /// How far before the end of its log the last turn of readings may end for its rounding (rad).
 const ROUNDING_RAD: f64 = 1e-9;
 
@@ -269,7 +269,7 @@ impl JournalCorrection {
                 let decided = match Correction::exact(&entered, Start::At(start_rad), target) {
                     // On entering the wheel has already been at the target, but for rounding and the noise between two phases.
                     Err(CorrectionError::TargetAboveLeast { target_mm, least_mm })
-                        if target_mm - least_mm < MOST_BELOW_MM =>
+                        if target_mm - least_mm < MAX_BELOW_MM =>
                     {
                         Correction::exact(&entered, Start::At(start_rad), Target::Radius(least_mm))?
                     }
@@ -308,7 +308,7 @@ impl JournalCorrection {
             forecast: decided.forecast().copied(),
             scatter_mm: state.scatter_mm(),
             ticks: (readings[0].tick, readings[readings.len() - 1].tick),
-            allowed_below_mm: left_mm + MOST_BELOW_MM,
+            allowed_below_mm: left_mm + MAX_BELOW_MM,
             law: request.law,
             part_mm: (0..PLACES).map(|place| state.radius_mm(left_at(place))).collect(),
         })

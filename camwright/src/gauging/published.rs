@@ -11,7 +11,7 @@
 
 use super::record::GaugeRecord;
 use super::runout::{FEWEST_PHASES, PhasesError, RadiusByPhase};
-use super::state::{MOST_PHASES, phase_rad};
+use super::state::{MAX_PHASES, phase_rad};
 use crate::machine::contact_law::ContactLaw;
 use crate::math::units::{TURN_RAD, deg_from_rad};
 use alloc::vec::Vec;
@@ -61,8 +61,8 @@ impl PublishedRunout {
         from_rad: f64,
         phases: usize,
     ) -> Result<Self, PublishedError> {
-        if !(FEWEST_PHASES..=MOST_PHASES).contains(&phases) {
-            return Err(PublishedError::Phases { phases, least: FEWEST_PHASES, most: MOST_PHASES });
+        if !(FEWEST_PHASES..=MAX_PHASES).contains(&phases) {
+            return Err(PublishedError::Phases { phases, least: FEWEST_PHASES, most: MAX_PHASES });
         }
         let gauge = record.gauge();
         let first_rad = gauge.cut_following_rad(from_rad).max(record.first_cut_rad());

@@ -47,10 +47,10 @@ pub const USUAL_MOST_SCATTER_MM: f64 = 2e-3;
 pub const PHASES_PER_HARMONIC: usize = 24;
 
 /// Most harmonics: a tip of a millimetre and a half bridges the waves of the hundredth on a journal of 25 mm radius.
-pub const MOST_HARMONICS: u32 = 100;
+pub const MAX_HARMONICS: u32 = 100;
 
 /// Most phases: beyond it a record has hundreds of readings for every harmonic that matters.
-pub const MOST_PHASES: usize = 7200;
+pub const MAX_PHASES: usize = 7200;
 
 /// How far an angle may be off for its rounding (rad).
 pub(super) const ROUNDING_RAD: f64 = 1e-9;
@@ -311,21 +311,21 @@ impl<'a> PartState<'a> {
 /// Phases of a measurement.
 fn phases_of(record: &GaugeRecord<'_>, settings: &MeasureSettings) -> Result<usize, StateError> {
     let harmonics = settings.fit.harmonics();
-    if harmonics > MOST_HARMONICS {
-        return Err(StateError::Harmonics { harmonics, most: MOST_HARMONICS });
+    if harmonics > MAX_HARMONICS {
+        return Err(StateError::Harmonics { harmonics, most: MAX_HARMONICS });
     }
     let least = (2 * harmonics as usize + 1).max(FEWEST_PHASES);
-    #[allow(clippy::cast_possible_truncation, reason = "between 0 and MOST_PHASES + 1")]
-    let by_readings = || libm::round(record.per_turn()).clamp(0.0, 2.0 * MOST_PHASES as f64) as usize;
+    #[allow(clippy::cast_possible_truncation, reason = "between 0 and MAX_PHASES + 1")]
+    let by_readings = || libm::round(record.per_turn()).clamp(0.0, 2.0 * MAX_PHASES as f64) as usize;
     // A record denser than that is read at as many places as are told apart.
     let phases = settings.phases.unwrap_or_else(|| match settings.fit {
-        Fit::Depths { .. } => by_readings().min(MOST_PHASES),
+        Fit::Depths { .. } => by_readings().min(MAX_PHASES),
         Fit::Readings { .. } => (PHASES_PER_HARMONIC * harmonics as usize).max(360),
     });
-    if (least..=MOST_PHASES).contains(&phases) {
+    if (least..=MAX_PHASES).contains(&phases) {
         return Ok(phases);
     }
-    Err(StateError::Phases { phases, harmonics, least, most: MOST_PHASES })
+    Err(StateError::Phases { phases, harmonics, least, most: MAX_PHASES })
 }
 
 fn phases_as_number(phases: usize) -> f64 {

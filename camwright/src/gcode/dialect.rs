@@ -48,11 +48,11 @@ pub(super) struct Rules {
 /// Most characters of a comment.
 pub(super) const TEXT_LENGTH: usize = 120;
 /// Largest number of a tool.
-pub(super) const MOST_TOOL: u32 = 9_999;
+pub(super) const MAX_TOOL: u32 = 9_999;
 /// Largest spindle speed (1/min).
-pub(super) const MOST_RPM: u32 = 99_999;
+pub(super) const MAX_RPM: u32 = 99_999;
 /// Longest pause (ms).
-pub(super) const MOST_DWELL_MS: u32 = 9_999_999;
+pub(super) const MAX_DWELL_MS: u32 = 9_999_999;
 
 static LINUXCNC: Rules = Rules {
     digits: 12,

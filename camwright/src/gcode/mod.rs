@@ -34,7 +34,7 @@ pub use driven::{DrivenMove, driven};
 pub use error::{BlockPlace, WriteError};
 pub use motion::{Action, CallMade, Done, Motion, Pose};
 pub use program::{
-    Block, Call, Direction, Format, FormatError, MOST_INCREMENTS, Program, Step, Subprogram, Target, Tool, XValues,
+    Block, Call, Direction, Format, FormatError, MAX_INCREMENTS, Program, Step, Subprogram, Target, Tool, XValues,
 };
-pub use raised_feed::{LEAST_RATE_MM_MIN, RaisedFeed, raised_feeds};
-pub use read::{LONGEST_LINE, MOST_BLOCKS, MOST_DEPTH, MOST_TEXT_BYTES, ReadError, ReadFault, read};
+pub use raised_feed::{MIN_RATE_MM_MIN, RaisedFeed, raised_feeds};
+pub use read::{LONGEST_LINE, MAX_BLOCKS, MAX_DEPTH, MAX_TEXT_BYTES, ReadError, ReadFault, read};

@@ -8,10 +8,10 @@ use alloc::vec::Vec;
 use thiserror::Error;
 
 /// Most decimal places of a coordinate.
-const MOST_DECIMALS: u32 = 6;
+const MAX_DECIMALS: u32 = 6;
 
 /// Coordinates have fewer increments than this; what is shifted by a call stays far from the end of the integers.
-pub const MOST_INCREMENTS: i64 = 1_000_000_000_000_000;
+pub const MAX_INCREMENTS: i64 = 1_000_000_000_000_000;
 
 /// Whether X is written as the distance from the spindle axis or as twice of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,7 +44,7 @@ pub struct Format {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum FormatError {
     /// A number of decimal places that no control reads.
-    #[error("{decimals} decimal places of {what} are not within 1 to {MOST_DECIMALS}")]
+    #[error("{decimals} decimal places of {what} are not within 1 to {MAX_DECIMALS}")]
     Decimals {
         what: &'static str,
         /// How many were asked for.
@@ -66,10 +66,10 @@ impl Format {
     /// # Errors
     /// Another number of places.
     pub const fn new(linear_decimals: u32, rotary_decimals: u32, x_values: XValues) -> Result<Self, FormatError> {
-        if linear_decimals < 1 || linear_decimals > MOST_DECIMALS {
+        if linear_decimals < 1 || linear_decimals > MAX_DECIMALS {
             return Err(FormatError::Decimals { what: "lengths", decimals: linear_decimals });
         }
-        if rotary_decimals < 1 || rotary_decimals > MOST_DECIMALS {
+        if rotary_decimals < 1 || rotary_decimals > MAX_DECIMALS {
             return Err(FormatError::Decimals { what: "angles", decimals: rotary_decimals });
         }
         Ok(Self { linear_decimals, rotary_decimals, x_values })

@@ -9,7 +9,7 @@ use thiserror::Error;
 /// LinuxCNC makes a rate of an inverse time by the linear way of a block (of C where no linear axis moves, in degrees), and no rate is below
 /// this one (mm/min): `Interp::inverse_time_rate_straight`, and issue 2410 of its repository, where a rotary axis with a very small linear
 /// way beside ran at its limit.
-pub const LEAST_RATE_MM_MIN: f64 = 0.1;
+pub const MIN_RATE_MM_MIN: f64 = 0.1;
 
 /// What rounding of F may take off a rate.
 const ROUNDING: f64 = 1e-6;
@@ -17,7 +17,7 @@ const ROUNDING: f64 = 1e-6;
 /// A block that would take less time than it says.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error(
-    "{place}: {way} {unit} in {time_s} s are {rate_per_min} {unit}/min; LinuxCNC drives no less than {LEAST_RATE_MM_MIN} {unit}/min, so C \
+    "{place}: {way} {unit} in {time_s} s are {rate_per_min} {unit}/min; LinuxCNC drives no less than {MIN_RATE_MM_MIN} {unit}/min, so C \
      would be there after {driven_s} s"
 )]
 pub struct RaisedFeed {
@@ -45,7 +45,7 @@ pub fn raised_feeds(program: &Program) -> Vec<RaisedFeed> {
         let Some(time_s) = driven.time_s else { continue };
         let Some((way, unit)) = way_of_rate(program, &start, &driven.pose) else { continue };
         let rate_per_min = way * (60.0 / time_s);
-        let slow = way > 0.0 && rate_per_min < LEAST_RATE_MM_MIN * (1.0 + ROUNDING);
+        let slow = way > 0.0 && rate_per_min < MIN_RATE_MM_MIN * (1.0 + ROUNDING);
         if slow && known.insert((driven.subprogram, driven.block)) {
             let name = driven.subprogram.and_then(|index| program.subprograms.get(index)).map(|sub| sub.name.clone());
             raised.push(RaisedFeed {
@@ -54,7 +54,7 @@ pub fn raised_feeds(program: &Program) -> Vec<RaisedFeed> {
                 unit,
                 time_s,
                 rate_per_min,
-                driven_s: way * (60.0 / LEAST_RATE_MM_MIN),
+                driven_s: way * (60.0 / MIN_RATE_MM_MIN),
             });
         }
     }

@@ -19,7 +19,7 @@ use thiserror::Error;
 
 /// Farthest that a wheel may run on after it has touched (mm): until the touch is known, and until it stands. A running wheel takes
 /// that off the part, a stopped one is pressed by it.
-pub const MOST_RUN_ON_MM: f64 = 0.05;
+pub const MAX_RUN_ON_MM: f64 = 0.05;
 
 /// Where one axis is to go.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,7 +79,7 @@ pub enum SetupError {
     StandOff(f64, &'static str),
     /// A wheel that touches must be stopped in time (mm).
     #[error(
-        "at {speed_mm_s} mm/s the wheel would run on by {run_on_mm:.4} mm after it has touched; at most {MOST_RUN_ON_MM} mm is \
+        "at {speed_mm_s} mm/s the wheel would run on by {run_on_mm:.4} mm after it has touched; at most {MAX_RUN_ON_MM} mm is \
          allowed, which is {most_mm_s:.3} mm/s"
     )]
     RunsOn {
@@ -234,8 +234,8 @@ impl Probe {
         let touches = request.input == Input::WheelContact;
         if touches {
             let run_on_mm = run_on(request.speed, &limits, machine);
-            if run_on_mm > MOST_RUN_ON_MM {
-                let most_mm_s = request.speed * MOST_RUN_ON_MM / run_on_mm;
+            if run_on_mm > MAX_RUN_ON_MM {
+                let most_mm_s = request.speed * MAX_RUN_ON_MM / run_on_mm;
                 return Err(SetupError::RunsOn { speed_mm_s: request.speed, run_on_mm, most_mm_s });
             }
         }

@@ -1,13 +1,13 @@
 //! Everything that can be said of a job without a path.
 
 use super::grinding::{
-    BetweenLobes, JobError, JobSpec, LEAST_BLOCKS, LobeSpec, MOST_ALLOWANCE_MM, MOST_MARGIN_MM, MOST_PASSES,
-    MOST_VARIATION_N, PassSpec, ProfileSpec, StiffnessSource,
+    BetweenLobes, JobError, JobSpec, LobeSpec, MAX_ALLOWANCE_MM, MAX_MARGIN_MM, MAX_PASSES, MAX_VARIATION_N,
+    MIN_BLOCKS, PassSpec, ProfileSpec, StiffnessSource,
 };
 use super::key::{JobKey, Subject};
-use crate::cam::compensation::{MOST_CORRECTION_MM, MOST_HARMONICS as MOST_LEARNED_HARMONICS, MOST_SLOPE_MM_RAD};
+use crate::cam::compensation::{MAX_CORRECTION_MM, MAX_HARMONICS as MAX_LEARNED_HARMONICS, MAX_SLOPE_MM_RAD};
 use crate::gauging::Mode;
-use crate::gauging::state::MOST_HARMONICS;
+use crate::gauging::state::MAX_HARMONICS;
 use crate::machine::description::{GaugeKind, MachineDescription};
 use crate::machine::fixture::Extent;
 use crate::math::range::least_and_most;
@@ -39,11 +39,11 @@ impl JobSpec {
         if self.lobes.is_empty() {
             return Err(JobError::NoLobes);
         }
-        if self.passes.is_empty() || self.passes.len() > MOST_PASSES {
-            return Err(JobError::PassCount { count: self.passes.len(), most: MOST_PASSES });
+        if self.passes.is_empty() || self.passes.len() > MAX_PASSES {
+            return Err(JobError::PassCount { count: self.passes.len(), most: MAX_PASSES });
         }
-        if self.blocks_per_turn < LEAST_BLOCKS {
-            return Err(JobError::TooFewBlocks { blocks: self.blocks_per_turn, least: LEAST_BLOCKS });
+        if self.blocks_per_turn < MIN_BLOCKS {
+            return Err(JobError::TooFewBlocks { blocks: self.blocks_per_turn, least: MIN_BLOCKS });
         }
         for (index, lobe) in self.lobes.iter().enumerate() {
             self.check_lobe(index, lobe, machine)?;
@@ -130,7 +130,7 @@ impl JobSpec {
     fn check_spark_out(&self, pass: &PassSpec, machine: &MachineDescription) -> Result<(), JobError> {
         let Some(most_n) = pass.spark_out_until_n else { return Ok(()) };
         let refused = |why| Err(JobError::SparkOutByForce { pass: pass.name.clone(), why });
-        if !(1..=MOST_VARIATION_N).contains(&most_n) {
+        if !(1..=MAX_VARIATION_N).contains(&most_n) {
             let (key, value) = (JobKey::SparkOutUntil, f64::from(most_n));
             let place = Subject::Pass(pass.name.clone());
             return Err(JobError::OutOfRange { place, key, value, wanted: "1 to 10000" });
@@ -175,10 +175,10 @@ impl JobSpec {
         }
         self.check_identification()?;
         let range = |key, value, wanted| Err(JobError::OutOfRange { place: Subject::Job, key, value, wanted });
-        if !(1..=MOST_HARMONICS).contains(&correction.harmonics) {
+        if !(1..=MAX_HARMONICS).contains(&correction.harmonics) {
             return range(JobKey::RunoutCorrectionHarmonics, f64::from(correction.harmonics), "1 to 100");
         }
-        if !(correction.allowance_mm >= 0.0 && correction.allowance_mm <= MOST_ALLOWANCE_MM) {
+        if !(correction.allowance_mm >= 0.0 && correction.allowance_mm <= MAX_ALLOWANCE_MM) {
             return range(JobKey::RunoutCorrectionAllowance, correction.allowance_mm, "0 to 0.1");
         }
         if let Some(contact) = correction.contacts.iter().find(|contact| !self.has_lobe(&contact.lobe)) {
@@ -214,7 +214,7 @@ impl JobSpec {
         positive(of_job, JobKey::MeasureStockSpeed, stock.speed_rad_s)?;
         let wanted = "0.001 to 10000 (0.01 to 95000 rpm)";
         within(of_job, JobKey::MeasureStockSpeed, stock.speed_rad_s, WORK_SPEEDS_RAD_S, wanted)?;
-        if !(stock.margin_mm > 0.0 && stock.margin_mm <= MOST_MARGIN_MM) {
+        if !(stock.margin_mm > 0.0 && stock.margin_mm <= MAX_MARGIN_MM) {
             let (key, value) = (JobKey::MeasureStockMargin, stock.margin_mm);
             return Err(JobError::OutOfRange { place: Subject::Job, key, value, wanted: "above 0 and at most 2" });
         }
@@ -239,13 +239,13 @@ impl JobSpec {
         if !(spec.gain > 0.0 && spec.gain <= 1.0) {
             return range(JobKey::FormCompensationGain, spec.gain, "above 0 and at most 1");
         }
-        if !(1..=MOST_LEARNED_HARMONICS).contains(&spec.harmonics) {
+        if !(1..=MAX_LEARNED_HARMONICS).contains(&spec.harmonics) {
             return range(JobKey::FormCompensationHarmonics, f64::from(spec.harmonics), "1 to 180");
         }
-        if !(spec.most_mm > 0.0 && spec.most_mm <= MOST_CORRECTION_MM) {
+        if !(spec.most_mm > 0.0 && spec.most_mm <= MAX_CORRECTION_MM) {
             return range(JobKey::FormCompensationMost, spec.most_mm, "above 0 and at most 0.1");
         }
-        if !(spec.most_slope_mm_rad > 0.0 && spec.most_slope_mm_rad <= MOST_SLOPE_MM_RAD) {
+        if !(spec.most_slope_mm_rad > 0.0 && spec.most_slope_mm_rad <= MAX_SLOPE_MM_RAD) {
             return range(JobKey::FormCompensationMostSlope, spec.most_slope_mm_rad, "above 0 and at most 1.146");
         }
         for learned in &compensation.learned {

@@ -106,10 +106,10 @@ pub struct StockSpec {
 }
 
 /// Most that the infeed may begin above the measured stock (mm): what is more is no measurement's to save.
-pub const MOST_MARGIN_MM: f64 = 2.0;
+pub const MAX_MARGIN_MM: f64 = 2.0;
 
 /// Most that may be left for the turn that corrects (mm): it is cut in a single turn.
-pub const MOST_ALLOWANCE_MM: f64 = 0.1;
+pub const MAX_ALLOWANCE_MM: f64 = 0.1;
 
 /// One lobe of the part.
 #[derive(Debug, Clone, PartialEq)]
@@ -393,13 +393,13 @@ pub struct WheelWish {
 }
 
 /// Largest variation of the force at which spark-out may end (N): more is no spark-out.
-pub const MOST_VARIATION_N: u32 = 10_000;
+pub const MAX_VARIATION_N: u32 = 10_000;
 
 /// Most passes over a lobe: roughing, finishing and some between; more is likelier a mistake.
-pub const MOST_PASSES: usize = 16;
+pub const MAX_PASSES: usize = 16;
 
 /// Fewest blocks per turn: below this a block is a tenth of a turn and no table of a lift.
-pub const LEAST_BLOCKS: u32 = 36;
+pub const MIN_BLOCKS: u32 = 36;
 
 impl JobSpec {
     /// A job that grinds nothing, for what a machine does without a part: with the wheel clear at a place of X (mm), and its rapid speed
@@ -410,7 +410,7 @@ impl JobSpec {
             name: String::from(name),
             profiles: Vec::new(),
             lobes: Vec::new(),
-            blocks_per_turn: LEAST_BLOCKS,
+            blocks_per_turn: MIN_BLOCKS,
             rapid_advance_mm: 0.0,
             rapid_speed_mm_s,
             stock_mm: 0.0,

@@ -40,7 +40,7 @@ const LONGEST_BLEND_RAD: f64 = TURN_RAD / 2.0;
 const LEAVES_MM: f64 = 0.2;
 
 /// Most turns with infeed: beyond it a mistyped ΔR is likelier than a wish.
-const MOST_TURNS: u32 = 1000;
+const MAX_TURNS: u32 = 1000;
 
 /// Why settings of the infeed fit no whole number of turns.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -59,7 +59,7 @@ pub enum InfeedError {
         /// The nearest values that fit.
         nearest: NearestInfeed,
     },
-    /// More turns than `MOST_TURNS`.
+    /// More turns than `MAX_TURNS`.
     #[error(
         "total infeed {total_mm} mm at {per_block_mm} mm per block takes {turns:.0} turns; at most {most} are allowed"
     )]
@@ -126,8 +126,8 @@ impl InfeedSchedule {
     pub fn new(total_mm: f64, per_block_mm: f64, blocks: u32, x_scale: Scale) -> Result<Self, InfeedError> {
         let per_turn_mm = f64::from(blocks) * per_block_mm;
         let turns = total_mm / per_turn_mm;
-        if turns.is_nan() || turns > f64::from(MOST_TURNS) + 0.5 {
-            return Err(InfeedError::TooManyTurns { total_mm, per_block_mm, turns, most: MOST_TURNS });
+        if turns.is_nan() || turns > f64::from(MAX_TURNS) + 0.5 {
+            return Err(InfeedError::TooManyTurns { total_mm, per_block_mm, turns, most: MAX_TURNS });
         }
         let total_counts = x_scale.counts(total_mm);
         if total_counts < 1 {
@@ -147,7 +147,7 @@ impl InfeedSchedule {
             };
             return Err(InfeedError::NotWholeTurns { total_mm, per_block_mm, blocks, turns, nearest });
         }
-        #[allow(clippy::cast_possible_truncation, reason = "between 1 and MOST_TURNS")]
+        #[allow(clippy::cast_possible_truncation, reason = "between 1 and MAX_TURNS")]
         let turns = whole as u32;
         Ok(Self {
             total_counts,

@@ -248,8 +248,8 @@ impl MilledGroove {
     pub fn steps_mm(&self) -> Vec<f64> {
         let depth_mm = self.depth_mm();
         // A step that fits but for rounding fits.
-        let steps = libm::ceil(depth_mm / self.step_mm - 1e-9).clamp(1.0, f64::from(MOST_STEPS));
-        (1..=MOST_STEPS)
+        let steps = libm::ceil(depth_mm / self.step_mm - 1e-9).clamp(1.0, f64::from(MAX_STEPS));
+        (1..=MAX_STEPS)
             .map(f64::from)
             .take_while(|step| *step <= steps)
             .map(|step| depth_mm * (steps - step) / steps)
@@ -257,4 +257,4 @@ impl MilledGroove {
     }
 }
 
-pub const MOST_STEPS: u32 = 1000;
+pub const MAX_STEPS: u32 = 1000;

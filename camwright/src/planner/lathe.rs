@@ -43,7 +43,7 @@ const AIR_MM: f64 = 0.5;
 
 /// Most knots of all passes together: some hundred bytes each in path, plan and pages, and some microseconds each to find them. The shipped
 /// turned cam has less than a tenth of them.
-const MOST_KNOTS: u32 = 1_000_000;
+const MAX_KNOTS: u32 = 1_000_000;
 
 /// Most looks at the surface for the paths of all passes: seconds of work. A test holds the shipped turned cam, whose insert bridges a hollow,
 /// to a tenth of them.
@@ -192,8 +192,8 @@ pub fn plan_turning(
     let mut passes = Vec::new();
     let requests = requests(job, &insert)?;
     let knots: f64 = requests.iter().map(|(_, request)| knots(request)).sum();
-    if knots > f64::from(MOST_KNOTS) {
-        return Err(TurningError::TooLong { passes: requests.len(), knots, most: MOST_KNOTS });
+    if knots > f64::from(MAX_KNOTS) {
+        return Err(TurningError::TooLong { passes: requests.len(), knots, most: MAX_KNOTS });
     }
     let budget = WorkBudget::new(MAX_SURFACE_LOOKS);
     for (index, (depth_mm, request)) in requests.into_iter().enumerate() {

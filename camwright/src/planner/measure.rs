@@ -41,7 +41,7 @@ const TURN_SHARE: f64 = 0.98;
 /// Turns in the air that are left where the stiffness is measured: its friction is measured in one of them.
 const AIR_TURNS: f64 = 1.5;
 /// Turns that are left of the first pass where the stiffness is measured: one in the air, one into the cut, two to measure.
-const LEAST_TURNS: u32 = 4;
+const MIN_TURNS: u32 = 4;
 
 /// How near a position may be to another for its rounding (mm).
 const ROUNDING_MM: f64 = 1e-9;
@@ -259,7 +259,7 @@ fn shortened(
     let identifies = job.identification.is_some();
     let needed_mm = needed_mm + if identifies { AIR_TURNS * schedules[0].per_turn_mm() } else { 0.0 };
     let most_turns = |number: usize, turns: u32| match (identifies, number) {
-        (true, 0) => turns.saturating_sub(LEAST_TURNS) + 1,
+        (true, 0) => turns.saturating_sub(MIN_TURNS) + 1,
         // Of a job that measures its stiffness every feed is needed.
         (true, _) => 0,
         (false, _) => turns,

@@ -9,7 +9,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 /// Most lobes for which every order is compared, by dynamic programming; beyond it the two sweeps along the part are.
-const MOST_COMPARED: usize = 12;
+const MAX_COMPARED: usize = 12;
 
 /// An order of a job's lobes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -31,7 +31,7 @@ pub fn fastest_order(job: &JobSpec, machine: &MachineDescription) -> LobeOrder {
     // What the machine has not got is refused elsewhere.
     let Some(stations) = stations else { return LobeOrder { lobes: given, saved_ticks: 0 } };
     let table = Table { machine, home_mm: job.home.z_mm, stations: &stations };
-    let lobes = if stations.len() <= MOST_COMPARED { table.best() } else { table.better_sweep() };
+    let lobes = if stations.len() <= MAX_COMPARED { table.best() } else { table.better_sweep() };
     let (before, after) = (table.ticks(&given), table.ticks(&lobes));
     if after < before {
         LobeOrder { lobes, saved_ticks: before - after }

@@ -12,7 +12,7 @@ use alloc::vec::Vec;
 /// Places of a turn at which laws and paths are looked at.
 const PER_TURN: u32 = 1440;
 /// Most places of a law that are looked at: laws of many turns are looked at more coarsely.
-const MOST_PLACES: u32 = 2_000_000;
+const MAX_PLACES: u32 = 2_000_000;
 
 /// What of a step moved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -271,5 +271,5 @@ impl Pair<'_> {
 #[allow(clippy::cast_possible_truncation, reason = "not negative, and no more than the most")]
 fn places(range_rad: f64) -> u32 {
     let wanted = range_rad / TURN_RAD * f64::from(PER_TURN);
-    libm::ceil(wanted.clamp(1.0, f64::from(MOST_PLACES))) as u32
+    libm::ceil(wanted.clamp(1.0, f64::from(MAX_PLACES))) as u32
 }

@@ -171,7 +171,7 @@ pub enum FaultError {
 }
 
 /// Most chunks that one fault may lose.
-const MOST_CHUNKS: f64 = 1.0e6;
+const MAX_CHUNKS: f64 = 1.0e6;
 
 impl Fault {
     /// A fault from its name, what it strikes, and its size (mm or rad, an angle between marks in degrees); `active: false`
@@ -238,7 +238,7 @@ impl Fault {
             }
             "drive_gain" => Fault::DriveGain { axis: axis()?, factor: if active { between(0.0, 1.0)? } else { 1.0 } },
             "drive_fault" => Fault::DriveFault { axis: axis()?, active },
-            "lost_chunks" => Fault::LostChunks(if active { between(1.0, MOST_CHUNKS)? as u32 } else { 0 }),
+            "lost_chunks" => Fault::LostChunks(if active { between(1.0, MAX_CHUNKS)? as u32 } else { 0 }),
             "gauge_stuck" => Fault::Gauge(active.then_some(GaugeFault::Stuck)),
             "gauge_nan" => Fault::Gauge(active.then_some(GaugeFault::NotANumber)),
             "wheel_stall" => Fault::WheelStall(active),

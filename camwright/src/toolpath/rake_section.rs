@@ -164,13 +164,13 @@ pub struct Shortcuts {
 const CLOSE_RAD: f64 = 1e-8;
 
 /// Least angle between surface and rake plane (rad): below it the section moves by some 30 mm for every mm of the surface.
-const LEAST_ANGLE_RAD: f64 = 0.035;
+const MIN_ANGLE_RAD: f64 = 0.035;
 
 /// Steps of Newton's method within its bracket, which bisection alone would need.
-const MOST_STEPS: u32 = 100;
+const MAX_STEPS: u32 = 100;
 
 /// Most steps from outside to the surface.
-const MOST_WALK: u32 = 20_000;
+const MAX_WALK: u32 = 20_000;
 
 /// Fewest and most pieces of a [`SectionCurve`].
 const PIECES: (u32, u32) = (16, 16_384);
@@ -256,14 +256,14 @@ impl<'a> RakeSection<'a> {
             return Err(RakeSectionError::TooMuchWork { turned_deg, z_mm, allowed: budget.allowed() });
         }
         let angle = FRAC_PI_2 - point.normal_rad().abs();
-        if angle >= LEAST_ANGLE_RAD && point.x_mm.is_finite() {
+        if angle >= MIN_ANGLE_RAD && point.x_mm.is_finite() {
             return Ok(point);
         }
         Err(RakeSectionError::Grazes {
             turned_deg: deg_from_rad(turned_rad),
             z_mm: point.z_mm,
             angle_deg: deg_from_rad(angle),
-            bound_deg: libm::round(deg_from_rad(LEAST_ANGLE_RAD)),
+            bound_deg: libm::round(deg_from_rad(MIN_ANGLE_RAD)),
         })
     }
 
@@ -272,7 +272,7 @@ impl<'a> RakeSection<'a> {
     pub(crate) fn near(&self, turned_rad: f64, z_mm: f64, guess_rad: f64) -> SectionPoint {
         let (mut low, mut high) = self.leads;
         let mut lead = guess_rad.clamp(low, high);
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let (place, off) = self.place(turned_rad, z_mm, lead);
             if off.abs() < CLOSE_RAD {
                 return place.moved(off).section(self.y_mm, z_mm);
@@ -310,7 +310,7 @@ impl<'a> RakeSection<'a> {
         let steepest = 1.0 + self.bounds.steepest_mm_rad * y.abs() / (least * least);
         let mut x = libm::sqrt(self.bounds.largest_mm * self.bounds.largest_mm - y * y) + 1e-6;
         let mut lead = 0.0;
-        for _ in 0..MOST_WALK {
+        for _ in 0..MAX_WALK {
             if let Some(budget) = self.budget {
                 budget.spend(1);
                 if budget.is_used_up() {
@@ -336,7 +336,7 @@ impl<'a> RakeSection<'a> {
             turned_deg: deg_from_rad(turned_rad),
             z_mm,
             angle_deg: deg_from_rad((FRAC_PI_2 - (lead + place.surface.normal_lead_rad()).abs()).min(0.0)),
-            bound_deg: libm::round(deg_from_rad(LEAST_ANGLE_RAD)),
+            bound_deg: libm::round(deg_from_rad(MIN_ANGLE_RAD)),
         })
     }
 

@@ -96,7 +96,7 @@ const ALLOWED_ERROR_MM: f64 = 1e-6;
 pub(crate) const CONTOUR_ERROR_MM: f64 = 2e-6;
 
 /// Steps to the cam angle of a shifted contour; each leaves a share of a few hundredths for an ordinary correction.
-const MOST_STEPS: usize = 40;
+const MAX_STEPS: usize = 40;
 
 /// The way back is checked on a grid this much finer than the knots.
 pub(crate) const CHECK_DENSITY: usize = 8;
@@ -177,7 +177,7 @@ impl ToolPath {
         };
         let exact = |angle: f64, guess: &mut f64| {
             let mut cam_angle = angle + *guess;
-            for _ in 0..MOST_STEPS {
+            for _ in 0..MAX_STEPS {
                 let next = contour.solve(angle - centre(cam_angle).1, wheel_radius_mm, cam_angle);
                 let change = (next - cam_angle).abs();
                 cam_angle = next;

@@ -1,6 +1,6 @@
 //! What is not read, and why: each refusal with its line and sentence.
 
-use camwright::gcode::{Dialect, MOST_BLOCKS, MOST_TEXT_BYTES, ProgramFile, XValues, read};
+use camwright::gcode::{Dialect, MAX_BLOCKS, MAX_TEXT_BYTES, ProgramFile, XValues, read};
 
 fn file(name: &str, text: impl Into<String>) -> ProgramFile {
     ProgramFile { name: name.into(), text: text.into() }
@@ -258,9 +258,8 @@ fn too_much_is_refused_in_bounded_time_and_memory() {
         &[file("a", " ".repeat(513))],
         "a, line 1: the line has 513 bytes, at most 512 are read",
     );
-    let half = "\n".repeat(MOST_TEXT_BYTES / 2 + 1);
-    let sentence =
-        format!("a, line 1: the files have {} bytes, at most {MOST_TEXT_BYTES} are read", MOST_TEXT_BYTES + 2);
+    let half = "\n".repeat(MAX_TEXT_BYTES / 2 + 1);
+    let sentence = format!("a, line 1: the files have {} bytes, at most {MAX_TEXT_BYTES} are read", MAX_TEXT_BYTES + 2);
     refused(Dialect::Fanuc, &[file("a", half.clone()), file("b", half)], &sentence);
 
     // 60⁴ calls of nothing but comments.
@@ -272,5 +271,5 @@ fn too_much_is_refused_in_bounded_time_and_memory() {
     }
     text += "o<s4> sub\n(nothing)\no<s4> endsub\no<s0> call\nM2\n";
     let error = read(Dialect::LinuxCnc, XValues::Radius, &[file("a", text)]).expect_err("it is refused");
-    assert!(error.to_string().ends_with(&format!("more than {MOST_BLOCKS} blocks are executed")), "{error}");
+    assert!(error.to_string().ends_with(&format!("more than {MAX_BLOCKS} blocks are executed")), "{error}");
 }

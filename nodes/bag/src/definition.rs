@@ -4,7 +4,7 @@ use camwright_msgs::syntax::{Element, Primitive, Shape, TypeError, TypeText, spl
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Types that a type may use: far more than any does, and few enough for a message to be read by recursion.
-const MOST_TYPES: usize = 256;
+const MAX_TYPES: usize = 256;
 
 /// Type of one element of a field.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -51,8 +51,8 @@ impl Definition {
             };
             texts.push((name, body));
         }
-        if texts.len() > MOST_TYPES {
-            return Err(format!("{} types are used, {MOST_TYPES} are allowed", texts.len()));
+        if texts.len() > MAX_TYPES {
+            return Err(format!("{} types are used, {MAX_TYPES} are allowed", texts.len()));
         }
         let numbers: BTreeMap<String, usize> =
             texts.iter().enumerate().rev().map(|(index, (name, _))| (name.clone(), index)).collect();

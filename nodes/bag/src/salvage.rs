@@ -25,9 +25,9 @@ const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 /// How much is looked through at a time in search of a chunk (B).
 const WINDOW: usize = 1 << 20;
 /// The shortest chunk record: times, size, check sum, an empty word for the compression, and a length (B).
-const LEAST_CHUNK: u64 = 8 + 8 + 8 + 4 + 4 + 8;
+const MIN_CHUNK: u64 = 8 + 8 + 8 + 4 + 4 + 8;
 /// The same with its head.
-const LEAST_RECORD: usize = 49;
+const MIN_RECORD: usize = 49;
 /// How often a search may look at the bytes of a file: what looks like a chunk everywhere would be read without end.
 const LOOKS: u64 = 32;
 
@@ -171,12 +171,12 @@ impl Salvage {
     fn search(&mut self, begin: u64, reason: &str) -> Result<Piece, BagError> {
         let mut from = begin + 1;
         self.at = self.length;
-        'windows: while from + LEAST_RECORD as u64 <= self.length {
+        'windows: while from + MIN_RECORD as u64 <= self.length {
             let window = self.read(from, (self.length - from).min((WINDOW + 64) as u64))?;
-            for (index, bytes) in window.windows(LEAST_RECORD).enumerate().take(WINDOW) {
+            for (index, bytes) in window.windows(MIN_RECORD).enumerate().take(WINDOW) {
                 let length = u64_at(bytes, 1);
                 let at = from + index as u64;
-                if bytes[0] != op::CHUNK || length < LEAST_CHUNK || length > self.length - at - HEAD {
+                if bytes[0] != op::CHUNK || length < MIN_CHUNK || length > self.length - at - HEAD {
                     continue;
                 }
                 if length > RECORD_LIMIT as u64 || self.looked > self.length.saturating_mul(LOOKS) {

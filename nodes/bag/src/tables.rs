@@ -14,7 +14,7 @@ use super::{Bag, BagError, Message};
 use crate::progress::bar_over;
 
 /// Columns of a table at most: far more than any message has, and few enough for every row to have a place for each.
-const MOST_COLUMNS: usize = 10_000;
+const MAX_COLUMNS: usize = 10_000;
 
 /// What tables are written as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -125,7 +125,7 @@ impl Table {
             if numbers.contains_key(path) {
                 return;
             }
-            if columns.len() < MOST_COLUMNS {
+            if columns.len() < MAX_COLUMNS {
                 numbers.insert(path.to_owned(), columns.len());
                 columns.push(Column { name: path.to_owned(), kind: ColumnType::from_value(&value) });
             } else {
@@ -133,7 +133,7 @@ impl Table {
             }
         })?;
         if is_too_wide {
-            return Err(format!("it needs more than {MOST_COLUMNS} columns; --longest makes fewer"));
+            return Err(format!("it needs more than {MAX_COLUMNS} columns; --longest makes fewer"));
         }
         Ok(())
     }

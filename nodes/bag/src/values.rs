@@ -4,7 +4,7 @@ use super::definition::{Definition, Field, Kind};
 use camwright_msgs::syntax::{Primitive, Shape};
 
 /// Elements of an array that is told as a whole, at most: each takes the room of a value.
-const MOST_LISTED: usize = 4 << 20;
+const MAX_LISTED: usize = 4 << 20;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Value {
@@ -100,8 +100,8 @@ impl<'a> Cursor<'a> {
             }
             return Ok(());
         }
-        if count > MOST_LISTED {
-            return Err(format!("{count} elements, {MOST_LISTED} are the most in a table"));
+        if count > MAX_LISTED {
+            return Err(format!("{count} elements, {MAX_LISTED} are the most in a table"));
         }
         // Too long for columns: its values in order, and one text where they have names.
         let mut values = Vec::new();

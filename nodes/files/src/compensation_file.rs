@@ -1,6 +1,6 @@
 //! What a job file says about form compensation: how it is learned, and what was learned before this part.
 
-use camwright::cam::compensation::{Compensation, CompensationSpec, FormCurve, LearnedError, MOST_HARMONICS};
+use camwright::cam::compensation::{Compensation, CompensationSpec, FormCurve, LearnedError, MAX_HARMONICS};
 use camwright::math::units::{mm_from_um, rad_from_deg, um_from_mm};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,7 +13,7 @@ pub(super) struct CompensationFile {
     #[schemars(range(min = 1e-6, max = 1.0))]
     gain: f64,
     /// Harmonics of a turn that are corrected, size included. Harmonic k at n rpm moves X at k n/60 Hz.
-    #[schemars(range(min = 1, max = MOST_HARMONICS))]
+    #[schemars(range(min = 1, max = MAX_HARMONICS))]
     harmonics: u32,
     /// Maximum shift of the wheel path.
     #[schemars(range(min = 1e-6, max = 100.0))]
@@ -57,7 +57,7 @@ struct LearnedFile {
     #[schemars(range(min = -1e6, max = 1e6))]
     mean_um: f64,
     /// Cosine and sine of every harmonic of the shift.
-    #[schemars(length(max = MOST_HARMONICS))]
+    #[schemars(length(max = MAX_HARMONICS))]
     waves_um: Vec<[f64; 2]>,
 }
 

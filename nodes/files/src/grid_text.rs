@@ -15,16 +15,16 @@ use std::io::{self, Write};
 use std::path::Path;
 
 /// Largest file (bytes).
-pub(super) const MOST_BYTES: u64 = 1 << 28;
+pub(super) const MAX_BYTES: u64 = 1 << 28;
 
 /// Most radii: 128 MB, and as much again for the surface through them.
-const MOST_RADII: usize = 16_000_000;
+const MAX_RADII: usize = 16_000_000;
 
 /// What the first line begins with.
 const HEAD: &str = "z_mm";
 
 /// Cells that are none are told one by one, up to so many.
-const MOST_FINDINGS: usize = 20;
+const MAX_FINDINGS: usize = 20;
 
 /// The surface through the radii of a table.
 ///
@@ -65,7 +65,7 @@ fn parse(path: &Path, text: &str) -> Result<(Grid, Lines), Vec<ConfigError>> {
             Ok(azimuth_deg) => azimuths_deg.push(azimuth_deg),
             Err(what) => {
                 findings.push(refuse(head, format!("azimuth {}: {what}", column + 1)));
-                if findings.len() == MOST_FINDINGS {
+                if findings.len() == MAX_FINDINGS {
                     return Err(findings);
                 }
             }
@@ -79,8 +79,8 @@ fn parse(path: &Path, text: &str) -> Result<(Grid, Lines), Vec<ConfigError>> {
     let mut lines = Lines { head, rows: Vec::new() };
     let mut grid = Grid { azimuths_rad, z_mm: Vec::new(), radii_mm: Vec::new() };
     for (line, row) in written {
-        if grid.radii_mm.len() + columns > MOST_RADII {
-            findings.push(refuse(line, format!("there are more than {MOST_RADII} radii: fewer azimuths or rows")));
+        if grid.radii_mm.len() + columns > MAX_RADII {
+            findings.push(refuse(line, format!("there are more than {MAX_RADII} radii: fewer azimuths or rows")));
             return Err(findings);
         }
         let count = row.split(',').count();
@@ -94,7 +94,7 @@ fn parse(path: &Path, text: &str) -> Result<(Grid, Lines), Vec<ConfigError>> {
                         None => HEAD.to_owned(),
                         Some(index) => format!("azimuth {} deg", azimuths_deg[index]),
                     };
-                    if findings.len() < MOST_FINDINGS {
+                    if findings.len() < MAX_FINDINGS {
                         findings.push(refuse(line, format!("{of}: {what}")));
                     }
                     f64::NAN
@@ -102,7 +102,7 @@ fn parse(path: &Path, text: &str) -> Result<(Grid, Lines), Vec<ConfigError>> {
                 if column == 0 { grid.z_mm.push(value) } else { grid.radii_mm.push(value) }
             }
         }
-        if findings.len() >= MOST_FINDINGS {
+        if findings.len() >= MAX_FINDINGS {
             return Err(findings);
         }
     }
@@ -250,7 +250,7 @@ mod tests {
             assert!(told.contains(words), "{words}: {told}");
         }
         // All of them, up to a number.
-        assert_eq!(refusal(&table().replace(".", "x")).lines().count(), MOST_FINDINGS);
+        assert_eq!(refusal(&table().replace(".", "x")).lines().count(), MAX_FINDINGS);
         assert!(
             read(Path::new("a.csv"), b"z_mm,0\n\xff").unwrap_err()[0].to_string().contains("a.csv:2: is not UTF-8")
         );

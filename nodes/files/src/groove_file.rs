@@ -8,7 +8,7 @@ use super::names;
 use super::profile_file::contour_key;
 use super::yaml::Document;
 use camwright::job::grinding::ProfileSpec;
-use camwright::job::milling::{GrooveKind, MOST_STEPS, MilledGroove};
+use camwright::job::milling::{GrooveKind, MAX_STEPS, MilledGroove};
 use camwright::math::units::rad_from_deg;
 use camwright::toolpath::groove::GrooveError;
 use camwright::toolpath::groove::barrel::BarrelGroove;
@@ -91,11 +91,11 @@ pub(super) fn findings(groove: &GrooveFile, index: usize) -> Vec<(String, String
     for key in needed.iter().filter(|key| !given(key)) {
         refuse("kind", format!("a groove of kind {kind} needs {key}"));
     }
-    if let Some(step) = groove.step_mm.filter(|step| groove.depth_mm / step > f64::from(MOST_STEPS)) {
+    if let Some(step) = groove.step_mm.filter(|step| groove.depth_mm / step > f64::from(MAX_STEPS)) {
         let steps = (groove.depth_mm / step).ceil();
         refuse(
             "step_mm",
-            format!("step_mm is {step}, which takes {steps} steps down; at most {MOST_STEPS} are allowed"),
+            format!("step_mm is {step}, which takes {steps} steps down; at most {MAX_STEPS} are allowed"),
         );
     }
     if let Some(outer) = groove.outer_radius_mm.filter(|outer| groove.depth_mm >= *outer) {

@@ -19,7 +19,7 @@ use super::wheel_file::{DressingFile, ObstacleFile, WheelPowerFile, wishes};
 use super::yaml::Document;
 use camwright::cam::follower::Follower;
 use camwright::job::grinding::{
-    BetweenLobes, HoldInCut, HomePosition, JobSpec, LEAST_BLOCKS, LobeSpec, PassSpec, ProfileSpec, Subject,
+    BetweenLobes, HoldInCut, HomePosition, JobSpec, LobeSpec, MIN_BLOCKS, PassSpec, ProfileSpec, Subject,
 };
 use camwright::math::units::{TURN_RAD, rad_from_deg};
 use camwright::planner::{LobeOrder, fastest_order};
@@ -74,7 +74,7 @@ pub(super) struct JobFile {
     infeed: InfeedFile,
     /// N, blocks of a turn: the unit angle of `infeed.per_block_um` is 360/N deg. Default: that of the tables,
     /// 3600 without a table. Required where the tables of a job differ.
-    #[schemars(range(min = LEAST_BLOCKS, max = MAX_BLOCKS))]
+    #[schemars(range(min = MIN_BLOCKS, max = MAX_BLOCKS))]
     blocks_per_turn: Option<u32>,
     /// Speed of the headstock in the cut; the maximum speed with a `speed.law` other than `constant_work_speed`.
     #[schemars(range(min = 0.01, max = 95000.0))]

@@ -4,7 +4,7 @@ use super::ConfigError;
 use super::contact_file::PER_MM;
 use super::yaml::Document;
 use camwright::gauging::Mode;
-use camwright::gauging::state::{MOST_HARMONICS, USUAL_HARMONICS};
+use camwright::gauging::state::{MAX_HARMONICS, USUAL_HARMONICS};
 use camwright::job::grinding::{CorrectionSpec, IdentificationSpec, KnownContact, StiffnessSource, StockSpec};
 use camwright::job::raw_part::{Bend, RawPart, Wave};
 use camwright::machine::contact_law::ContactLaw;
@@ -107,7 +107,7 @@ pub(super) struct CorrectionFile {
     #[serde(default)]
     mode: ModeFile,
     /// Harmonics of the part that the gauge separates; more harmonics pass more noise of the gauge.
-    #[schemars(range(min = 1, max = MOST_HARMONICS))]
+    #[schemars(range(min = 1, max = MAX_HARMONICS))]
     #[serde(default = "usual_harmonics")]
     harmonics: u32,
     /// Stock that the passes leave for the correcting turn.

@@ -97,7 +97,7 @@ pub(super) struct SCamFile {
 }
 
 /// Most segments of a turn, repeats counted.
-const MOST_SEGMENTS: usize = 1000;
+const MAX_SEGMENTS: usize = 1000;
 
 /// Motion laws one after the other.
 pub(super) fn program(
@@ -121,9 +121,9 @@ pub(super) fn program(
     if !errors.is_empty() {
         return Err(errors);
     }
-    if known.len().saturating_mul(repeat) > MOST_SEGMENTS {
+    if known.len().saturating_mul(repeat) > MAX_SEGMENTS {
         let count = known.len();
-        let message = format!("repeat is {repeat} with {count} segments; a turn has at most {MOST_SEGMENTS} segments");
+        let message = format!("repeat is {repeat} with {count} segments; a turn has at most {MAX_SEGMENTS} segments");
         return Err(profile.refuse("repeat", message));
     }
     let turn: Vec<MotionSegment> = core::iter::repeat_n(&known, repeat).flatten().copied().collect();

@@ -144,7 +144,7 @@ fn column(name: &str) -> Option<Column> {
 }
 
 /// Most rows of a table: one for every block, and the first again.
-const MOST_ROWS: usize = LiftTable::MAX_BLOCKS + 1;
+const MAX_ROWS: usize = LiftTable::MAX_BLOCKS + 1;
 
 /// What stands between two cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -245,8 +245,8 @@ fn sorted<'a>(path: &Path, text: &'a str, skipped: usize) -> Result<Sorted<'a>, 
             said.push((number, line));
         } else if body.is_empty() && !begins_with_number(content) {
             titles.push((number, content));
-        } else if body.len() == MOST_ROWS {
-            let message = format!("is a row too many: a table has at most {MOST_ROWS}, for steps of 0.01 deg");
+        } else if body.len() == MAX_ROWS {
+            let message = format!("is a row too many: a table has at most {MAX_ROWS}, for steps of 0.01 deg");
             return Err(vec![ConfigError::at(Place::line(path, number), message)]);
         } else {
             // Tabs at the head of a row are an empty cell, not space.

@@ -30,7 +30,7 @@ const BUILT_IN: &[(&str, &str)] = &[
 ];
 
 /// Largest text that is read (bytes): a table of 0.01° takes a megabyte.
-pub const MOST_TEXT_BYTES: u64 = 16 << 20;
+pub const MAX_TEXT_BYTES: u64 = 16 << 20;
 
 /// A file that was found, with its text.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -86,7 +86,7 @@ enum Found {
 /// # Errors
 /// A file that does not exist in any of the places, cannot be read, is too large, or is not UTF-8.
 pub fn locate(kind: &str, name: &str, extension: &str, relative_to: Option<&Path>) -> Result<Located, ConfigError> {
-    locate_bytes(kind, name, extension, relative_to, MOST_TEXT_BYTES)?.into_text()
+    locate_bytes(kind, name, extension, relative_to, MAX_TEXT_BYTES)?.into_text()
 }
 
 /// The same for a file that may be no text and is refused if it is larger than so many bytes, before it is read.

@@ -58,7 +58,7 @@ fn is_none(wear_mm: &f64) -> bool {
 }
 
 /// Most that a wheelhead can have grown by (mm).
-const MOST_GROWTH_MM: f64 = 1.0;
+const MAX_GROWTH_MM: f64 = 1.0;
 
 /// A growth that is written.
 fn grown(mm: f64) -> Option<f64> {
@@ -115,8 +115,8 @@ pub fn load(path: &Path, description: &MachineDescription) -> Result<LastingStat
     let (growth_mm, growth_at_dress_mm) =
         (file.growth_mm.unwrap_or(new.growth_mm), file.growth_at_dress_mm.unwrap_or(new.growth_at_dress_mm));
     for (key, value) in [("growth_mm", growth_mm), ("growth_at_dress_mm", growth_at_dress_mm)] {
-        if !(-MOST_GROWTH_MM..=MOST_GROWTH_MM).contains(&value) {
-            return Err(refuse(format!("{key} is {value}, allowed is -{MOST_GROWTH_MM} to {MOST_GROWTH_MM}")));
+        if !(-MAX_GROWTH_MM..=MAX_GROWTH_MM).contains(&value) {
+            return Err(refuse(format!("{key} is {value}, allowed is -{MAX_GROWTH_MM} to {MAX_GROWTH_MM}")));
         }
     }
     Ok(LastingState {

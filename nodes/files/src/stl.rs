@@ -8,7 +8,7 @@ use std::path::Path;
 use std::str::SplitAsciiWhitespace;
 
 /// Largest file (bytes): three million triangles are read, 150 MB as bytes; a million as text.
-pub(super) const MOST_BYTES: u64 = 1 << 28;
+pub(super) const MAX_BYTES: u64 = 1 << 28;
 
 /// What stands before the triangles of a binary file: 80 bytes for anybody, and their number.
 const HEAD: usize = 84;

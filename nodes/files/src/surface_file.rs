@@ -324,7 +324,7 @@ fn named(
 }
 
 fn read_grid(document: &Document, file: &str, files: &mut JobFiles) -> Result<ReadSurface, Vec<ConfigError>> {
-    let LocatedBytes { path, bytes } = named(document, file, "csv", grid_text::MOST_BYTES, files)?;
+    let LocatedBytes { path, bytes } = named(document, file, "csv", grid_text::MAX_BYTES, files)?;
     grid_text::read(&path, &bytes).map(ReadSurface::from)
 }
 
@@ -335,7 +335,7 @@ fn read_mesh(
     axis: AxisFile,
     files: &mut JobFiles,
 ) -> Result<ReadSurface, Vec<ConfigError>> {
-    let LocatedBytes { path, bytes } = named(document, file, "stl", stl::MOST_BYTES, files)?;
+    let LocatedBytes { path, bytes } = named(document, file, "stl", stl::MAX_BYTES, files)?;
     let mut triangles = stl::read(&path, &bytes).map_err(|error| vec![error])?;
     drop(bytes);
     for corner in triangles.iter_mut().flatten() {

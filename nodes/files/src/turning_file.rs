@@ -13,7 +13,7 @@ use camwright::cam::surface::Surface;
 use camwright::cam::surface::mesh::MeshReading;
 use camwright::job::turning::{TurningJob, TurningSpeed};
 use camwright::math::units::{mm_from_um, rad_s_from_rpm};
-use camwright::simulation::turned_part::{MIN_AZIMUTHS, MOST_CELLS, PartGrid};
+use camwright::simulation::turned_part::{MAX_CELLS, MIN_AZIMUTHS, PartGrid};
 use camwright::toolpath::insert_path::{Feed, Passes};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -357,13 +357,13 @@ fn grid(document: &Document, file: &TurningFile, feed: Feed) -> Result<PartGrid,
     let column_mm = file.form_grid.column_mm.unwrap_or(feed_mm / COLUMNS_PER_FEED);
     let columns = ((to_mm - from_mm) / column_mm).ceil() + 1.0;
     let cells = columns * azimuths as f64;
-    if columns >= 2.0 && cells <= MOST_CELLS as f64 {
+    if columns >= 2.0 && cells <= MAX_CELLS as f64 {
         #[allow(clippy::cast_possible_truncation, reason = "within the bounds above")]
         return Ok(PartGrid { azimuths, columns: columns as usize, from_mm, to_mm });
     }
     if columns >= 2.0 {
         let message = format!(
-            "the part is simulated in columns of {column_mm:.6} mm with {azimuths} azimuths, {cells:.0} cells; at most {MOST_CELLS} are \
+            "the part is simulated in columns of {column_mm:.6} mm with {azimuths} azimuths, {cells:.0} cells; at most {MAX_CELLS} are \
              allowed: larger columns (form_grid.column_mm), or fewer azimuths"
         );
         return Err(document.error("form_grid", message));

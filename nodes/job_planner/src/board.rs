@@ -2,7 +2,7 @@
 
 use super::cell::Told;
 use super::lock;
-use camwright_files::convert::job_files::{MOST_PAGES, pages_from_files};
+use camwright_files::convert::job_files::{MAX_PAGES, pages_from_files};
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::{JobFilePage, JobStatus};
 use camwright_planning::AnyPrepared;
@@ -26,7 +26,7 @@ pub(super) struct Board {
 impl Board {
     pub(super) fn new(node: &Node, cell: mpsc::Sender<Told>) -> Result<Self, RosError> {
         let publisher = node.publisher("~/job_status", &Qos::latched(1))?;
-        let files = node.publisher("~/job_files", &Qos::latched(MOST_PAGES))?;
+        let files = node.publisher("~/job_files", &Qos::latched(MAX_PAGES))?;
         let (last, told) = (Mutex::default(), Mutex::default());
         let board = Self { node: node.clone(), publisher, files, told, last, cell };
         board.set(|_| {});

@@ -27,7 +27,7 @@ mod turning_run;
 
 use board::Board;
 use camwright_files::convert::machine_now::MachineNow;
-use camwright_machine_cycle::part::MOST_PAGES;
+use camwright_machine_cycle::part::MAX_PAGES;
 use camwright_msgs::camwright_msgs::action::{ExecutePlan, RunJob};
 use camwright_msgs::camwright_msgs::msg::{
     Alarm, FormMap, GaugeReading, MachineAlarms, MachineDescription as DescriptionMessage, PartLobe, PlanPage,
@@ -343,7 +343,7 @@ fn subscriptions(shared: &Arc<Shared>, grant: &Arc<Grant>) -> Result<Vec<Subscri
             this.parts.take(lobe);
         })?;
     let this = Arc::clone(shared);
-    let pages = (&Qos::latched(MOST_PAGES), MOST_PAGES as usize);
+    let pages = (&Qos::latched(MAX_PAGES), MAX_PAGES as usize);
     let turned = subscribe_to_machine::<TurnedPage>(node, grant, "machine/turned_part", pages, move |page, _| {
         this.turned_parts.take(&page);
     })?;

@@ -14,7 +14,7 @@ use camwright_planning::{self as planning, AnyPrepared, PreparedJob, PreparedTur
 /// Points of a preview over one turn unless the request says otherwise: one per degree.
 const PREVIEW_POINTS: u32 = 360;
 /// Most points of a preview.
-const MOST_PREVIEW_POINTS: u32 = 3600;
+const MAX_PREVIEW_POINTS: u32 = 3600;
 
 pub(super) fn answer(shared: &Shared, request: &PreviewJobRequest) -> PreviewJobResponse {
     match preview(shared, request) {
@@ -26,8 +26,8 @@ pub(super) fn answer(shared: &Shared, request: &PreviewJobRequest) -> PreviewJob
 fn preview(shared: &Shared, request: &PreviewJobRequest) -> Result<PreviewJobResponse, String> {
     let points = match request.points {
         0 => PREVIEW_POINTS,
-        points if points <= MOST_PREVIEW_POINTS => points,
-        points => return Err(format!("{points} points, at most {MOST_PREVIEW_POINTS} are allowed")),
+        points if points <= MAX_PREVIEW_POINTS => points,
+        points => return Err(format!("{points} points, at most {MAX_PREVIEW_POINTS} are allowed")),
     };
     let machine = lock(&shared.machine).clone();
     super::settings::check_against_job(shared.node.parameters(), &request.job, &request.overrides)?;

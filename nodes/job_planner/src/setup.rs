@@ -36,7 +36,7 @@ const OUT_OF_SIGHT: Duration = Duration::from_secs(5);
 /// By how much a touch-off may correct the zero of X unless the request says otherwise, and at most (mm): more is another wheel, or
 /// another part.
 const USUAL_CORRECTION_MM: f64 = 0.2;
-const MOST_CORRECTION_MM: f64 = 1.0;
+const MAX_CORRECTION_MM: f64 = 1.0;
 /// How far the wheel stands off when it has touched (mm), besides what the zero may be off.
 const STAND_OFF_MM: f64 = 1.0;
 /// How much of a turn is searched for the key-way: all of it, and a part of it again.
@@ -350,8 +350,8 @@ impl Work {
         }
         let most_mm =
             if request.most_correction == 0.0 { USUAL_CORRECTION_MM } else { mm_from_m(request.most_correction) };
-        if !(most_mm > 0.0 && most_mm <= MOST_CORRECTION_MM) {
-            let most_m = m_from_mm(MOST_CORRECTION_MM);
+        if !(most_mm > 0.0 && most_mm <= MAX_CORRECTION_MM) {
+            let most_m = m_from_mm(MAX_CORRECTION_MM);
             return Err(format!("most_correction is {} m; it must be 0 to {most_m} m", request.most_correction).into());
         }
         let (z_mm, radius_mm, largest_mm) = self.place(request, &machine)?;

@@ -1,7 +1,7 @@
 //! The part in a lathe, as the machine last reported it page by page.
 
 use super::{lock, wait_for};
-use camwright::simulation::turned_part::{MOST_CELLS, PartGrid, TurnedPart, TurnedPartError};
+use camwright::simulation::turned_part::{MAX_CELLS, PartGrid, TurnedPart, TurnedPartError};
 use camwright_files::convert::mm_from_m;
 use camwright_msgs::camwright_msgs::msg::TurnedPage;
 use std::sync::{Condvar, Mutex};
@@ -50,7 +50,7 @@ impl State {
     fn begun_by(page: &TurnedPage) -> Option<Self> {
         let size = |count: u32| usize::try_from(count).unwrap_or(usize::MAX);
         let (azimuths, columns, pages) = (size(page.azimuths), size(page.columns), size(page.pages));
-        let cells = azimuths.checked_mul(columns).filter(|cells| (1..=MOST_CELLS).contains(cells))?;
+        let cells = azimuths.checked_mul(columns).filter(|cells| (1..=MAX_CELLS).contains(cells))?;
         (1..=cells).contains(&pages).then(|| Self {
             name: page.name.clone(),
             tick: page.tick,

@@ -11,7 +11,7 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// No machine runs for so many ticks: 285 000 years of milliseconds. With fewer of them no sum overflows.
-pub(super) const MOST_TICK: u64 = 1 << 53;
+pub(super) const MAX_TICK: u64 = 1 << 53;
 
 /// Nanoseconds of a stamp; the checker's own, so that it does not believe what it judges.
 pub(super) fn ns(stamp: &Time) -> i64 {
@@ -164,11 +164,11 @@ impl Ears {
 }
 
 fn hear_stream(heard: &mut Heard, mut said: MachineStream) {
-    if said.tick > MOST_TICK {
+    if said.tick > MAX_TICK {
         heard.beyond = Some(said.tick);
         return;
     }
-    said.credit_tick = said.credit_tick.min(MOST_TICK);
+    said.credit_tick = said.credit_tick.min(MAX_TICK);
     heard.streams.push(said);
     heard.came.push(Instant::now());
 }

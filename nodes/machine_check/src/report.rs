@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 /// Pieces of evidence that are told of one clause; the rest is counted.
-const MOST_EVIDENCE: usize = 4;
+const MAX_EVIDENCE: usize = 4;
 
 /// A clause: its number, what it is about, and what to do where it was not seen.
 type Clause = (u8, &'static str, &'static str);
@@ -89,7 +89,7 @@ impl Report {
     /// A clause was broken: what, how much, how much is allowed, at which tick.
     pub(super) fn broken(&mut self, clause: u8, evidence: impl Into<String>) {
         let judged = self.judged.entry(clause).or_default();
-        if judged.broken.len() < MOST_EVIDENCE {
+        if judged.broken.len() < MAX_EVIDENCE {
             judged.broken.push(evidence.into());
         } else {
             judged.more += 1;

@@ -1,6 +1,6 @@
 //! M2, M3, M4, M7, M40 and M41: what the machine says against ticks and clock, in integers.
 
-use super::heard::{Facts, Heard, Joints, MOST_TICK, ns};
+use super::heard::{Facts, Heard, Joints, MAX_TICK, ns};
 use super::report::Report;
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::MachineStream;
@@ -58,7 +58,7 @@ fn stamps(heard: &Heard, facts: &Facts, epoch_ns: i64, report: &mut Report) {
         }
     }
     if let Some(tick) = heard.beyond {
-        report.broken(2, format!("machine/stream tells tick {tick}, at most {MOST_TICK} can be"));
+        report.broken(2, format!("machine/stream tells tick {tick}, at most {MAX_TICK} can be"));
     }
     let steps = steps(heard, facts);
     for moves in [true, false] {

@@ -15,7 +15,7 @@ pub const PERIOD_S: f64 = 10.0;
 /// Most that keyframes add to a recording (B/s of the machine's time): a large state is written less often.
 const BYTES_PER_S: f64 = 100_000.0;
 /// A state above this (B) takes a good part of a tick: a machine that keeps pace with the clock writes it while nothing moves.
-const MOST_MOVING: usize = 4 << 20;
+const MAX_MOVING: usize = 4 << 20;
 /// Room beyond a state at rest, for what comes and goes: setpoints, commands, alarms (B).
 const SLACK: usize = 64 << 10;
 
@@ -117,7 +117,7 @@ impl Ticker {
             return;
         }
         let rests = self.machine.is_at_rest() && !self.buffer.has_setpoints();
-        if self.keyframes.by_the_clock && self.keyframes.size > MOST_MOVING && !rests {
+        if self.keyframes.by_the_clock && self.keyframes.size > MAX_MOVING && !rests {
             return;
         }
         let Some(mut room) = self.keyframes.room.take() else { return };

@@ -1,7 +1,7 @@
 //! The part on its way to the cyclic thread and back.
 
 use camwright::simulation::Machine;
-use camwright::simulation::turned_part::{MOST_CELLS, PartGrid, TurnedPart, TurnedPartError};
+use camwright::simulation::turned_part::{MAX_CELLS, PartGrid, TurnedPart, TurnedPartError};
 use camwright::simulation::work_area::LoadingRefused;
 use camwright::simulation::workpiece::{CutRecord, LobeError};
 use camwright_files::convert::pages::{RADII_PER_PAGE, split};
@@ -168,9 +168,9 @@ impl Snapshot {
 }
 
 /// Maximum number of pages of a turned part: a late reader still gets all of them.
-pub const MOST_PAGES: u32 = 512;
+pub const MAX_PAGES: u32 = 512;
 
-const _: () = assert!(MOST_PAGES as usize * RADII_PER_PAGE == MOST_CELLS);
+const _: () = assert!(MAX_PAGES as usize * RADII_PER_PAGE == MAX_CELLS);
 
 impl SnapshotTurned {
     /// Pages of the part at a tick.

@@ -19,7 +19,7 @@ use camwright_files::convert::{m_from_mm, si_from_core};
 use camwright_machine_cycle::active_alarms::ActiveAlarms;
 use camwright_machine_cycle::messages::{Inbound, Outbound};
 use camwright_machine_cycle::pacing::Slip;
-use camwright_machine_cycle::part::{LobeRefused, MOST_PAGES, RawLobe, Snapshot};
+use camwright_machine_cycle::part::{LobeRefused, MAX_PAGES, RawLobe, Snapshot};
 use camwright_machine_cycle::stream_state::StreamState;
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::{
@@ -71,7 +71,7 @@ impl Outlets {
         drops: &Drops,
     ) -> Result<Self, RosError> {
         let samples = Qos::default_topic().keep_last(JOINT_STATE_DEPTH);
-        let turned = || node.publisher("machine/turned_part", &Qos::latched(MOST_PAGES));
+        let turned = || node.publisher("machine/turned_part", &Qos::latched(MAX_PAGES));
         let gauge = || node.telemetry("machine/gauge", &samples, drops);
         Ok(Self {
             joint_states: node.telemetry("joint_states", &samples, drops)?,

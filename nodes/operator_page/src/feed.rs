@@ -10,7 +10,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Most lobes that are remembered of a job.
-const MOST_LOBES: usize = 64;
+const MAX_LOBES: usize = 64;
 
 /// Something that is published again and again, and when it was heard last.
 #[derive(Debug)]
@@ -55,7 +55,7 @@ impl Known {
         }
         match self.forms.iter().position(|known| known.name == form.name) {
             Some(at) => self.forms[at] = form,
-            None if self.forms.len() < MOST_LOBES => self.forms.push(form),
+            None if self.forms.len() < MAX_LOBES => self.forms.push(form),
             None => {}
         }
     }
@@ -63,7 +63,7 @@ impl Known {
     pub(super) fn take_outline(&mut self, outline: PartLobe) {
         self.shape_version += 1;
         self.outlines.retain(|known| known.name != outline.name);
-        if self.outlines.len() >= MOST_LOBES {
+        if self.outlines.len() >= MAX_LOBES {
             self.outlines.remove(0);
         }
         self.outlines.push(outline);

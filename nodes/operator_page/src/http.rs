@@ -14,9 +14,9 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// Largest head of a request (bytes).
-const MOST_HEAD: usize = 8192;
+const MAX_HEAD: usize = 8192;
 /// Most header lines of it.
-const MOST_HEADERS: usize = 64;
+const MAX_HEADERS: usize = 64;
 /// How long a request may take to arrive, and an answer to be taken.
 const PATIENCE: Duration = Duration::from_secs(3);
 /// Time between two events at least: faster nobody reads.
@@ -198,14 +198,14 @@ fn read_head(stream: &mut TcpStream) -> Result<Vec<u8>, Refused> {
         if head.windows(4).any(|end| end == b"\r\n\r\n") {
             return Ok(head);
         }
-        if head.len() > MOST_HEAD {
+        if head.len() > MAX_HEAD {
             return Err(Refused("431 Request Header Fields Too Large", "the request is too long"));
         }
     }
 }
 
 fn wanted(head: &[u8], on_loopback: bool) -> Result<Wanted, Refused> {
-    let mut headers = [httparse::EMPTY_HEADER; MOST_HEADERS];
+    let mut headers = [httparse::EMPTY_HEADER; MAX_HEADERS];
     let mut request = httparse::Request::new(&mut headers);
     match request.parse(head) {
         Ok(httparse::Status::Complete(_)) => {}

@@ -10,7 +10,7 @@ use serde::Serialize;
 pub const FORM_TOLERANCE_MM: f64 = 0.005;
 
 /// Most spark-out turns that are proposed: a job that needs more needs another infeed.
-const MOST_TURNS: u32 = 30;
+const MAX_TURNS: u32 = 30;
 
 /// What `summary.json` says about a lobe on a machine that gives way.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -89,7 +89,7 @@ pub(super) fn too_little_spark_out(prepared: &PreparedJob) -> Option<String> {
             enough_n.floor().max(1.0)
         ));
     }
-    let remedy = match (1..=MOST_TURNS).find(|more| after(*more) <= tolerance_um) {
+    let remedy = match (1..=MAX_TURNS).find(|more| after(*more) <= tolerance_um) {
         Some(more) => format!("{} leave {:.2} um", turns + more, after(more)),
         None => String::from("no number of them leaves less: the machine gives way too much"),
     };

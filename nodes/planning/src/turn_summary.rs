@@ -7,7 +7,7 @@ use camwright::motion::speed_plan::Bound;
 use serde::Serialize;
 
 /// Most classes of a histogram.
-const MOST_CLASSES: f64 = 10.0;
+const MAX_CLASSES: f64 = 10.0;
 
 /// A peak this little above the edge of a class is the edge: a law keeps its rate to some 1e-4.
 const EDGE: f64 = 1e-3;
@@ -66,7 +66,7 @@ pub(super) fn removal_classes(turn: &Turn<'_>) -> Vec<RemovalClass> {
     if peak <= 0.0 || peak.is_nan() {
         return Vec::new();
     }
-    let width = round_step(peak, MOST_CLASSES);
+    let width = round_step(peak, MAX_CLASSES);
     #[allow(clippy::cast_possible_truncation, reason = "at most ten classes")]
     let class = |rate: f64| (rate / width).floor() as usize;
     let count = class(peak) + 1;

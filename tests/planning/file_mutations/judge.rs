@@ -7,11 +7,11 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// Processor time that a command may take (s).
-pub const MOST_CPU_S: u64 = 10;
+pub const MAX_CPU_S: u64 = 10;
 /// Address space that a command may have (kB); what it fills of that is less.
-pub const MOST_KB: u64 = 1 << 20;
+pub const MAX_KB: u64 = 1 << 20;
 /// Time by the clock: a busy computer is not a defect, a command that waits for nothing is one.
-const MOST_WALL: Duration = Duration::from_secs(120);
+const MAX_WALL: Duration = Duration::from_secs(120);
 /// Characters that are kept of what a command says.
 const KEPT: usize = 4000;
 
@@ -54,7 +54,7 @@ pub struct Outcome {
 pub fn run(program: &Path, arguments: &[String], folder: &Path) -> Outcome {
     let begun = Instant::now();
     // Limits of a process are set by its shell: from Rust they need unsafe code.
-    let limits = format!("ulimit -v {MOST_KB}; ulimit -t {MOST_CPU_S}; ulimit -c 0; exec \"$0\" \"$@\"");
+    let limits = format!("ulimit -v {MAX_KB}; ulimit -t {MAX_CPU_S}; ulimit -c 0; exec \"$0\" \"$@\"");
     let mut child = Command::new("sh")
         .args(["-c", &limits])
         .arg(program)
@@ -84,7 +84,7 @@ pub fn run(program: &Path, arguments: &[String], folder: &Path) -> Outcome {
         if let Some(status) = child.try_wait().expect("a child can be waited for") {
             break status;
         }
-        if begun.elapsed() > MOST_WALL {
+        if begun.elapsed() > MAX_WALL {
             is_late = true;
             let _ended = child.kill();
         }
@@ -100,7 +100,7 @@ pub fn run(program: &Path, arguments: &[String], folder: &Path) -> Outcome {
         Some(code @ 0..=3) if code == 0 || !said.trim().is_empty() => End::Rule(code),
         Some(0..=3) => End::Silent,
         // SIGXCPU, and SIGKILL where that is not heard.
-        None if begun.elapsed() > Duration::from_secs(MOST_CPU_S - 1) => End::Hang,
+        None if begun.elapsed() > Duration::from_secs(MAX_CPU_S - 1) => End::Hang,
         _ => End::Panic,
     };
     Outcome { end, seconds: begun.elapsed().as_secs_f64(), said }

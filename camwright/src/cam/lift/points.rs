@@ -21,7 +21,7 @@ pub struct ContourPoint {
 }
 
 /// Largest azimuth between two points (deg): what lies between is guessed beyond it.
-const MOST_GAP_DEG: f64 = 30.0;
+const MAX_GAP_DEG: f64 = 30.0;
 
 /// Largest radius (mm), as of a lift.
 const LARGEST_MM: f64 = 1000.0;
@@ -111,9 +111,9 @@ fn unwrapped(points: &[ContourPoint]) -> Result<Vec<(f64, f64, usize)>, Vec<Lift
                 previous_deg,
                 previous_line: previous.line,
             });
-        } else if step > rad_from_deg(MOST_GAP_DEG) {
+        } else if step > rad_from_deg(MAX_GAP_DEG) {
             let gap_deg = deg_from_rad(step);
-            findings.push(LiftError::PointGap { line, gap_deg, most_deg: MOST_GAP_DEG, previous_line: previous.line });
+            findings.push(LiftError::PointGap { line, gap_deg, most_deg: MAX_GAP_DEG, previous_line: previous.line });
         }
     }
     let line = points[points.len() - 1].line;

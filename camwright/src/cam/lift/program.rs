@@ -95,7 +95,7 @@ pub enum ProgramError {
 }
 
 /// Most segments of a program.
-const MOST_SEGMENTS: usize = 1000;
+const MAX_SEGMENTS: usize = 1000;
 
 /// Sums of decimal figures of people may be off by this much (rad, mm) and still mean what they say.
 const CLOSURE: f64 = 1e-9;
@@ -135,8 +135,8 @@ impl MotionProgram {
     /// Angles that are not one turn, rises that do not close, a lift below the base circle at the end of a segment,
     /// velocities or accelerations that do not meet, numbers that are not finite.
     pub fn new(start_rad: f64, segments: &[MotionSegment]) -> Result<Self, ProgramError> {
-        if segments.is_empty() || segments.len() > MOST_SEGMENTS {
-            return Err(ProgramError::SegmentCount { count: segments.len(), most: MOST_SEGMENTS });
+        if segments.is_empty() || segments.len() > MAX_SEGMENTS {
+            return Err(ProgramError::SegmentCount { count: segments.len(), most: MAX_SEGMENTS });
         }
         if !start_rad.is_finite() {
             return Err(ProgramError::BadNumber { segment: 1, what: "the start angle", value: start_rad });

@@ -32,7 +32,7 @@ const ALLOWED_ERROR_MM: f64 = 2e-6;
 const MOST: usize = 1000;
 
 /// Most rows on which bounds are looked for.
-const MOST_ROWS: u32 = 512;
+const MAX_ROWS: u32 = 512;
 
 #[derive(Debug, Clone, PartialEq)]
 struct Cam {
@@ -86,7 +86,7 @@ impl CamStack {
         let shortest = self.cams.windows(2).map(|pair| pair[1].from_mm - pair[0].to_mm).fold(f64::INFINITY, f64::min);
         #[allow(clippy::cast_possible_truncation, reason = "it saturates, and is cut off")]
         let rows = (16.0 * (to - from) / shortest) as u32;
-        (u32::try_from(2 * knots).unwrap_or(KNOTS.1).min(1440), rows.min(MOST_ROWS))
+        (u32::try_from(2 * knots).unwrap_or(KNOTS.1).min(1440), rows.min(MAX_ROWS))
     }
 
     pub(super) fn point(&self, azimuth_rad: f64, z_mm: f64) -> SurfacePoint {

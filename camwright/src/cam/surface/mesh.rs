@@ -33,7 +33,7 @@ pub struct MeshReading {
     pub faces_off_mm: f64,
 }
 
-const MOST_TRIANGLES: usize = 3_000_000;
+const MAX_TRIANGLES: usize = 3_000_000;
 
 /// Largest coordinate (mm).
 const LARGEST_MM: f64 = 1e5;
@@ -165,8 +165,8 @@ fn is_side(triangle: &Triangle, flat_mm: f64) -> bool {
 /// Triangles as seen from the axis, azimuths of one face side by side, without those that say nothing.
 fn faces_of(triangles: &[Triangle]) -> Result<Vec<[Corner; 3]>, SurfaceError> {
     let count = triangles.len();
-    if !(4..=MOST_TRIANGLES).contains(&count) {
-        return Err(SurfaceError::Count { what: "triangles", count, least: 4, most: MOST_TRIANGLES });
+    if !(4..=MAX_TRIANGLES).contains(&count) {
+        return Err(SurfaceError::Count { what: "triangles", count, least: 4, most: MAX_TRIANGLES });
     }
     let numbers = || triangles.iter().flatten().flatten();
     if let Some(value) = numbers().find(|value| !value.is_finite() || value.abs() > LARGEST_MM) {
@@ -206,7 +206,7 @@ fn faces_of(triangles: &[Triangle]) -> Result<Vec<[Corner; 3]>, SurfaceError> {
             what: "triangles beside end faces",
             count: 0,
             least: 4,
-            most: MOST_TRIANGLES,
+            most: MAX_TRIANGLES,
         });
     }
     Ok(faces)

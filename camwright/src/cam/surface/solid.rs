@@ -74,10 +74,10 @@ pub enum Solid {
 }
 
 /// Most waves per turn: 0.5° each.
-const MOST_WAVES: u32 = 720;
+const MAX_WAVES: u32 = 720;
 
 /// Most harmonics of a lobed solid.
-const MOST_HARMONICS: usize = 256;
+const MAX_HARMONICS: usize = 256;
 
 /// Largest radius (mm).
 const LARGEST_MM: f64 = 1e5;
@@ -118,12 +118,12 @@ impl Solid {
             }
             Solid::Lobed { mean_mm, harmonics } => {
                 finite("the mean radius", *mean_mm)?;
-                if harmonics.len() > MOST_HARMONICS {
+                if harmonics.len() > MAX_HARMONICS {
                     let count = harmonics.len();
-                    return Err(SurfaceError::Count { what: "harmonics", count, least: 0, most: MOST_HARMONICS });
+                    return Err(SurfaceError::Count { what: "harmonics", count, least: 0, most: MAX_HARMONICS });
                 }
                 for harmonic in harmonics {
-                    if !(1..=MOST_WAVES).contains(&harmonic.waves) {
+                    if !(1..=MAX_WAVES).contains(&harmonic.waves) {
                         let (what, value) = ("the number of waves", f64::from(harmonic.waves));
                         return Err(SurfaceError::BadNumber { what, value, allowed: "1 to 720" });
                     }

@@ -5,10 +5,10 @@ use crate::math::units::{TURN_RAD, deg_from_rad, um_from_mm};
 use alloc::vec::Vec;
 
 /// Longest way of a chain (turns).
-const MOST_TURNS: u32 = 1000;
+const MAX_TURNS: u32 = 1000;
 
 /// Most places at which a travel is looked at.
-const MOST_POINTS: u64 = 40_000_000;
+const MAX_POINTS: u64 = 40_000_000;
 
 /// Share of the tolerance that a travel may bend off a straight line between two places.
 const SHARE: f64 = 1.0 / 800.0;
@@ -33,14 +33,14 @@ pub(super) struct Grid {
 /// Whether there is a way, and something that travels it.
 pub(super) fn check_span(request: &Request<'_>) -> Result<(), ChainError> {
     let way_rad = request.to_rad - request.from_rad;
-    if way_rad > 0.0 && way_rad <= f64::from(MOST_TURNS) * TURN_RAD && !request.travels.is_empty() {
+    if way_rad > 0.0 && way_rad <= f64::from(MAX_TURNS) * TURN_RAD && !request.travels.is_empty() {
         return Ok(());
     }
     Err(ChainError::BadSpan {
         from_deg: deg_from_rad(request.from_rad),
         to_deg: deg_from_rad(request.to_rad),
         axes: request.travels.len(),
-        most_turns: MOST_TURNS,
+        most_turns: MAX_TURNS,
     })
 }
 
@@ -68,13 +68,13 @@ impl Grid {
             let step_rad = libm::sqrt(8.0 * SHARE * usable_mm / bend.max(f64::MIN_POSITIVE));
             let count = f64::from(finer) * libm::ceil(cell_rad / step_rad).max(LEAST);
             #[allow(clippy::cast_possible_truncation, reason = "a count below 2^53")]
-            let whole = count.min(MOST_POINTS as f64) as u64;
+            let whole = count.min(MAX_POINTS as f64) as u64;
             steps.push(whole);
             points = points.saturating_add(whole);
         }
-        if points > MOST_POINTS {
+        if points > MAX_POINTS {
             let tolerance_um = um_from_mm(request.tolerance_mm);
-            return Err(ChainError::TooFine { points, tolerance_um, most: MOST_POINTS });
+            return Err(ChainError::TooFine { points, tolerance_um, most: MAX_POINTS });
         }
         Self::at(request, cell_rad, &steps)
     }

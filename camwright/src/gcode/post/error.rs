@@ -9,10 +9,10 @@ use alloc::string::String;
 use thiserror::Error;
 
 /// Most turns of one call.
-const MOST_TURNS: u32 = 100;
+const MAX_TURNS: u32 = 100;
 
 /// Most calls of a program.
-const MOST_CALLS: usize = 100_000;
+const MAX_CALLS: usize = 100_000;
 
 /// Why there is no program.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -115,7 +115,7 @@ pub(super) fn check(request: &ProgramRequest<'_>) -> Result<(), PostError> {
         return Err(PostError::Nothing { what: "no cam and no groove".into() });
     }
     let calls = request.features.iter().flat_map(|of| &of.passes).map(|pass| pass.leaves_mm.len()).sum::<usize>();
-    bad_unless(calls <= MOST_CALLS, "the number of calls", calls as f64, "at most 100000 are made")?;
+    bad_unless(calls <= MAX_CALLS, "the number of calls", calls as f64, "at most 100000 are made")?;
     for of in &request.features {
         check_feature(of)?;
         for pass in &of.passes {
@@ -163,7 +163,7 @@ fn check_pass(pass: &PassRequest<'_>) -> Result<(), PostError> {
         "it must be no less than the tolerance",
     )?;
     let turns = f64::from(pass.turns);
-    bad_unless((1..=MOST_TURNS).contains(&pass.turns), "the number of turns of a call", turns, "it must be 1 to 100")?;
+    bad_unless((1..=MAX_TURNS).contains(&pass.turns), "the number of turns of a call", turns, "it must be 1 to 100")?;
     for leaves_mm in &pass.leaves_mm {
         bad_unless(
             leaves_mm.is_finite() && *leaves_mm >= 0.0,

@@ -33,7 +33,7 @@ const C_INCREMENTS: i64 = 100_000_000;
 const ROUNDED_OFF: f64 = 4.0;
 
 /// Longest name of a subprogram (characters): SINUMERIK has 24, of which three may be a beginning that makes it a name.
-const MOST_NAME: usize = 20;
+const MAX_NAME: usize = 20;
 
 /// The control that runs a program.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -268,7 +268,7 @@ impl Posted {
         blocks.push(Block::Rapid(rises));
         self.program.subprograms.push(Subprogram {
             // A long name is cut off on some controls, so it is cut here, where its number keeps it apart.
-            name: if title.chars().count() <= MOST_NAME {
+            name: if title.chars().count() <= MAX_NAME {
                 title.clone()
             } else {
                 format!("{:.12} {}", of.name, index + 1)

@@ -3,7 +3,7 @@
 use super::turn::Turn;
 use super::{Control, FeatureRequest, PassRequest, PostError, PostedTurn};
 use crate::gcode::archimedean::{Chain, Deviation, Request, Travelling, theoretical_pieces};
-use crate::gcode::{Block, Dialect, Format, LEAST_RATE_MM_MIN, NcAxis, Target};
+use crate::gcode::{Block, Dialect, Format, MIN_RATE_MM_MIN, NcAxis, Target};
 use crate::math::units::{rpm_from_rad_s, um_from_mm};
 use crate::toolpath::cutter_path::CarriageAxis;
 use alloc::vec::Vec;
@@ -211,7 +211,7 @@ impl Pieces {
                 let (u, v) = (format.value(NcAxis::C, last.c), format.value(NcAxis::C, knot.c));
                 let time_s = turn.time_s(u, v);
                 let way_mm = self.way_mm(&last, knot);
-                if way_mm > 0.0 && way_mm * 60.0 / time_s < LEAST_RATE_MM_MIN * 1.001 {
+                if way_mm > 0.0 && way_mm * 60.0 / time_s < MIN_RATE_MM_MIN * 1.001 {
                     let level = Knot { c: knot.c, positions: last.positions.clone() };
                     let next = self.knots.get(index + 1).filter(|_| widely && !is_end[index]);
                     if next.is_some_and(|next| {
@@ -273,7 +273,7 @@ impl Pieces {
         }
         // What the smallest of them goes: none is slower than the least rate.
         let of_step = (increments / steps.max(1)).max(1);
-        let step_s = STEP_SHARE * least_mm * of_step as f64 * 60.0 / LEAST_RATE_MM_MIN;
+        let step_s = STEP_SHARE * least_mm * of_step as f64 * 60.0 / MIN_RATE_MM_MIN;
         let (begins, ends) = (self.format.value(NcAxis::C, from.c), self.format.value(NcAxis::C, to.c));
         let position = |step: i64| -> Vec<i64> {
             // Rounded to the nearest: division cuts towards zero.

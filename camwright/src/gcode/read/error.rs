@@ -1,6 +1,6 @@
 //! Why a program cannot be read, with the line.
 
-use super::{LONGEST_LINE, MOST_BLOCKS, MOST_DEPTH, MOST_TEXT_BYTES};
+use super::{LONGEST_LINE, MAX_BLOCKS, MAX_DEPTH, MAX_TEXT_BYTES};
 use alloc::string::String;
 use thiserror::Error;
 
@@ -22,7 +22,7 @@ pub enum ReadFault {
     #[error("there is no program")]
     NoProgram,
     /// More text than is read.
-    #[error("the files have {bytes} bytes, at most {MOST_TEXT_BYTES} are read")]
+    #[error("the files have {bytes} bytes, at most {MAX_TEXT_BYTES} are read")]
     TooMuchText {
         /// How much there is.
         bytes: usize,
@@ -87,7 +87,7 @@ pub enum ReadFault {
         /// How many are declared, or at most.
         declared: usize,
     },
-    #[error("subprogram {name} would be called {MOST_DEPTH} calls deep, that is too deep")]
+    #[error("subprogram {name} would be called {MAX_DEPTH} calls deep, that is too deep")]
     TooDeep { name: String },
     /// A subprogram that calls itself.
     #[error("subprogram {name} is called while it is running")]
@@ -99,6 +99,6 @@ pub enum ReadFault {
     #[error("there is text behind the end of the program")]
     AfterEnd,
     /// More blocks than are executed.
-    #[error("more than {MOST_BLOCKS} blocks are executed")]
+    #[error("more than {MAX_BLOCKS} blocks are executed")]
     TooManyBlocks,
 }

@@ -287,7 +287,7 @@ impl Finder<'_> {
                 if cursor.take(b')') {
                     break;
                 }
-                if !cursor.take(b',') || parameters.len() >= super::MOST_PARAMETERS {
+                if !cursor.take(b',') || parameters.len() >= super::MAX_PARAMETERS {
                     return Err(fault);
                 }
             }

@@ -22,15 +22,15 @@ use state::{Flow, State};
 use words::{Cursor, Parameters};
 
 /// Most text that is read (bytes).
-pub const MOST_TEXT_BYTES: usize = 512 << 20;
+pub const MAX_TEXT_BYTES: usize = 512 << 20;
 /// Most blocks that are executed.
-pub const MOST_BLOCKS: u32 = 12_000_000;
+pub const MAX_BLOCKS: u32 = 12_000_000;
 /// Longest line (bytes).
 pub const LONGEST_LINE: usize = 512;
 /// Most calls within calls.
-pub const MOST_DEPTH: usize = 8;
+pub const MAX_DEPTH: usize = 8;
 /// Most parameters of a call.
-const MOST_PARAMETERS: usize = 8;
+const MAX_PARAMETERS: usize = 8;
 
 /// Reads a program: the file with the main program first. `x_values` is what X means where the program does not say it.
 ///
@@ -39,7 +39,7 @@ const MOST_PARAMETERS: usize = 8;
 pub fn read(dialect: Dialect, x_values: XValues, files: &[ProgramFile]) -> Result<Motion, ReadError> {
     let begin = Place { file: 0, at: 0, line: 1 };
     let bytes = files.iter().fold(0, |sum: usize, file| sum.saturating_add(file.text.len()));
-    if bytes > MOST_TEXT_BYTES {
+    if bytes > MAX_TEXT_BYTES {
         return Err(error_at(files, begin, ReadFault::TooMuchText { bytes }));
     }
     let library = Library::new(dialect, files)?;
@@ -130,7 +130,7 @@ impl<'a> Run<'a> {
         let (line, next) = read?;
         frame.place = next;
         self.blocks += 1;
-        if self.blocks > MOST_BLOCKS {
+        if self.blocks > MAX_BLOCKS {
             return Err(ReadFault::TooManyBlocks);
         }
         Ok(Some(line))
@@ -183,14 +183,14 @@ impl<'a> Run<'a> {
         if self.stack.iter().any(|frame| frame.program == index) {
             return Err(ReadFault::Recursion { name: name() });
         }
-        if self.stack.len() > MOST_DEPTH {
+        if self.stack.len() > MAX_DEPTH {
             return Err(ReadFault::TooDeep { name: name() });
         }
         let program = &self.library.programs[index];
         let passed = values.len();
         let (fits, declared) = match self.dialect {
             Dialect::Siemens => (passed == program.parameters.len(), program.parameters.len()),
-            _ => (passed <= MOST_PARAMETERS, MOST_PARAMETERS),
+            _ => (passed <= MAX_PARAMETERS, MAX_PARAMETERS),
         };
         if !fits {
             return Err(ReadFault::Parameters { name: name(), passed, declared });
@@ -239,7 +239,7 @@ fn o_line(library: &Library<'_>, frame: &mut Frame, cursor: &mut Cursor<'_>) -> 
         OWord::Call => {
             let mut values = Vec::new();
             while cursor.peek().is_some() {
-                if cursor.peek() != Some(b'[') || values.len() >= MOST_PARAMETERS {
+                if cursor.peek() != Some(b'[') || values.len() >= MAX_PARAMETERS {
                     return Err(cursor.no_word());
                 }
                 values.push(cursor.value(&frame.parameters)?.0);

@@ -8,8 +8,8 @@ use alloc::string::ToString;
 const PLACES: u32 = 10;
 const UNIT: i64 = 10_000_000_000;
 /// Digits before and behind the point.
-const MOST_WHOLE: i64 = 100_000_000;
-const MOST_PLACES: u32 = 9;
+const MAX_WHOLE: i64 = 100_000_000;
+const MAX_PLACES: u32 = 9;
 
 /// A number in whole units of its tenth decimal place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
@@ -34,10 +34,10 @@ impl Fixed {
                     digits += 1;
                     if point {
                         places += 1;
-                        fits &= places <= MOST_PLACES;
+                        fits &= places <= MAX_PLACES;
                         part = if fits { part * 10 + digit } else { 0 };
                     } else {
-                        fits &= whole < MOST_WHOLE / 10;
+                        fits &= whole < MAX_WHOLE / 10;
                         whole = if fits { whole * 10 + digit } else { 0 };
                     }
                 }

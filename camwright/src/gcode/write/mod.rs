@@ -3,7 +3,7 @@
 mod section;
 mod words;
 
-use super::dialect::{Dialect, MOST_TOOL, ProgramFile, TEXT_LENGTH};
+use super::dialect::{Dialect, MAX_TOOL, ProgramFile, TEXT_LENGTH};
 use super::fitted::{self, Names};
 use super::{Block, NcAxis, Program, Step, WriteError, XValues};
 use alloc::format;
@@ -27,9 +27,9 @@ pub(super) fn files(dialect: Dialect, program: &Program) -> Result<Vec<ProgramFi
 fn check_tools(program: &Program) -> Result<(), WriteError> {
     for (index, tool) in program.tools.iter().enumerate() {
         let (number, radius_mm) = (tool.number, tool.radius_mm);
-        let known = (1..=MOST_TOOL).contains(&number) && radius_mm > 0.0 && radius_mm.is_finite();
+        let known = (1..=MAX_TOOL).contains(&number) && radius_mm > 0.0 && radius_mm.is_finite();
         if !known {
-            return Err(WriteError::BadTool { number, radius_mm, most: MOST_TOOL });
+            return Err(WriteError::BadTool { number, radius_mm, most: MAX_TOOL });
         }
         if program.tools[..index].iter().any(|other| other.number == number) {
             return Err(WriteError::SameTool { number });

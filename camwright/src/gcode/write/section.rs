@@ -1,7 +1,7 @@
 //! The blocks of the main program or of one subprogram.
 
 use super::words;
-use crate::gcode::dialect::{Dialect, MOST_DWELL_MS, MOST_RPM, MOST_TOOL, Rules};
+use crate::gcode::dialect::{Dialect, MAX_DWELL_MS, MAX_RPM, MAX_TOOL, Rules};
 use crate::gcode::driven::shift_of;
 use crate::gcode::fitted::{self, Names};
 use crate::gcode::{Block, BlockPlace, Call, Direction, NcAxis, Program, Subprogram, Target, WriteError};
@@ -9,7 +9,7 @@ use alloc::format;
 use alloc::string::String;
 
 /// Largest path tolerance, in increments.
-const MOST_TOLERANCE: i64 = 9_999_999;
+const MAX_TOLERANCE: i64 = 9_999_999;
 
 /// How exactly a feed is written: significant digits of F.
 const FEED_DIGITS: i32 = 7;
@@ -144,22 +144,22 @@ impl<'a> Section<'a> {
         let line = match block {
             Block::ToolChange(number) => {
                 let number = *number;
-                if !self.program.tools.iter().any(|tool| tool.number == number && number <= MOST_TOOL) {
+                if !self.program.tools.iter().any(|tool| tool.number == number && number <= MAX_TOOL) {
                     return Err(WriteError::UnknownTool { place: place(), number });
                 }
                 words::tool_change(self.dialect, number)
             }
             Block::SpindleOn { direction, rpm } => {
-                if !(1..=MOST_RPM).contains(rpm) {
-                    return Err(WriteError::SpindleSpeed { place: place(), rpm: *rpm, most: MOST_RPM });
+                if !(1..=MAX_RPM).contains(rpm) {
+                    return Err(WriteError::SpindleSpeed { place: place(), rpm: *rpm, most: MAX_RPM });
                 }
                 format!("S{rpm} {}\n", if *direction == Direction::Clockwise { "M3" } else { "M4" })
             }
             Block::SpindleOff => "M5\n".into(),
             Block::Coolant(on) => if *on { "M8\n" } else { "M9\n" }.into(),
             Block::PathTolerance(increments) => {
-                if !(1..=MOST_TOLERANCE).contains(increments) {
-                    let (increments, most) = (*increments, MOST_TOLERANCE);
+                if !(1..=MAX_TOLERANCE).contains(increments) {
+                    let (increments, most) = (*increments, MAX_TOLERANCE);
                     return Err(WriteError::Tolerance { place: place(), increments, most });
                 }
                 words::path_tolerance(
@@ -168,8 +168,8 @@ impl<'a> Section<'a> {
                 )
             }
             Block::Dwell { ms } => {
-                if !(1..=MOST_DWELL_MS).contains(ms) {
-                    return Err(WriteError::Dwell { place: place(), ms: *ms, most: MOST_DWELL_MS });
+                if !(1..=MAX_DWELL_MS).contains(ms) {
+                    return Err(WriteError::Dwell { place: place(), ms: *ms, most: MAX_DWELL_MS });
                 }
                 words::dwell(self.dialect, &words::decimal(i64::from(*ms), 3))
             }

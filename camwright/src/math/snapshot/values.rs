@@ -6,10 +6,10 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 /// Largest whole number of a state: 285 000 years of milliseconds. Sums of a few stay far from where they overflow.
-const MOST_WHOLE: u64 = 1 << 53;
+const MAX_WHOLE: u64 = 1 << 53;
 /// Largest number of a state, whatever its unit.
-const MOST_NUMBER: f64 = 1e15;
-const MOST_TEXT: usize = 4096;
+const MAX_NUMBER: f64 = 1e15;
+const MAX_TEXT: usize = 4096;
 
 impl Tape<'_> {
     /// What stands on the tape for a value: taken over, or held against it.
@@ -98,8 +98,8 @@ macro_rules! whole {
 }
 
 whole! {
-    u64, MOST_WHOLE;
-    usize, MOST_WHOLE;
+    u64, MAX_WHOLE;
+    usize, MAX_WHOLE;
     u32, u64::from(u32::MAX >> 1);
     u16, u64::from(u16::MAX);
 }
@@ -114,7 +114,7 @@ impl Kept for u8 {
 impl Kept for i64 {
     fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
         let there = i64::from_le_bytes(tape.word(self.to_le_bytes())?);
-        if there.unsigned_abs() > MOST_WHOLE {
+        if there.unsigned_abs() > MAX_WHOLE {
             return Err(TapeError::Impossible("a whole number is larger than it can be"));
         }
         tape.settle(self, there, there == *self, Value::Whole)
@@ -124,7 +124,7 @@ impl Kept for i64 {
 impl Kept for f64 {
     fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
         let there = Self::from_le_bytes(tape.word(self.to_le_bytes())?);
-        if there.is_nan() || there.abs() > MOST_NUMBER {
+        if there.is_nan() || there.abs() > MAX_NUMBER {
             return Err(TapeError::Impossible("a number is larger than it can be, or none"));
         }
         tape.settle(self, there, there.to_bits() == self.to_bits(), Value::Number)
@@ -145,7 +145,7 @@ impl Kept for bool {
 
 impl Kept for String {
     fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
-        let count = tape.count(self.len(), MOST_TEXT)?;
+        let count = tape.count(self.len(), MAX_TEXT)?;
         if !tape.is_reading() {
             return self.bytes().try_for_each(|octet| match tape.word([octet])? {
                 [there] if there == octet => Ok(()),

@@ -7,8 +7,8 @@ use crate::math::units::{TURN_RAD, wrap_turn};
 use alloc::vec::Vec;
 
 /// Fewest and most knots of a plan.
-const LEAST_KNOTS: usize = 64;
-const MOST_KNOTS: usize = 6000;
+const MIN_KNOTS: usize = 64;
+const MAX_KNOTS: usize = 6000;
 
 /// z = Ċ² on a uniform grid: below its bound, rising and falling by the acceleration of C at most.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,7 +81,7 @@ impl Envelope {
         }
         sums.push(sum);
         #[allow(clippy::cast_possible_truncation, reason = "some hundred knots")]
-        let n = (libm::ceil(sum) as usize).clamp(LEAST_KNOTS, MOST_KNOTS);
+        let n = (libm::ceil(sum) as usize).clamp(MIN_KNOTS, MAX_KNOTS);
         let mut at = Vec::with_capacity(n);
         let mut cell = 0;
         for k in 0..n {

@@ -37,7 +37,7 @@ pub(crate) struct WaySpeed {
 }
 
 /// Times that a speed is lowered by [`SLOWER`] before the way is given up: to a hundredth of what was wanted.
-const MOST_ATTEMPTS: u32 = 45;
+const MAX_ATTEMPTS: u32 = 45;
 const SLOWER: f64 = 0.9;
 
 impl WaySpeed {
@@ -48,7 +48,7 @@ impl WaySpeed {
     pub(crate) fn new(request: &WayRequest<'_>) -> Result<Self, SpeedPlanError> {
         let mut speed_rad_s = request.most_rad_s.min(request.c.velocity);
         let mut exceeded = None;
-        for _ in 0..MOST_ATTEMPTS {
+        for _ in 0..MAX_ATTEMPTS {
             match request.at(speed_rad_s)? {
                 Ok(found) => return Ok(found),
                 Err(worst) => exceeded = Some(worst),

@@ -15,7 +15,7 @@ const BOUND_POINTS: usize = 3600;
 const FLAT: f64 = 1e-4;
 
 /// Most parts into which what lies between two points is divided to look at it.
-const MOST_PARTS: f64 = 32.0;
+const MAX_PARTS: f64 = 32.0;
 
 /// The bound of a turn.
 #[derive(Debug)]
@@ -98,7 +98,7 @@ fn notches(request: &TurnRequest<'_>, per_bound: &[f64], spacing: f64) -> Result
             continue;
         }
         #[allow(clippy::cast_possible_truncation, reason = "at most some ten parts")]
-        let parts = libm::ceil(libm::sqrt(arc / FLAT)).min(MOST_PARTS) as u32;
+        let parts = libm::ceil(libm::sqrt(arc / FLAT)).min(MAX_PARTS) as u32;
         for part in 1..parts {
             let angle = (to_f64(i) + f64::from(part) / f64::from(parts)) * spacing;
             notches.push((angle, look(request, angle, request.path.sample(angle))?));

@@ -41,10 +41,10 @@ const X_IS_FREE: f64 = 0.9;
 const GAP: f64 = 5e-4;
 
 /// Iterations after which the search ends with what it has: a plan that keeps its limits in any case.
-const MOST_ITERATIONS: usize = 100;
+const MAX_ITERATIONS: usize = 100;
 
 /// Slowdowns of the plan that a search begins with: of a first one 10⁻²⁸ of the speed of the envelope in all.
-const MOST_SLOWDOWNS: u32 = 400;
+const MAX_SLOWDOWNS: u32 = 400;
 
 /// How a search begins.
 pub(super) struct Begin {
@@ -284,7 +284,7 @@ impl Problem {
 
     /// A plan slowed down until it keeps every limit.
     fn slowed_down(&self, mut coefficients: Vec<f64>, begin: &Begin) -> Option<Vec<f64>> {
-        for _ in 0..MOST_SLOWDOWNS {
+        for _ in 0..MAX_SLOWDOWNS {
             if self.keeps(&coefficients, begin.spare) {
                 return Some(coefficients);
             }
@@ -313,7 +313,7 @@ pub(super) fn solve(problem: &Problem, from: Vec<f64>, begin: &Begin) -> Option<
     let mut it = Iterate { coefficients, at: vec![none; n], changes: vec![Each::NONE; n], gap: 0.0 };
     // All prices at first are those of the central path: whatever is not there yet is brought to it.
     it.look(problem, mu, 0.0, f64::INFINITY);
-    for _ in 0..MOST_ITERATIONS {
+    for _ in 0..MAX_ITERATIONS {
         let Some(stepped) = step(problem, &mut it, mu) else { break };
         if stepped.primal.min(stepped.dual) > TAKEN {
             let near = GAP * problem.time(&it.coefficients);
@@ -330,7 +330,7 @@ pub(super) fn solve(problem: &Problem, from: Vec<f64>, begin: &Begin) -> Option<
 const ASTRAY: f64 = 30.0;
 
 /// Below it a room is rounding.
-const LEAST_ROOM: f64 = 1e-13;
+const MIN_ROOM: f64 = 1e-13;
 
 /// How much of a Newton step was taken, and how far the plan was from the best nearby before it (s).
 struct Stepped {
@@ -352,7 +352,7 @@ impl Iterate {
             let mut gap = 0.0;
             let mut side = |room: &[f64], old: &[f64], change: &[f64], per_room: &mut [f64], price: &mut [f64]| {
                 for p in 0..room.len() {
-                    let per = 1.0 / room[p].max(LEAST_ROOM);
+                    let per = 1.0 / room[p].max(MIN_ROOM);
                     per_room[p] = per;
                     price[p] = (old[p] + share * change[p]).max(low * per).min(high * per);
                     gap += price[p] * room[p];

@@ -9,8 +9,8 @@ use crate::math::units::deg_from_rad;
 use crate::motion::point_to_point::MOVE_SHARE;
 
 /// Most blocks of a run, and most of them that one average sees.
-const MOST_BLOCKS: usize = 1_000_000;
-const MOST_IN_WINDOW: usize = 2_000;
+const MAX_BLOCKS: usize = 1_000_000;
+const MAX_IN_WINDOW: usize = 2_000;
 
 /// Share of the limits that is used; what is missing covers rounding in the forward check.
 const SPARE: f64 = 0.999;
@@ -81,8 +81,8 @@ impl RunLaws {
     ) -> Result<Self, RunFault> {
         let first = feeds.first().map_or(0, |feed| feed.done);
         let wrong = |fault: ProgramMotionFault| (first, fault);
-        if feeds.len() > MOST_BLOCKS {
-            return Err(wrong(ProgramMotionFault::TooManyBlocks { count: feeds.len(), most: MOST_BLOCKS }));
+        if feeds.len() > MAX_BLOCKS {
+            return Err(wrong(ProgramMotionFault::TooManyBlocks { count: feeds.len(), most: MAX_BLOCKS }));
         }
         no_block_is_too_fast(from, feeds, machine)?;
         let lines = Lines::new(from, feeds).map_err(wrong)?;
@@ -178,7 +178,7 @@ impl Lines {
         let whole = self.angle_rad();
         let fits = |window: f64| {
             let in_window = self.slides.iter().map(|(_, line)| line.rounded(window).most_in_window());
-            in_window.fold(0, usize::max) <= MOST_IN_WINDOW && self.rounding_mm(window) <= tolerance_mm
+            in_window.fold(0, usize::max) <= MAX_IN_WINDOW && self.rounding_mm(window) <= tolerance_mm
         };
         let (mut low, mut high) = (whole * 1e-9, whole);
         if fits(high) {
@@ -194,9 +194,9 @@ impl Lines {
     /// The widest window that can be averaged is no excuse for one that fits nothing.
     fn not_too_dense(&self, widest_rad: f64) -> Result<(), ProgramMotionFault> {
         let count = self.slides.iter().map(|(_, line)| line.rounded(widest_rad).most_in_window()).fold(0, usize::max);
-        if count > MOST_IN_WINDOW {
+        if count > MAX_IN_WINDOW {
             let window_deg = deg_from_rad(2.0 * widest_rad);
-            return Err(ProgramMotionFault::TooDense { count, window_deg, most: MOST_IN_WINDOW });
+            return Err(ProgramMotionFault::TooDense { count, window_deg, most: MAX_IN_WINDOW });
         }
         Ok(())
     }

@@ -14,7 +14,7 @@ const TOUCH_MM: f64 = 1.0e-4;
 pub(super) const CUTTING_TICKS: u32 = 1000;
 
 /// Speed of the wheel over the one ordered at which it is stopped.
-const MOST_OVERSPEED: f64 = 1.05;
+const MAX_OVERSPEED: f64 = 1.05;
 
 impl Machine {
     /// `LinuxCNC`'s rule: the limit grows with the speed asked for, but is never below its floor.
@@ -78,7 +78,7 @@ impl Machine {
         let wheel = &self.description.wheel;
         let radius_mm = self.lasting.wheel_radius_mm;
         let ordered = wheel.surface_speed_m_s * 1000.0 / radius_mm;
-        let (speed, most) = (self.wheel_rad_s(), ordered * MOST_OVERSPEED);
+        let (speed, most) = (self.wheel_rad_s(), ordered * MAX_OVERSPEED);
         if speed > most {
             let rpm = |rad_s: f64| rad_s / TURN_RAD * 60.0;
             self.raise(AlarmKind::WheelOverspeed, rpm(speed), rpm(most));

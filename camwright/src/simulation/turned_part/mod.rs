@@ -35,7 +35,7 @@ pub const MIN_AZIMUTHS: usize = 16;
 /// Fewest columns along it.
 pub const MIN_COLUMNS: usize = 2;
 /// Most cells: 720 azimuths at 2900 places. Their radii are 17 MB, which have to be carried away after every part.
-pub const MOST_CELLS: usize = 1 << 21;
+pub const MAX_CELLS: usize = 1 << 21;
 
 /// Columns whose largest radius is looked at anew in one [`TurnedPart::refresh`]. More narrow down sooner what a tool can reach, and cost
 /// every tick a column's length each.
@@ -51,7 +51,7 @@ pub enum TurnedPartError {
     TooFew { name: String, azimuths: usize, columns: usize },
     /// More cells than a machine carries.
     #[error(
-        "part {name}: {azimuths} azimuths and {columns} columns are {cells} cells, at most {MOST_CELLS} are allowed"
+        "part {name}: {azimuths} azimuths and {columns} columns are {cells} cells, at most {MAX_CELLS} are allowed"
     )]
     TooMany {
         name: String,
@@ -149,7 +149,7 @@ impl PartGrid {
         if azimuths < MIN_AZIMUTHS || columns < MIN_COLUMNS {
             return Err(TurnedPartError::TooFew { name, azimuths, columns });
         }
-        if self.cells() > MOST_CELLS {
+        if self.cells() > MAX_CELLS {
             return Err(TurnedPartError::TooMany { name, azimuths, columns, cells: self.cells() });
         }
         if !(from_mm < to_mm && from_mm.is_finite() && to_mm.is_finite()) {

@@ -15,7 +15,7 @@ fn keep_cells(
 ) -> Result<(), TapeError> {
     tape.field("name", |tape| name.keep(tape))?;
     tape.field("grid", |tape| grid.keep(tape))?;
-    tape.field("radii", |tape| tape.list_of_numbers(radii, super::MOST_CELLS))
+    tape.field("radii", |tape| tape.list_of_numbers(radii, super::MAX_CELLS))
 }
 
 impl TurnedPart {

@@ -26,7 +26,7 @@ const ARC_MM: f64 = 1.0e-7;
 const ON_LINE_MM: f64 = 1.0e-9;
 
 /// Steps of the search for where a point passes; two or three do, unless an axis turns round in the step.
-const MOST_STEPS: u32 = 24;
+const MAX_STEPS: u32 = 24;
 
 /// A line of the grid at both ends of a step: cosine and sine of a.
 #[derive(Clone, Copy)]
@@ -116,7 +116,7 @@ impl Sweep<'_> {
         // Regula falsi; the end that stays twice counts half (the Illinois way).
         let (mut left, mut right) = ((0.0, g0), (1.0, g1));
         let (mut edge, mut went_left) = (edge1, None);
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let s = left.0 - left.1 * (right.0 - left.0) / (right.1 - left.1);
             let [turned, x, z] = self.motion.gone(s);
             edge = insert.edge_mm(self.from.x_mm + x, column_mm - self.from.z_mm - z)?;

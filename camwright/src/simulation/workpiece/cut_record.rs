@@ -15,7 +15,7 @@ use alloc::vec::Vec;
 pub const DEGREES: usize = 360;
 
 /// A depth below which the wheel rubs (mm): rounding, not a chip.
-const LEAST_DEPTH_MM: f64 = 1e-6;
+const MIN_DEPTH_MM: f64 = 1e-6;
 
 /// What was taken from one degree of a lobe.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -140,7 +140,7 @@ impl CutRecord {
     fn finish(&mut self, passage: Passage, wheel_radius_mm: f64) {
         let Some(process) = self.process else { return };
         let Passage { degree, area_mm2, time_s, turned_rad, depth_mm, cos_beta, centre_mm } = passage;
-        if !(depth_mm > LEAST_DEPTH_MM && area_mm2 > 0.0 && time_s > 0.0 && turned_rad > 0.0) {
+        if !(depth_mm > MIN_DEPTH_MM && area_mm2 > 0.0 && time_s > 0.0 && turned_rad > 0.0) {
             return;
         }
         let removal_mm2_s = area_mm2 / time_s;

@@ -106,7 +106,7 @@ impl FacePath {
         }
         let (grid, breaks) = (contour.lift().grid(), contour.lift().breaks());
         let flattest = smallest_over_turn(grid, &breaks, |angle| contour.local(angle).turning);
-        if flattest.value.is_nan() || flattest.value <= LEAST_TURNING {
+        if flattest.value.is_nan() || flattest.value <= MIN_TURNING {
             let (angle_deg, curvature_1_mm) = (deg_from_rad(flattest.angle_rad), contour.curvature(flattest.angle_rad));
             return Err(FaceError::Hollow { angle_deg, curvature_1_mm, bound_1_mm: 0.0 });
         }
@@ -134,7 +134,7 @@ impl FacePath {
 }
 
 /// Rate dω/dφ at which a contour is as good as straight: its contact would run along it without the mill moving.
-const LEAST_TURNING: f64 = 1e-6;
+const MIN_TURNING: f64 = 1e-6;
 
 /// Goes back from the path to the contour: the face touches at (X, X′), along and square to the mill's axis.
 fn returns(support: &PeriodicSpline, contour: &Contour, leaves_mm: f64) -> Result<(), ToolPathError> {

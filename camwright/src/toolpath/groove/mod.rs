@@ -143,7 +143,7 @@ pub enum GrooveError {
 const SAME_MM: f64 = 1e-9;
 
 /// Most paths beside each other.
-const MOST_PATHS: u32 = 64;
+const MAX_PATHS: u32 = 64;
 
 /// Distance of neighbouring paths in diameters of the mill. What is missing to 1 makes up for rotation taking the place of a shift, which
 /// is wider at larger radii.
@@ -177,13 +177,13 @@ fn side_by_side(
         return Ok([("groove".to_string(), 0.0)].into());
     }
     let paths = libm::ceil(beside_mm / (STEP_OVER * cutter_radius_mm)).max(1.0) + 1.0;
-    if coverage == Coverage::Slot && paths > f64::from(MOST_PATHS) {
-        return Err(GrooveError::CutterTooSmall { cutter_radius_mm, half_width_mm, paths, most: MOST_PATHS });
+    if coverage == Coverage::Slot && paths > f64::from(MAX_PATHS) {
+        return Err(GrooveError::CutterTooSmall { cutter_radius_mm, half_width_mm, paths, most: MAX_PATHS });
     }
     let mut offsets = Vec::new();
     offsets.push((name(Wall::Inner).to_string(), -beside_mm));
     if coverage == Coverage::Slot {
-        for between in (1..MOST_PATHS).take_while(|between| f64::from(*between) < paths - 1.0) {
+        for between in (1..MAX_PATHS).take_while(|between| f64::from(*between) < paths - 1.0) {
             let share = f64::from(between) / (paths - 1.0);
             offsets.push((format!("between {between}"), beside_mm * (2.0 * share - 1.0)));
         }

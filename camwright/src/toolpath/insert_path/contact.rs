@@ -51,13 +51,13 @@ pub(super) struct Contacts<'a> {
 }
 
 /// Steps of Newton's method. From the extrapolated contact two are usual.
-const MOST_STEPS: u32 = 60;
+const MAX_STEPS: u32 = 60;
 
 /// Changes whose squares are below rounding (rad, mm): the last step is taken by derivatives, without another look at the surface.
 const CLOSE: f64 = 1e-7;
 
 /// Least [`Contact::room`] with which a contact is followed to the next.
-const LEAST_ROOM: f64 = 0.02;
+const MIN_ROOM: f64 = 0.02;
 
 /// How far a contact may lie from where the ones before point to (mm) before it is looked for among all.
 const JUMP_MM: f64 = 0.05;
@@ -93,7 +93,7 @@ impl<'a> Contacts<'a> {
     fn near(&self, turned_rad: f64, centre_mm: f64, lead_rad: f64, z_mm: f64) -> Option<Contact> {
         let (low, high) = (centre_mm - self.reach_mm, centre_mm + self.reach_mm);
         let (mut lead, mut z) = (lead_rad, z_mm);
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let (place, off) = self.section.place(turned_rad, z, lead);
             if off.is_nan() || off.abs() > 0.5 {
                 return None;
@@ -103,7 +103,7 @@ impl<'a> Contacts<'a> {
             let contact = Contact::at(point, self.reach_mm);
             let sine = point.by_z / libm::sqrt(1.0 + point.by_z * point.by_z);
             let miss = z - centre_mm - self.reach_mm * sine;
-            if contact.room.is_nan() || contact.room < LEAST_ROOM {
+            if contact.room.is_nan() || contact.room < MIN_ROOM {
                 return None;
             }
             let back = miss / contact.room;
@@ -158,7 +158,7 @@ impl<'a> Contacts<'a> {
         // Its slope falls through zero at the top: x_z = (z − z_R)/√(R² − (z − z_R)²).
         let (mut low, mut high) = (at((best.1 - 1.0).max(0.0)), at((best.1 + 1.0).min(f64::from(SCANNED))));
         let mut z = at(best.1);
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let point = self.section.point(turned_rad, z)?;
             let contact = Contact::at(point, reach);
             let sine = point.by_z / libm::sqrt(1.0 + point.by_z * point.by_z);

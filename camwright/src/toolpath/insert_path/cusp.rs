@@ -26,7 +26,7 @@ const ANGLES: u32 = 180;
 const ROWS: u32 = 200;
 
 /// Least 1 − Rκ at which a section can be touched all along.
-const LEAST_OPEN: f64 = 0.02;
+const MIN_OPEN: f64 = 0.02;
 
 impl InsertPath {
     /// The highest cusp that this path must leave on the surface between two z (mm).
@@ -55,7 +55,7 @@ fn height_mm(point: &SectionPoint, feed: Feed, insert_radius_mm: f64) -> f64 {
     let steep = libm::sqrt(1.0 + point.by_z * point.by_z);
     // Where the section is as hollow as the insert is round the insert does not touch it: that is told as a hollow, not as a cusp.
     let open = 1.0 - insert_radius_mm * point.hollow();
-    if open < LEAST_OPEN {
+    if open < MIN_OPEN {
         return 0.0;
     }
     let in_plane_mm = match feed {

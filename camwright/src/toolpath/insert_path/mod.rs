@@ -198,7 +198,7 @@ pub struct InsertPath {
 }
 
 /// Most knots of a path: 360 angles of 13,000 turns.
-const MOST_KNOTS: u32 = 5_000_000;
+const MAX_KNOTS: u32 = 5_000_000;
 
 /// Largest insert (mm).
 const LARGEST_INSERT_MM: f64 = 1000.0;
@@ -255,8 +255,8 @@ impl PathRequest {
     /// Steps of a spiral of so many turns, at least one.
     fn steps(&self, turns: f64) -> Result<u32, InsertPathError> {
         let knots = libm::ceil(turns * f64::from(self.angles) - 1e-9).max(1.0);
-        if knots.is_nan() || knots >= f64::from(MOST_KNOTS) {
-            return Err(InsertPathError::TooLong { turns, angles: self.angles, knots, most: MOST_KNOTS });
+        if knots.is_nan() || knots >= f64::from(MAX_KNOTS) {
+            return Err(InsertPathError::TooLong { turns, angles: self.angles, knots, most: MAX_KNOTS });
         }
         #[allow(clippy::cast_possible_truncation, reason = "it was bounded")]
         Ok(knots as u32)

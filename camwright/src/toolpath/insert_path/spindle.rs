@@ -46,7 +46,7 @@ const SPARE: f64 = 0.999;
 const RAMP_S: (f64, f64) = (1e-4, 1e4);
 
 /// How often the speed is lowered for a path that is shorter than its ramps.
-const MOST_TRIES: u32 = 200;
+const MAX_TRIES: u32 = 200;
 
 impl InsertPath {
     /// The time law of C along this path, no faster than `spindle_rad_s` and 98 % of the fastest that the slides allow, within the limits
@@ -77,7 +77,7 @@ impl InsertPath {
         let slides =
             [rates.x, rates.z].map(|rates| [rates.velocity, rates.acceleration, rates.jerk].map(|most| most.value));
         let way = self.x().end() - self.x().start();
-        for _ in 0..MOST_TRIES {
+        for _ in 0..MAX_TRIES {
             let Some(ramp_s) = ramp_s(rad_s, &slides, limits, &c) else {
                 let (what, value) = ("the time in which the spindle runs up", f64::INFINITY);
                 return Err(InsertPathError::BadNumber {

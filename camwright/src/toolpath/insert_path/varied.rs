@@ -45,7 +45,7 @@ const RISE_SHARE: f64 = 0.9;
 const SPARE: f64 = 0.999;
 
 /// Tries for the speed with which a path begins and ends, and by how much each is slower than the one before.
-const MOST_TRIES: u32 = 300;
+const MAX_TRIES: u32 = 300;
 const SLOWER: f64 = 0.97;
 
 impl InsertPath {
@@ -226,7 +226,7 @@ impl<'a> Fit<'a> {
             cells <= count
                 && (0..cells).map(&place).all(|cell| rad_s * rad_s <= profile.q[cell].min(profile.q[cell + 1]))
         };
-        for _ in 0..MOST_TRIES {
+        for _ in 0..MAX_TRIES {
             if has(rad_s, 1)
                 && let Some(ramp) = self.ramp_to(rad_s, count, &place)
                 && has(rad_s, ramp.cells + flat)

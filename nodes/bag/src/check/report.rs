@@ -29,7 +29,7 @@ pub(super) fn place_of(path: &Path) -> String {
 }
 
 /// Findings that are told one by one; a file may have a fault in each of millions of records.
-const MOST_FINDINGS: usize = 1000;
+const MAX_FINDINGS: usize = 1000;
 
 /// What a check found.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -101,7 +101,7 @@ impl Report {
     }
 
     fn find(&mut self, severity: Severity, place: String, text: String) {
-        if self.findings.len() < MOST_FINDINGS {
+        if self.findings.len() < MAX_FINDINGS {
             self.findings.push(Finding { severity, place, text });
         } else {
             self.more = (self.more.0 + 1, self.more.1.max(Some(severity)));

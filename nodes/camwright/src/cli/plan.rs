@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Most arcs of one bound in the text; `summary.json` has them all.
-const MOST_ARCS: usize = 6;
+const MAX_ARCS: usize = 6;
 
 /// Arguments of `camwright plan`.
 #[derive(Debug, Clone, clap::Args)]
@@ -176,8 +176,8 @@ fn bounds_text(pass: &PassSummary) -> String {
     }
     let bound = |bound: &BoundSummary| {
         let mut arcs: Vec<String> =
-            bound.arcs_deg.iter().take(MOST_ARCS).map(|[from, to]| format!("{from:.0}-{to:.0}")).collect();
-        if let Some(more @ 1..) = bound.arcs_deg.len().checked_sub(MOST_ARCS) {
+            bound.arcs_deg.iter().take(MAX_ARCS).map(|[from, to]| format!("{from:.0}-{to:.0}")).collect();
+        if let Some(more @ 1..) = bound.arcs_deg.len().checked_sub(MAX_ARCS) {
             arcs.push(format!("{more} more"));
         }
         let name = bound.bound.replace("c_axis", "C").replace("x_axis", "X").replace('_', " ");

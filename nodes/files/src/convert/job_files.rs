@@ -5,14 +5,14 @@ use crate::job_files::NamedFile;
 use camwright_msgs::camwright_msgs::msg::JobFilePage;
 
 /// Maximum number of pages of all files of a job: so many stay latched.
-pub const MOST_PAGES: u32 = 1024;
+pub const MAX_PAGES: u32 = 1024;
 
-/// The files of a job as pages. A file beyond [`MOST_PAGES`] is listed without its content.
+/// The files of a job as pages. A file beyond [`MAX_PAGES`] is listed without its content.
 #[must_use]
 pub fn pages_from_files(job_hash: &str, files: &[NamedFile]) -> Vec<JobFilePage> {
     let mut pages: Vec<JobFilePage> = Vec::new();
     // Every file has at least one page.
-    let mut left = (MOST_PAGES as usize).saturating_sub(files.len());
+    let mut left = (MAX_PAGES as usize).saturating_sub(files.len());
     for file in files {
         let head = JobFilePage {
             job_hash: job_hash.to_owned(),
@@ -89,9 +89,9 @@ mod tests {
     #[test]
     fn a_file_that_is_too_large_is_told_without_its_bytes_and_the_others_are_told_whole() {
         let files =
-            [file("small.csv", 10), file("large.stl", MOST_PAGES as usize * BYTES_PER_PAGE), file("b.csv", 40_000)];
+            [file("small.csv", 10), file("large.stl", MAX_PAGES as usize * BYTES_PER_PAGE), file("b.csv", 40_000)];
         let pages = pages_from_files("hash", &files);
-        assert!(pages.len() <= MOST_PAGES as usize);
+        assert!(pages.len() <= MAX_PAGES as usize);
         let large = pages.iter().find(|page| page.name == "large.stl").unwrap();
         assert_eq!((large.page_count, large.size), (0, files[1].bytes.len() as u64));
         assert_eq!(files_from_pages("hash", &pages), [files[2].clone(), files[0].clone()]);

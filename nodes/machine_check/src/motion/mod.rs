@@ -18,7 +18,7 @@ use std::time::Duration;
 use travel::Travel;
 
 /// The shortest feedback delay with which there is room for what is tried here (ticks).
-const LEAST_DELAY: u64 = 24;
+const MIN_DELAY: u64 = 24;
 /// How long the state of inputs is waited for.
 const INPUTS: Duration = Duration::from_secs(5);
 /// Numbers of alarms that are of this program's doing.
@@ -117,8 +117,8 @@ pub(super) fn run(
     report: &mut Report,
     tell: Tell<'_>,
 ) -> bool {
-    if facts.delay < LEAST_DELAY {
-        report.not_seen(10, format!("feedback_delay_ticks is {}, moving needs {LEAST_DELAY}", facts.delay));
+    if facts.delay < MIN_DELAY {
+        report.not_seen(10, format!("feedback_delay_ticks is {}, moving needs {MIN_DELAY}", facts.delay));
         return false;
     }
     let epoch_ns = ears.look(|heard| heard.last().map_or(0, |news| super::heard::ns(&news.epoch)));

@@ -23,7 +23,7 @@ use std::path::Path;
 /// Azimuths of `surface.csv`, and distance of its rows (mm): a spline through them is within some 0.05 µm of a surface of workshop size.
 const AZIMUTHS: u32 = 360;
 const ROW_MM: f64 = 0.1;
-const MOST_ROWS: f64 = 4000.0;
+const MAX_ROWS: f64 = 4000.0;
 
 /// Writes everything about a planned turning job into a folder; `progress` is told of every file. Returns what the summary says.
 ///
@@ -50,7 +50,7 @@ pub fn write_turning(
     files.write(&out.join("clearance.csv"), &|to| write_clearance(&rows, to))?;
     let (from_mm, to_mm) = job.spec.surface.ends_mm();
     #[allow(clippy::cast_possible_truncation, reason = "within the bounds")]
-    let count = ((to_mm - from_mm) / ROW_MM).ceil().clamp(1.0, MOST_ROWS) as u32;
+    let count = ((to_mm - from_mm) / ROW_MM).ceil().clamp(1.0, MAX_ROWS) as u32;
     let place = |row: u32| {
         // The ends as they are, and not as a sum rounds them.
         if row == count { to_mm } else { from_mm + (to_mm - from_mm) * f64::from(row) / f64::from(count) }

@@ -3,14 +3,14 @@
 use rlimit::{Resource, getrlimit, setrlimit};
 
 /// A node of the largest cell needs less.
-const LEAST_OCTETS: u64 = 2 << 30;
+const MIN_OCTETS: u64 = 2 << 30;
 
 /// Limits this process to half of the computer's memory, at least 2 GiB. An allocation beyond that aborts the process, with a message, before
 /// the computer is out of memory and the kernel ends a process of its own choice.
 pub fn limit_memory() {
     let Some(half) = total_octets().map(|total| total / 2) else { return };
     let Ok((soft, hard)) = getrlimit(Resource::DATA) else { return };
-    let limit = half.max(LEAST_OCTETS).min(hard);
+    let limit = half.max(MIN_OCTETS).min(hard);
     if limit < soft {
         // Without the limit everything works as with it.
         let _ = setrlimit(Resource::DATA, limit, hard);
