@@ -1,4 +1,4 @@
-//! The numbered alarms of the cell: what happened, how bad it is, what to do about it.
+//! Numbered alarms of the cell: cause, reaction, remedy. [`alarms!`] is their table.
 //!
 //! Alarms are data: they travel to the operator and into the recording. They are latched; a reset clears them once
 //! their cause is gone, and never restarts motion.
@@ -7,116 +7,16 @@ use crate::machine::description::Axis;
 use crate::math::units::deg_from_rad;
 use core::fmt;
 
-/// What an alarm does to the motion.
+/// Reaction of the motion to an alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Severity {
-    /// Told; motion goes on.
+    /// Reported; motion goes on.
     Warning = 1,
-    /// The axes are brought to rest within their limits, the wheel is taken off the part; needs a reset.
+    /// The axes come to rest within their limits and the wheel leaves the part; needs a reset.
     Stop = 2,
     /// The same, and then the drives lose their power; a drive that cannot bring its axis to rest loses it at once.
     PowerOff = 3,
-}
-
-/// The kinds of alarm, those of the machine and those that a node raises itself.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum AlarmKind {
-    /// Emergency stop pressed (a simulation of one; not a safety function).
-    #[default]
-    EStop,
-    /// The mains are lost; the axes come to rest and the wheel leaves the part from the buffered energy.
-    PowerLoss,
-    /// An axis ran onto its hard limit switch. Value and bound: position (mm).
-    Overtravel(Axis),
-    /// A setpoint beyond a soft limit. Value and bound: position (mm or rad).
-    SoftLimit(Axis),
-    /// Setpoint minus actual is too large. Value and bound: following error (mm or rad).
-    FollowingError(Axis),
-    /// The drive of an axis reports a fault.
-    DriveFault(Axis),
-    /// The reading of an encoder jumped farther than the axis can. Value and bound: jump (mm or rad).
-    EncoderJump(Axis),
-    /// A setpoint faster than the axis. Value and bound: speed (mm/s or rad/s).
-    SetpointVelocity(Axis),
-    /// Setpoints that change speed faster than the axis. Value and bound: acceleration (mm/s² or rad/s²).
-    SetpointAcceleration(Axis),
-    /// Two setpoints whose distance does not fit their speeds. Value and bound: misfit (mm or rad).
-    SetpointJump(Axis),
-    /// Setpoints did not arrive in time.
-    Underrun,
-    /// A command arrived after the tick it was meant for. Value: ticks late.
-    LateCommand,
-    /// Commands are missing. Value: number received, bound: number expected.
-    CommandGap,
-    /// A second sender of setpoints was refused.
-    SecondWriter,
-    /// A chunk of setpoints was refused. Value: its first tick, [`NO_TICK`] where what came is no chunk.
-    ChunkRefused,
-    /// Setpoints between two chunks are missing. Value: first tick received, bound: first tick expected.
-    SetpointsLost,
-    /// A request, command or setpoint was refused: its sender has no command of the cell, or a field is out of bounds.
-    NoAuthority,
-    /// A search for the origin, a home switch or an index ended without its edge.
-    HomingFailed,
-    /// A station was searched for and its switch did not close.
-    StationNotFound,
-    /// The origin detector did not signal where it must, or signalled where it must not. Value: angle off its mark (rad).
-    OriginDetector,
-    /// A limit switch does not show what the table's position says. Value: number of its station, from 1.
-    LimitSwitch,
-    /// A limit switch closes and opens again and again. Value: number of its station, from 1.
-    SwitchBounces,
-    /// The wheel lost its speed while it was cutting.
-    WheelStoppedInCut,
-    /// The wheel touched the part without running. Value: depth (mm).
-    WheelContact,
-    /// The wheel is smaller than its smallest usable radius. Value and bound: radius (mm).
-    WheelWorn,
-    /// The wheel would turn faster than it may and was not started. Value and bound: speed (rpm).
-    WheelTooFast,
-    /// The plan was made for another wheel. Value: radius mounted, bound: radius wanted (mm).
-    OtherWheel,
-    /// A dress was not made. Value: radius wanted, bound: radius of the worn wheel (mm).
-    NotDressed,
-    /// The wheel lost its speed out of the cut, or does not reach it.
-    WheelStopped,
-    /// The wheel turns faster than ordered. Value and bound: speed (rpm).
-    WheelOverspeed,
-    /// A motion asks for a position of an axis whose zero is not known.
-    NotHomed(Axis),
-    /// A cut begins where the axis is not. Value: where it is, bound: where it should be (mm or rad).
-    NotAtStart(Axis),
-    /// A segment of a plan cannot be executed. Value: its index.
-    BadSegment,
-    /// The gauge gives no number.
-    GaugeInvalid,
-    /// The gauge gives the same reading again and again while it must change. Value: how often.
-    GaugeStuck,
-    /// The door was opened, or is open, while axes or wheel move.
-    DoorOpened,
-    /// Somebody entered the work area, or is in there, while axes or wheel move.
-    WorkAreaEntered,
-    /// The chuck let go, or is open, while axes or wheel move.
-    ChuckOpened,
-    /// The door does not come to its end.
-    DoorStuck,
-    /// The chuck does not come to its end.
-    ChuckStuck,
-    /// The loader went silent while it was in the work area.
-    LoaderLost,
-    /// The sender of setpoints fell silent while the machine waited for it. Value: longest silence allowed (s).
-    SenderLost,
-    /// The machine fell silent, or was started again, while a motion was executed. Value: longest silence allowed (s).
-    MachineLost,
-    /// The machine was deactivated, or its node ended, while a motion was executed.
-    MachineDeactivated,
-    /// The recorder fell silent or fell behind while it recorded. Value: longest silence allowed (s).
-    RecordingLost,
-    /// The job planner fell silent while its plan was executed. Value: longest silence allowed (s).
-    PlannerLost,
-    /// The machine could not send its feedback. Value: how long it tried (s).
-    FeedbackBlocked,
 }
 
 /// One row of the alarm table.
@@ -125,276 +25,328 @@ pub struct AlarmEntry {
     /// Number; for alarms of an axis the last digit is 1 for C, 2 for X, 3 for Z.
     pub number: u16,
     pub name: &'static str,
-    /// What it does to the motion.
     pub severity: Severity,
-    /// What to do about it.
     pub remedy: &'static str,
 }
 
+/// Text of an alarm, with `{axis}`, `{value}` and `{bound}` in it.
+struct Template {
+    text: &'static str,
+    quantity: Quantity,
+    /// A value that means something else, and the text for it.
+    exception: Option<(f64, &'static str)>,
+}
+
+/// Quantity and unit of an alarm's value and bound, as its text shows them.
+#[derive(Clone, Copy)]
+enum Quantity {
+    /// As it is, without a unit.
+    Plain,
+    /// mm, on C degrees (held in rad).
+    Position,
+    /// mm/s, on C deg/s.
+    Velocity,
+    /// mm/s², on C deg/s².
+    Acceleration,
+    /// Degrees (held in rad).
+    Angle,
+    Rpm,
+    /// mm, with this number of decimals.
+    Length(usize),
+}
+
+/// Kinds of an alarm family: one, or one for each axis.
+macro_rules! kinds {
+    ($kind:ident) => {
+        [AlarmKind::$kind]
+    };
+    ($kind:ident $axis:ty) => {
+        [AlarmKind::$kind(Axis::C), AlarmKind::$kind(Axis::X), AlarmKind::$kind(Axis::Z)]
+    };
+}
+
+macro_rules! quantity {
+    () => {
+        Quantity::Plain
+    };
+    ($quantity:expr) => {
+        $quantity
+    };
+}
+
+/// Declares the alarms, each with its kind, number (of an axis: the number before that of C), severity, name, text and remedy.
+macro_rules! alarms {
+    ($(
+        $(#[$attribute:meta])*
+        $kind:ident $(($axis:ty))? = $number:literal $severity:ident $name:literal:
+            $text:literal $(in $quantity:expr)?, $(except $exception:expr => $other_text:literal,)?
+            remedy $remedy:literal;
+    )+) => {
+        /// Kind of an alarm, of the machine or of a node.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+        pub enum AlarmKind {
+            $($(#[$attribute])* $kind $(($axis))?,)+
+        }
+
+        const FAMILIES: &[&[AlarmKind]] = &[$(&kinds!($kind $($axis)?)),+];
+
+        impl AlarmKind {
+            /// The axis that the alarm concerns.
+            #[must_use]
+            pub const fn axis(self) -> Option<Axis> {
+                match self {
+                    $($(AlarmKind::$kind(axis) => Some::<$axis>(axis),)?)+
+                    _ => None,
+                }
+            }
+
+            /// Row of this kind in the alarm table.
+            #[must_use]
+            #[allow(clippy::cast_possible_truncation, reason = "an axis index is 0, 1 or 2")]
+            pub const fn entry(self) -> AlarmEntry {
+                let digit = match self.axis() {
+                    Some(axis) => axis.index() as u16 + 1,
+                    None => 0,
+                };
+                let (number, name, severity, remedy) = match self {
+                    $(AlarmKind::$kind { .. } => ($number, $name, Severity::$severity, $remedy),)+
+                };
+                AlarmEntry { number: number + digit, name, severity, remedy }
+            }
+
+            const fn template(self) -> Template {
+                match self {
+                    $(AlarmKind::$kind { .. } => Template {
+                        text: $text,
+                        quantity: quantity!($($quantity)?),
+                        exception: [$(Some(($exception, $other_text)),)? None][0],
+                    },)+
+                }
+            }
+        }
+    };
+}
+
+alarms! {
+    /// Emergency stop pressed (a simulation of one; not a safety function).
+    #[default]
+    EStop = 1 PowerOff "emergency stop":
+        "emergency stop pressed",
+        remedy "release the emergency stop, then reset";
+    /// The mains are lost; the axes come to rest and the wheel leaves the part from the buffered energy.
+    PowerLoss = 2 PowerOff "power loss":
+        "the mains are lost",
+        remedy "restore the mains, look where the axes stand, then reset";
+    /// An axis ran onto its hard limit switch. Value and bound: position (mm).
+    Overtravel(Axis) = 10 PowerOff "overtravel":
+        "{axis}: hard limit switch reached at {value}, allowed {bound}" in Quantity::Position,
+        remedy "reset, then move the axis back off its limit switch; check the soft limits";
+    /// A setpoint beyond a soft limit. Value and bound: position (mm or rad).
+    SoftLimit(Axis) = 20 Stop "soft limit":
+        "{axis}: setpoint beyond the soft limit at {value}, allowed {bound}" in Quantity::Position,
+        remedy "reset; send only positions between the soft limits";
+    /// Setpoint minus actual is too large. Value and bound: following error (mm or rad).
+    FollowingError(Axis) = 30 PowerOff "following error":
+        "{axis}: following error {value}, allowed {bound}" in Quantity::Position,
+        remedy "look for a blocked axis, a drive without gain or an encoder that slips, then reset";
+    /// The drive of an axis reports a fault.
+    DriveFault(Axis) = 40 PowerOff "drive fault":
+        "{axis}: the drive reports a fault",
+        remedy "clear the fault at the drive, then reset";
+    /// The reading of an encoder jumped farther than the axis can. Value and bound: jump (mm or rad).
+    EncoderJump(Axis) = 43 PowerOff "encoder jump":
+        "{axis}: the encoder's reading jumped by {value}, allowed {bound}" in Quantity::Position,
+        remedy "look at the encoder and its cable, then reset and home the axis";
+    /// A setpoint faster than the axis. Value and bound: speed (mm/s or rad/s).
+    SetpointVelocity(Axis) = 50 Stop "setpoint too fast":
+        "{axis}: setpoint speed {value}, allowed {bound}" in Quantity::Velocity,
+        remedy "reset; the sender must keep the machine's speed limits";
+    /// Setpoints that change speed faster than the axis. Value and bound: acceleration (mm/s² or rad/s²).
+    SetpointAcceleration(Axis) = 60 Stop "setpoint acceleration":
+        "{axis}: setpoint acceleration {value}, allowed {bound}" in Quantity::Acceleration,
+        remedy "reset; the sender must keep the machine's acceleration limits";
+    /// Two setpoints whose distance does not fit their speeds. Value and bound: misfit (mm or rad).
+    SetpointJump(Axis) = 70 Stop "setpoint jump":
+        "{axis}: distance and speeds of two setpoints disagree by {value}, allowed {bound}" in Quantity::Position,
+        remedy "reset; the sender must continue from the machine's last setpoint, with speeds that fit its positions";
+    /// Setpoints did not arrive in time.
+    Underrun = 80 Stop "underrun":
+        "setpoints did not arrive in time: stopped on the path",
+        remedy "reset and start again; if it happens again, relieve the computer or run at pace fast";
+    /// A command arrived after the tick it was meant for. Value: ticks late.
+    LateCommand = 81 Stop "late command":
+        "a command arrived {value} ticks after its tick",
+        remedy "reset; commands must arrive before their tick";
+    /// Commands are missing. Value: number received, bound: number expected.
+    CommandGap = 82 Stop "command gap":
+        "commands are missing: received number {value}, expected {bound}",
+        remedy "reset; look for lost messages between the nodes";
+    /// A second sender of setpoints was refused.
+    SecondWriter = 83 Warning "second writer refused":
+        "a second sender of setpoints was refused",
+        remedy "let the holder of command finish, or stop it first";
+    /// A chunk of setpoints was refused. Value: its first tick, [`NO_TICK`] where what came is no chunk.
+    ChunkRefused = 84 Stop "setpoints refused":
+        "the setpoints from tick {value} on were refused",
+        except NO_TICK => "what came as setpoints is no chunk: other joints, no tick, or points that do not make one",
+        remedy "reset; the sender must continue from the machine's last setpoint";
+    /// Setpoints between two chunks are missing. Value: first tick received, bound: first tick expected.
+    SetpointsLost = 85 Stop "setpoints lost":
+        "setpoints from tick {value} on came, those from tick {bound} on are missing",
+        remedy "reset and start again; look for lost messages between the nodes";
+    /// A request, command or setpoint was refused: its sender has no command of the cell, or a field is out of bounds.
+    NoAuthority = 86 Warning "command refused: no authority":
+        "a sender without command of the cell was refused",
+        remedy "take command of the cell (machine/take_command); the log names the sender";
+    /// A search for the origin, a home switch or an index ended without its edge.
+    HomingFailed = 90 Stop "homing failed":
+        "a reference was not found within the search travel",
+        remedy "look at the origin detector, the home switch or their marks, then reset and home again";
+    /// A station was searched for and its switch did not close.
+    StationNotFound = 91 Stop "station not found":
+        "the station's limit switch was not found within the search travel",
+        remedy "look at the station's limit switch and the dog, then reset";
+    /// The origin detector did not signal where it must, or signalled where it must not. Value: angle off its mark (rad).
+    OriginDetector = 92 Stop "origin detector":
+        "the origin detector signalled {value} from its mark, allowed {bound}" in Quantity::Angle,
+        except 0.0 => "the origin detector did not signal at its mark",
+        remedy "look at the origin detector, its mark and its cable, then reset and home C again";
+    /// A limit switch does not show what the table's position says. Value: number of its station, from 1.
+    LimitSwitch = 93 Stop "limit switch":
+        "the limit switch of station {value} does not fit the table's position",
+        remedy "look at the limit switch, its dog and its cable, then reset";
+    /// A limit switch closes and opens again and again. Value: number of its station, from 1.
+    SwitchBounces = 94 Stop "switch bounces":
+        "the limit switch of station {value} bounces",
+        remedy "mount a new limit switch, or fix its cable, then reset";
+    /// The wheel lost its speed while it was cutting.
+    WheelStoppedInCut = 100 Stop "wheel stopped in the cut":
+        "the wheel lost its speed while it was cutting",
+        remedy "reset, retract the wheel, find out why it lost its speed";
+    /// The wheel touched the part without running. Value: depth (mm).
+    WheelContact = 101 PowerOff "wheel contact":
+        "the wheel touched the part without running, {value} deep" in Quantity::Length(4),
+        remedy "reset, retract the wheel, look at the part; start the wheel before the advance";
+    /// The wheel is smaller than its smallest usable radius. Value and bound: radius (mm).
+    WheelWorn = 102 Warning "wheel worn":
+        "wheel radius {value}, smallest usable {bound}" in Quantity::Length(3),
+        remedy "mount a new wheel";
+    /// The wheel would turn faster than it may and was not started. Value and bound: speed (rpm).
+    WheelTooFast = 103 Stop "wheel too fast":
+        "the wheel would turn at {value}, allowed are {bound}" in Quantity::Rpm,
+        remedy "reset; mount a larger wheel or lower the machine's wheel surface speed";
+    /// The plan was made for another wheel. Value: radius mounted, bound: radius wanted (mm).
+    OtherWheel = 104 Stop "other wheel":
+        "wheel radius {value}, the plan is for {bound}" in Quantity::Length(4),
+        remedy "reset and plan the job again: the wheel is not the one it was planned for";
+    /// A dress was not made. Value: radius wanted, bound: radius of the worn wheel (mm).
+    NotDressed = 105 Stop "not dressed":
+        "the wheel of radius {bound} was not dressed to {value}" in Quantity::Length(4),
+        remedy "reset; the wheel must run, stand at the dresser and be larger than wanted by no more than a dress may take";
+    /// The wheel lost its speed out of the cut, or does not reach it.
+    WheelStopped = 106 Stop "wheel stopped":
+        "the wheel has no speed though it is to run",
+        remedy "find out why the wheel has no speed, then reset";
+    /// The wheel turns faster than ordered. Value and bound: speed (rpm).
+    WheelOverspeed = 107 Stop "wheel overspeed":
+        "the wheel turns at {value}, allowed are {bound}" in Quantity::Rpm,
+        remedy "look at the wheel and at the drive of its spindle, then reset";
+    /// A motion asks for a position of an axis whose zero is not known.
+    NotHomed(Axis) = 110 Stop "not homed":
+        "{axis}: its zero is not known",
+        remedy "reset and home the axis";
+    /// A cut begins where the axis is not. Value: where it is, bound: where it should be (mm or rad).
+    NotAtStart(Axis) = 120 Stop "not at start":
+        "{axis}: the cut begins at {bound}, the axis is at {value}" in Quantity::Position,
+        remedy "reset and start the job from its beginning";
+    /// A segment of a plan cannot be executed. Value: its index.
+    BadSegment = 130 Stop "bad segment":
+        "segment {value} cannot be executed",
+        remedy "reset and plan the job again";
+    /// The gauge gives no number.
+    GaugeInvalid = 140 Stop "gauge invalid":
+        "the gauge gives no number",
+        remedy "look at the gauge and its cable, then reset";
+    /// The gauge gives the same reading again and again while it must change. Value: how often.
+    GaugeStuck = 141 Stop "gauge stuck":
+        "the gauge gave the same reading {value} times",
+        remedy "look whether the gauge's contacts touch and move, then reset";
+    /// The door was opened, or is open, while axes or wheel move.
+    DoorOpened = 150 PowerOff "door opened":
+        "the door is open while axes or wheel move",
+        remedy "find out who opened the door, close it, then reset";
+    /// Somebody entered the work area, or is in there, while axes or wheel move.
+    WorkAreaEntered = 151 PowerOff "work area entered":
+        "somebody is in the work area while axes or wheel move",
+        remedy "let whoever is inside leave, look at the part, then reset";
+    /// The chuck let go, or is open, while axes or wheel move.
+    ChuckOpened = 152 Stop "chuck opened":
+        "the chuck is open while axes or wheel move",
+        remedy "look at the part and at the chuck, then reset";
+    /// The door does not come to its end.
+    DoorStuck = 153 Stop "door stuck":
+        "the door does not come to its end",
+        remedy "look what keeps the door from its end, then reset";
+    /// The chuck does not come to its end.
+    ChuckStuck = 154 Stop "chuck stuck":
+        "the chuck does not come to its end",
+        remedy "look what keeps the chuck from its end, then reset";
+    /// The loader went silent while it was in the work area.
+    LoaderLost = 155 Stop "loader lost":
+        "the loader went silent while it was in the work area",
+        remedy "look at the loader, bring it out of the work area, then reset";
+    /// The sender of setpoints fell silent while the machine waited for it. Value: longest silence allowed (s).
+    SenderLost = 160 Stop "sender lost":
+        "the sender of setpoints has been silent for {value} s: stopped on the path",
+        remedy "check the axis interpolator, start it again if it has ended, then reset";
+    /// The machine fell silent, or was started again, while a motion was executed. Value: longest silence allowed (s).
+    MachineLost = 161 Stop "machine lost":
+        "the machine has been silent for {value} s, or was started again",
+        remedy "check the machine, start it again if it has ended, then reset";
+    /// The machine was deactivated, or its node ended, while a motion was executed.
+    MachineDeactivated = 162 Stop "machine deactivated":
+        "the machine was deactivated while a motion was executed: stopped on the path",
+        remedy "activate the machine, inspect the part, then reset";
+    /// The recorder fell silent or fell behind while it recorded. Value: longest silence allowed (s).
+    RecordingLost = 163 Warning "recording lost":
+        "the recorder has been silent or behind for {value} s",
+        remedy "check run_logger and its disk; the job goes on without a recording";
+    /// The job planner fell silent while its plan was executed. Value: longest silence allowed (s).
+    PlannerLost = 164 Stop "planner lost":
+        "the job planner has been silent for {value} s: its plan is cancelled",
+        remedy "check the job planner, start it again if it has ended, then run the job again";
+    /// The machine could not send its feedback. Value: how long it tried (s).
+    FeedbackBlocked = 165 Stop "feedback blocked":
+        "the machine could not send its feedback for {value} s: stopped on the path",
+        remedy "end the subscriber that does not acknowledge, or wait 50 s, then reset";
+}
+
 /// Number of kinds, those of an axis counted once per axis; no more alarms than this are ever active.
-pub const ALARM_KINDS: usize = 67;
+pub const ALARM_KINDS: usize = {
+    let (mut count, mut family) = (0, 0);
+    while family < FAMILIES.len() {
+        count += FAMILIES[family].len();
+        family += 1;
+    }
+    count
+};
 
 impl AlarmKind {
     /// Every kind, in the order of the numbers.
-    pub const ALL: [AlarmKind; ALARM_KINDS] = [
-        AlarmKind::EStop,
-        AlarmKind::PowerLoss,
-        AlarmKind::Overtravel(Axis::C),
-        AlarmKind::Overtravel(Axis::X),
-        AlarmKind::Overtravel(Axis::Z),
-        AlarmKind::SoftLimit(Axis::C),
-        AlarmKind::SoftLimit(Axis::X),
-        AlarmKind::SoftLimit(Axis::Z),
-        AlarmKind::FollowingError(Axis::C),
-        AlarmKind::FollowingError(Axis::X),
-        AlarmKind::FollowingError(Axis::Z),
-        AlarmKind::DriveFault(Axis::C),
-        AlarmKind::DriveFault(Axis::X),
-        AlarmKind::DriveFault(Axis::Z),
-        AlarmKind::EncoderJump(Axis::C),
-        AlarmKind::EncoderJump(Axis::X),
-        AlarmKind::EncoderJump(Axis::Z),
-        AlarmKind::SetpointVelocity(Axis::C),
-        AlarmKind::SetpointVelocity(Axis::X),
-        AlarmKind::SetpointVelocity(Axis::Z),
-        AlarmKind::SetpointAcceleration(Axis::C),
-        AlarmKind::SetpointAcceleration(Axis::X),
-        AlarmKind::SetpointAcceleration(Axis::Z),
-        AlarmKind::SetpointJump(Axis::C),
-        AlarmKind::SetpointJump(Axis::X),
-        AlarmKind::SetpointJump(Axis::Z),
-        AlarmKind::Underrun,
-        AlarmKind::LateCommand,
-        AlarmKind::CommandGap,
-        AlarmKind::SecondWriter,
-        AlarmKind::ChunkRefused,
-        AlarmKind::SetpointsLost,
-        AlarmKind::NoAuthority,
-        AlarmKind::HomingFailed,
-        AlarmKind::StationNotFound,
-        AlarmKind::OriginDetector,
-        AlarmKind::LimitSwitch,
-        AlarmKind::SwitchBounces,
-        AlarmKind::WheelStoppedInCut,
-        AlarmKind::WheelContact,
-        AlarmKind::WheelWorn,
-        AlarmKind::WheelTooFast,
-        AlarmKind::OtherWheel,
-        AlarmKind::NotDressed,
-        AlarmKind::WheelStopped,
-        AlarmKind::WheelOverspeed,
-        AlarmKind::NotHomed(Axis::C),
-        AlarmKind::NotHomed(Axis::X),
-        AlarmKind::NotHomed(Axis::Z),
-        AlarmKind::NotAtStart(Axis::C),
-        AlarmKind::NotAtStart(Axis::X),
-        AlarmKind::NotAtStart(Axis::Z),
-        AlarmKind::BadSegment,
-        AlarmKind::GaugeInvalid,
-        AlarmKind::GaugeStuck,
-        AlarmKind::DoorOpened,
-        AlarmKind::WorkAreaEntered,
-        AlarmKind::ChuckOpened,
-        AlarmKind::DoorStuck,
-        AlarmKind::ChuckStuck,
-        AlarmKind::LoaderLost,
-        AlarmKind::SenderLost,
-        AlarmKind::MachineLost,
-        AlarmKind::MachineDeactivated,
-        AlarmKind::RecordingLost,
-        AlarmKind::PlannerLost,
-        AlarmKind::FeedbackBlocked,
-    ];
-
-    /// The axis it is about.
-    #[must_use]
-    pub const fn axis(self) -> Option<Axis> {
-        match self {
-            AlarmKind::Overtravel(axis)
-            | AlarmKind::SoftLimit(axis)
-            | AlarmKind::FollowingError(axis)
-            | AlarmKind::DriveFault(axis)
-            | AlarmKind::EncoderJump(axis)
-            | AlarmKind::SetpointVelocity(axis)
-            | AlarmKind::SetpointAcceleration(axis)
-            | AlarmKind::SetpointJump(axis)
-            | AlarmKind::NotHomed(axis)
-            | AlarmKind::NotAtStart(axis) => Some(axis),
-            _ => None,
+    pub const ALL: [AlarmKind; ALARM_KINDS] = {
+        let mut all = [AlarmKind::EStop; ALARM_KINDS];
+        let (mut count, mut family) = (0, 0);
+        while family < FAMILIES.len() {
+            let mut member = 0;
+            while member < FAMILIES[family].len() {
+                all[count] = FAMILIES[family][member];
+                count += 1;
+                member += 1;
+            }
+            family += 1;
         }
-    }
-
-    /// Its row of the alarm table.
-    #[must_use]
-    #[allow(clippy::cast_possible_truncation, reason = "an axis index is 0, 1 or 2")]
-    pub const fn entry(self) -> AlarmEntry {
-        use Severity::{PowerOff, Stop, Warning};
-        let digit = match self.axis() {
-            Some(axis) => axis.index() as u16 + 1,
-            None => 0,
-        };
-        let (number, name, severity, remedy) = match self {
-            AlarmKind::EStop => (1, "emergency stop", PowerOff, "release the emergency stop, then reset"),
-            AlarmKind::PowerLoss => {
-                (2, "power loss", PowerOff, "restore the mains, look where the axes stand, then reset")
-            }
-            AlarmKind::Overtravel(_) => (
-                10 + digit,
-                "overtravel",
-                PowerOff,
-                "reset, then move the axis back off its limit switch; check the soft limits",
-            ),
-            AlarmKind::SoftLimit(_) => {
-                (20 + digit, "soft limit", Stop, "reset; send only positions between the soft limits")
-            }
-            AlarmKind::FollowingError(_) => (
-                30 + digit,
-                "following error",
-                PowerOff,
-                "look for a blocked axis, a drive without gain or an encoder that slips, then reset",
-            ),
-            AlarmKind::DriveFault(_) => {
-                (40 + digit, "drive fault", PowerOff, "clear the fault at the drive, then reset")
-            }
-            AlarmKind::EncoderJump(_) => (
-                43 + digit,
-                "encoder jump",
-                PowerOff,
-                "look at the encoder and its cable, then reset and home the axis",
-            ),
-            AlarmKind::SetpointVelocity(_) => {
-                (50 + digit, "setpoint too fast", Stop, "reset; the sender must keep the machine's speed limits")
-            }
-            AlarmKind::SetpointAcceleration(_) => (
-                60 + digit,
-                "setpoint acceleration",
-                Stop,
-                "reset; the sender must keep the machine's acceleration limits",
-            ),
-            AlarmKind::SetpointJump(_) => (
-                70 + digit,
-                "setpoint jump",
-                Stop,
-                "reset; the sender must continue from the machine's last setpoint, with speeds that fit its positions",
-            ),
-            AlarmKind::Underrun => (
-                80,
-                "underrun",
-                Stop,
-                "reset and start again; if it happens again, relieve the computer or run at pace fast",
-            ),
-            AlarmKind::LateCommand => (81, "late command", Stop, "reset; commands must arrive before their tick"),
-            AlarmKind::CommandGap => (82, "command gap", Stop, "reset; look for lost messages between the nodes"),
-            AlarmKind::SecondWriter => {
-                (83, "second writer refused", Warning, "let the holder of command finish, or stop it first")
-            }
-            AlarmKind::ChunkRefused => {
-                (84, "setpoints refused", Stop, "reset; the sender must continue from the machine's last setpoint")
-            }
-            AlarmKind::SetpointsLost => {
-                (85, "setpoints lost", Stop, "reset and start again; look for lost messages between the nodes")
-            }
-            AlarmKind::NoAuthority => (
-                86,
-                "command refused: no authority",
-                Warning,
-                "take command of the cell (machine/take_command); the log names the sender",
-            ),
-            AlarmKind::HomingFailed => (
-                90,
-                "homing failed",
-                Stop,
-                "look at the origin detector, the home switch or their marks, then reset and home again",
-            ),
-            AlarmKind::StationNotFound => {
-                (91, "station not found", Stop, "look at the station's limit switch and the dog, then reset")
-            }
-            AlarmKind::OriginDetector => (
-                92,
-                "origin detector",
-                Stop,
-                "look at the origin detector, its mark and its cable, then reset and home C again",
-            ),
-            AlarmKind::LimitSwitch => {
-                (93, "limit switch", Stop, "look at the limit switch, its dog and its cable, then reset")
-            }
-            AlarmKind::SwitchBounces => {
-                (94, "switch bounces", Stop, "mount a new limit switch, or fix its cable, then reset")
-            }
-            AlarmKind::WheelStoppedInCut => {
-                (100, "wheel stopped in the cut", Stop, "reset, retract the wheel, find out why it lost its speed")
-            }
-            AlarmKind::WheelContact => (
-                101,
-                "wheel contact",
-                PowerOff,
-                "reset, retract the wheel, look at the part; start the wheel before the advance",
-            ),
-            AlarmKind::WheelWorn => (102, "wheel worn", Warning, "mount a new wheel"),
-            AlarmKind::WheelTooFast => {
-                (103, "wheel too fast", Stop, "reset; mount a larger wheel or lower the machine's wheel surface speed")
-            }
-            AlarmKind::OtherWheel => {
-                (104, "other wheel", Stop, "reset and plan the job again: the wheel is not the one it was planned for")
-            }
-            AlarmKind::NotDressed => (
-                105,
-                "not dressed",
-                Stop,
-                "reset; the wheel must run, stand at the dresser and be larger than wanted by no more than a dress may take",
-            ),
-            AlarmKind::WheelStopped => (106, "wheel stopped", Stop, "find out why the wheel has no speed, then reset"),
-            AlarmKind::WheelOverspeed => {
-                (107, "wheel overspeed", Stop, "look at the wheel and at the drive of its spindle, then reset")
-            }
-            AlarmKind::NotHomed(_) => (110 + digit, "not homed", Stop, "reset and home the axis"),
-            AlarmKind::NotAtStart(_) => {
-                (120 + digit, "not at start", Stop, "reset and start the job from its beginning")
-            }
-            AlarmKind::BadSegment => (130, "bad segment", Stop, "reset and plan the job again"),
-            AlarmKind::GaugeInvalid => (140, "gauge invalid", Stop, "look at the gauge and its cable, then reset"),
-            AlarmKind::GaugeStuck => {
-                (141, "gauge stuck", Stop, "look whether the gauge's contacts touch and move, then reset")
-            }
-            AlarmKind::DoorOpened => {
-                (150, "door opened", PowerOff, "find out who opened the door, close it, then reset")
-            }
-            AlarmKind::WorkAreaEntered => {
-                (151, "work area entered", PowerOff, "let whoever is inside leave, look at the part, then reset")
-            }
-            AlarmKind::ChuckOpened => (152, "chuck opened", Stop, "look at the part and at the chuck, then reset"),
-            AlarmKind::DoorStuck => (153, "door stuck", Stop, "look what keeps the door from its end, then reset"),
-            AlarmKind::ChuckStuck => (154, "chuck stuck", Stop, "look what keeps the chuck from its end, then reset"),
-            AlarmKind::LoaderLost => {
-                (155, "loader lost", Stop, "look at the loader, bring it out of the work area, then reset")
-            }
-            AlarmKind::SenderLost => {
-                (160, "sender lost", Stop, "check the axis interpolator, start it again if it has ended, then reset")
-            }
-            AlarmKind::MachineLost => {
-                (161, "machine lost", Stop, "check the machine, start it again if it has ended, then reset")
-            }
-            AlarmKind::MachineDeactivated => {
-                (162, "machine deactivated", Stop, "activate the machine, inspect the part, then reset")
-            }
-            AlarmKind::RecordingLost => {
-                (163, "recording lost", Warning, "check run_logger and its disk; the job goes on without a recording")
-            }
-            AlarmKind::PlannerLost => (
-                164,
-                "planner lost",
-                Stop,
-                "check the job planner, start it again if it has ended, then run the job again",
-            ),
-            AlarmKind::FeedbackBlocked => (
-                165,
-                "feedback blocked",
-                Stop,
-                "end the subscriber that does not acknowledge, or wait 50 s, then reset",
-            ),
-        };
-        AlarmEntry { number, name, severity, remedy }
-    }
+        all
+    };
 
     /// The kind with this number.
     #[must_use]
@@ -403,137 +355,63 @@ impl AlarmKind {
     }
 }
 
-/// In the place of the first tick of a chunk that has none.
+/// Value of a refused chunk that has no first tick.
 pub const NO_TICK: f64 = -1.0;
 
-/// An alarm that was raised. Its text is made by [`fmt::Display`], outside the cyclic path.
+/// An alarm that was raised. [`fmt::Display`] gives its text; the cyclic path does not format it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Alarm {
     pub kind: AlarmKind,
     /// Tick at which it was raised.
     pub tick: u64,
-    /// How much; see [`AlarmKind`] for quantity and unit, 0 where the kind has none, not a number where another node knows it.
+    /// Measured value; see [`AlarmKind`] for quantity and unit. 0 where the kind has none, NaN where another node knows it.
     pub value: f64,
-    /// How much is allowed; see [`AlarmKind`], 0 where the kind has none.
+    /// Allowed value; see [`AlarmKind`], 0 where the kind has none.
     pub bound: f64,
 }
 
 crate::kept!(Alarm { kind, tick, value, bound } on {});
 
-/// A position or a derivative of one, for people: mm for slides, degrees for the headstock.
-struct Quantity(Axis, f64, &'static str);
-
-impl fmt::Display for Quantity {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            Axis::C => write!(f, "{:.4} deg{}", deg_from_rad(self.1), self.2),
-            Axis::X | Axis::Z => write!(f, "{:.4} mm{}", self.1, self.2),
+impl Quantity {
+    fn write(self, f: &mut fmt::Formatter<'_>, axis: Option<Axis>, value: f64) -> fmt::Result {
+        let of_axis = |f: &mut fmt::Formatter<'_>, per: &str| match axis {
+            Some(Axis::C) => write!(f, "{:.4} deg{per}", deg_from_rad(value)),
+            Some(Axis::X | Axis::Z) | None => write!(f, "{value:.4} mm{per}"),
+        };
+        match self {
+            Quantity::Plain => write!(f, "{value}"),
+            Quantity::Position => of_axis(f, ""),
+            Quantity::Velocity => of_axis(f, "/s"),
+            Quantity::Acceleration => of_axis(f, "/s^2"),
+            Quantity::Angle => write!(f, "{:.2} deg", deg_from_rad(value)),
+            Quantity::Rpm => write!(f, "{value:.1} rpm"),
+            Quantity::Length(decimals) => write!(f, "{value:.decimals$} mm"),
         }
     }
 }
 
 impl fmt::Display for Alarm {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let allowed = |f: &mut fmt::Formatter<'_>, axis: Axis, what: &str, per: &'static str| {
-            let (value, bound) = (Quantity(axis, self.value, per), Quantity(axis, self.bound, per));
-            write!(f, "{}: {what} {value}, allowed {bound}", axis.joint())
-        };
         if self.value.is_nan() {
             return write!(f, "{}: found by the axis interpolator, which says more", self.kind.entry().name);
         }
-        match self.kind {
-            AlarmKind::EStop => f.write_str("emergency stop pressed"),
-            AlarmKind::PowerLoss => f.write_str("the mains are lost"),
-            AlarmKind::Overtravel(axis) => allowed(f, axis, "hard limit switch reached at", ""),
-            AlarmKind::SoftLimit(axis) => allowed(f, axis, "setpoint beyond the soft limit at", ""),
-            AlarmKind::FollowingError(axis) => allowed(f, axis, "following error", ""),
-            AlarmKind::DriveFault(axis) => write!(f, "{}: the drive reports a fault", axis.joint()),
-            AlarmKind::EncoderJump(axis) => allowed(f, axis, "the encoder's reading jumped by", ""),
-            AlarmKind::SetpointVelocity(axis) => allowed(f, axis, "setpoint speed", "/s"),
-            AlarmKind::SetpointAcceleration(axis) => allowed(f, axis, "setpoint acceleration", "/s^2"),
-            AlarmKind::SetpointJump(axis) => allowed(f, axis, "distance and speeds of two setpoints disagree by", ""),
-            AlarmKind::Underrun => f.write_str("setpoints did not arrive in time: stopped on the path"),
-            AlarmKind::LateCommand => write!(f, "a command arrived {} ticks after its tick", self.value),
-            AlarmKind::CommandGap => {
-                write!(f, "commands are missing: received number {}, expected {}", self.value, self.bound)
-            }
-            AlarmKind::SecondWriter => f.write_str("a second sender of setpoints was refused"),
-            AlarmKind::ChunkRefused if self.value < 0.0 => {
-                f.write_str("what came as setpoints is no chunk: other joints, no tick, or points that do not make one")
-            }
-            AlarmKind::ChunkRefused => write!(f, "the setpoints from tick {} on were refused", self.value),
-            AlarmKind::SetpointsLost => {
-                write!(f, "setpoints from tick {} on came, those from tick {} on are missing", self.value, self.bound)
-            }
-            AlarmKind::NoAuthority => f.write_str("a sender without command of the cell was refused"),
-            AlarmKind::HomingFailed => f.write_str("a reference was not found within the search travel"),
-            AlarmKind::StationNotFound => {
-                f.write_str("the station's limit switch was not found within the search travel")
-            }
-            AlarmKind::OriginDetector if self.value.abs() < f64::MIN_POSITIVE => {
-                f.write_str("the origin detector did not signal at its mark")
-            }
-            AlarmKind::OriginDetector => write!(
-                f,
-                "the origin detector signalled {:.2} deg from its mark, allowed {:.2} deg",
-                deg_from_rad(self.value),
-                deg_from_rad(self.bound)
-            ),
-            AlarmKind::LimitSwitch => {
-                write!(f, "the limit switch of station {} does not fit the table's position", self.value)
-            }
-            AlarmKind::SwitchBounces => write!(f, "the limit switch of station {} bounces", self.value),
-            AlarmKind::WheelStoppedInCut => f.write_str("the wheel lost its speed while it was cutting"),
-            AlarmKind::WheelContact => {
-                write!(f, "the wheel touched the part without running, {:.4} mm deep", self.value)
-            }
-            AlarmKind::WheelStopped => f.write_str("the wheel has no speed though it is to run"),
-            AlarmKind::WheelOverspeed => {
-                write!(f, "the wheel turns at {:.1} rpm, allowed are {:.1} rpm", self.value, self.bound)
-            }
-            AlarmKind::GaugeInvalid => f.write_str("the gauge gives no number"),
-            AlarmKind::GaugeStuck => write!(f, "the gauge gave the same reading {} times", self.value),
-            AlarmKind::NotHomed(axis) => write!(f, "{}: its zero is not known", axis.joint()),
-            AlarmKind::NotAtStart(axis) => {
-                let (is, wanted) = (Quantity(axis, self.value, ""), Quantity(axis, self.bound, ""));
-                write!(f, "{}: the cut begins at {wanted}, the axis is at {is}", axis.joint())
-            }
-            AlarmKind::BadSegment => write!(f, "segment {} cannot be executed", self.value),
-            AlarmKind::WheelTooFast => {
-                write!(f, "the wheel would turn at {:.1} rpm, allowed are {:.1} rpm", self.value, self.bound)
-            }
-            AlarmKind::OtherWheel => {
-                write!(f, "wheel radius {:.4} mm, the plan is for {:.4} mm", self.value, self.bound)
-            }
-            AlarmKind::NotDressed => {
-                write!(f, "the wheel of radius {:.4} mm was not dressed to {:.4} mm", self.bound, self.value)
-            }
-            AlarmKind::WheelWorn => {
-                write!(f, "wheel radius {:.3} mm, smallest usable {:.3} mm", self.value, self.bound)
-            }
-            AlarmKind::DoorOpened => f.write_str("the door is open while axes or wheel move"),
-            AlarmKind::WorkAreaEntered => f.write_str("somebody is in the work area while axes or wheel move"),
-            AlarmKind::ChuckOpened => f.write_str("the chuck is open while axes or wheel move"),
-            AlarmKind::DoorStuck => f.write_str("the door does not come to its end"),
-            AlarmKind::ChuckStuck => f.write_str("the chuck does not come to its end"),
-            AlarmKind::LoaderLost => f.write_str("the loader went silent while it was in the work area"),
-            AlarmKind::SenderLost => {
-                write!(f, "the sender of setpoints has been silent for {} s: stopped on the path", self.value)
-            }
-            AlarmKind::MachineLost => {
-                write!(f, "the machine has been silent for {} s, or was started again", self.value)
-            }
-            AlarmKind::MachineDeactivated => {
-                f.write_str("the machine was deactivated while a motion was executed: stopped on the path")
-            }
-            AlarmKind::RecordingLost => write!(f, "the recorder has been silent or behind for {} s", self.value),
-            AlarmKind::PlannerLost => {
-                write!(f, "the job planner has been silent for {} s: its plan is cancelled", self.value)
-            }
-            AlarmKind::FeedbackBlocked => {
-                write!(f, "the machine could not send its feedback for {} s: stopped on the path", self.value)
-            }
+        let Template { text, quantity, exception } = self.kind.template();
+        if let Some((_, text)) = exception.filter(|(value, _)| (value - self.value).abs() < f64::MIN_POSITIVE) {
+            return f.write_str(text);
         }
+        let mut rest = text;
+        while let Some((before, field_and_rest)) = rest.split_once('{') {
+            let (field, after) = field_and_rest.split_once('}').unwrap_or((field_and_rest, ""));
+            f.write_str(before)?;
+            match field {
+                "axis" => f.write_str(self.kind.axis().map_or("", Axis::joint))?,
+                "value" => quantity.write(f, self.kind.axis(), self.value)?,
+                "bound" => quantity.write(f, self.kind.axis(), self.bound)?,
+                other => write!(f, "{{{other}}}")?,
+            }
+            rest = after;
+        }
+        f.write_str(rest)
     }
 }
 
@@ -556,7 +434,26 @@ mod tests {
 
     #[test]
     fn the_text_says_what_how_much_and_how_much_is_allowed() {
-        let alarm = Alarm { kind: AlarmKind::FollowingError(Axis::X), tick: 5, value: 0.25, bound: 0.1 };
-        assert_eq!(format!("{alarm}"), "x_axis: following error 0.2500 mm, allowed 0.1000 mm");
+        let alarm = |kind, value, bound| format!("{}", Alarm { kind, tick: 5, value, bound });
+        assert_eq!(
+            alarm(AlarmKind::FollowingError(Axis::X), 0.25, 0.1),
+            "x_axis: following error 0.2500 mm, allowed 0.1000 mm"
+        );
+        assert_eq!(
+            alarm(AlarmKind::SetpointVelocity(Axis::C), 1.0, 0.5),
+            "c_axis: setpoint speed 57.2958 deg/s, allowed 28.6479 deg/s"
+        );
+        assert_eq!(alarm(AlarmKind::ChunkRefused, 7.0, 0.0), "the setpoints from tick 7 on were refused");
+        assert!(alarm(AlarmKind::ChunkRefused, NO_TICK, 0.0).starts_with("what came as setpoints is no chunk"));
+        assert_eq!(alarm(AlarmKind::WheelWorn, 44.5, 45.0), "wheel radius 44.500 mm, smallest usable 45.000 mm");
+    }
+
+    #[test]
+    fn every_text_has_only_fields_that_its_kind_has() {
+        for kind in AlarmKind::ALL {
+            let text = format!("{}", Alarm { kind, tick: 5, value: 1.5, bound: 2.5 });
+            assert!(!text.contains(['{', '}']), "{text}");
+            assert_eq!(text.contains("_axis: "), kind.axis().is_some(), "{text}");
+        }
     }
 }
