@@ -112,11 +112,17 @@ pub struct MachineDescription {
 }
 
 impl MachineDescription {
-    /// How often the machine tells where it is: ten times within the feedback delay (ticks). What the interpolator decides by
-    /// measurements it decides by those of these ticks.
+    /// Period of the machine's reports: a tenth of the feedback delay (ticks). The interpolator decides by the measurements of these
+    /// ticks only.
     #[must_use]
     pub fn stream_period_ticks(&self) -> u64 {
         u64::from(self.feedback_delay_ticks / 10).max(1)
+    }
+
+    /// Period of the reports of a machine that stands still at pace realtime while nobody sends setpoints (ticks).
+    #[must_use]
+    pub fn rest_stream_period_ticks(&self) -> u64 {
+        5 * self.stream_period_ticks()
     }
 
     /// Interpolation period (s).

@@ -22,7 +22,7 @@ use std::time::{Duration, Instant};
 
 /// Requests that may wait for the next tick.
 const REQUESTS: usize = 16;
-/// Longest time in which a machine at pace fast attends to a motion.
+/// Longest wait for a machine to attend to a motion.
 const ATTENTION: Duration = Duration::from_secs(5);
 /// Empty chunks that go round between engine and pump.
 pub(super) const CHUNK_POOL: usize = 32;
@@ -59,7 +59,7 @@ pub(super) struct Engine {
     pub(super) succession: Succession,
     /// A motion that begins when the axes stand still.
     waiting: Option<(Made, JobEnds)>,
-    /// A motion that begins when the machine attends to it, and since when it waits.
+    /// A motion that begins with the machine's next message, at pace fast when the machine attends to it; and since when it waits.
     attending: Option<(Made, JobEnds, Instant)>,
     known_alarms: [u16; 16],
     last_status: Option<(u64, Status)>,
@@ -305,12 +305,15 @@ impl Engine {
             None => Some(StartError::MachineLost),
         };
         match (refusal, self.seen) {
+            (None, Some(seen)) if seen.gives_credit() && seen.is_standstill => self.attend(made, job, seen),
             (None, Some(seen))
                 if seen.gives_credit()
-                    && (seen.is_standstill
-                        || (seen.is_realtime && made.motion.is_trajectory() && self.interpolator.is_idle())) =>
+                    && seen.is_realtime
+                    && made.motion.is_trajectory()
+                    && self.interpolator.is_idle() =>
             {
-                self.attend(made, job, seen);
+                self.begin_sequence(seen);
+                self.start_now(made, job, seen);
             }
             (None, _) => self.waiting = Some((made, job)),
             (Some(error), _) => self.send(FromEngine::NotStarted(error, made)),
@@ -334,17 +337,21 @@ impl Engine {
         }
     }
 
-    /// Has the machine attend to a motion where its idle ticks follow no setpoints: at pace fast a tick that passed could not be made up
-    /// for, and what was sent for it would be late.
+    /// Prepares the start of a motion of a machine at rest, with the machine's next message. At pace realtime the tick of the last one
+    /// may be old, since a machine at rest reports less often. At pace fast the machine has to attend: a tick that passed could not be
+    /// made up for, and setpoints for it would be late.
     fn attend(&mut self, made: Made, job: JobEnds, seen: Seen) {
-        // The number goes on from what the machine has received, so that a receipt of an earlier motion is none of this one's.
+        self.begin_sequence(seen);
+        self.attending = Some((made, job, Instant::now()));
+        if !seen.is_realtime {
+            self.command(Command::Attend { tick: seen.tick }, u64::MAX);
+        }
+    }
+
+    /// Continues the command number from what the machine has received, so that no receipt of an earlier motion counts for this one.
+    fn begin_sequence(&mut self, seen: Seen) {
         self.sequence = seen.commands_received;
         self.unacknowledged.clear();
-        if seen.is_realtime {
-            return self.start_now(made, job, seen);
-        }
-        self.attending = Some((made, job, Instant::now()));
-        self.command(Command::Attend { tick: seen.tick }, u64::MAX);
     }
 
     /// A machine that is heard and does not attend ends the wait.

@@ -11,6 +11,8 @@ use std::time::{Duration, Instant};
 #[derive(Debug, Default)]
 pub(super) struct Heard {
     last: Option<(Instant, u64)>,
+    /// The last message was that of a machine at rest, which reports less often.
+    was_idle: bool,
     /// Messages, and those that must have been between them, since the last report.
     messages: u64,
     lost: u64,
@@ -21,12 +23,15 @@ pub(super) struct Heard {
 }
 
 impl Heard {
-    /// Takes note of a message; those of certain ticks every machine sends.
+    /// Records a message, and the periods without one since the last.
     pub(super) fn hear(&mut self, message: &MachineStream, machine: &MachineDescription) {
-        let period = machine.stream_period_ticks();
+        let period = if self.was_idle { machine.rest_stream_period_ticks() } else { machine.stream_period_ticks() };
         let now = Instant::now();
         if let Some((before, tick)) = self.last {
-            self.longest_gap = self.longest_gap.max(now - before);
+            // Nothing runs out while the machine rests.
+            if !self.was_idle {
+                self.longest_gap = self.longest_gap.max(now - before);
+            }
             // Multiples of the period after the one and before the other.
             let due = (message.tick / period).saturating_sub(tick / period);
             let lost = due.saturating_sub(u64::from(message.tick.is_multiple_of(period)));
@@ -35,6 +40,8 @@ impl Heard {
         }
         self.messages += 1;
         self.is_realtime = message.pace == MachineStream::PACE_REALTIME;
+        self.was_idle =
+            self.is_realtime && message.motion == MachineStream::MOTION_STANDSTILL && message.holder.is_empty();
         self.last = Some((now, message.tick));
     }
 
@@ -106,6 +113,12 @@ mod tests {
             heard.hear(&MachineStream { tick, ..MachineStream::default() }, &machine);
         }
         assert_eq!((heard.messages, heard.lost), (9, 3), "60, 70 and 90");
+        let idle = MachineStream { motion: MachineStream::MOTION_STANDSTILL, ..MachineStream::default() };
+        for tick in [110, 150, 200, 300] {
+            heard.hear(&MachineStream { tick, ..idle.clone() }, &machine);
+        }
+        assert_eq!((heard.messages, heard.lost), (13, 4), "at rest every fifth period: 250");
+        heard.lost = 3;
         let told = heard.report(Some(Duration::from_secs(100)));
         assert_eq!(told.level, DiagnosticStatus::WARN);
         assert!(told.message.starts_with("3 messages"), "{}", told.message);

@@ -81,6 +81,8 @@ pub(super) struct Facts {
     pub(super) delay: u64,
     /// Ticks between two messages of the stream.
     pub(super) period: u64,
+    /// The same of a machine that stands still at pace realtime while nobody sends setpoints.
+    pub(super) rest_period: u64,
     pub(super) joints: Vec<String>,
     /// Counts of an axis for a metre or a radian.
     pub(super) per_unit: Vec<f64>,
@@ -93,6 +95,7 @@ impl Facts {
             cycle_ns: i64::from(description.cycle_time_ns),
             delay,
             period: (delay / 10).max(1),
+            rest_period: 5 * (delay / 10).max(1),
             joints: description.axes.iter().map(|axis| axis.joint.clone()).collect(),
             per_unit: description.axes.iter().map(counts_per_si).collect(),
         }

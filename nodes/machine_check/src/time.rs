@@ -105,17 +105,25 @@ fn usual(steps: &[Step], moves: bool) -> Option<i64> {
     counts.into_iter().max_by_key(|(_, count)| *count).map(|(step, _)| step)
 }
 
+/// A machine that rests while nobody sends setpoints, which reports less often at pace realtime.
+fn is_idle(said: &MachineStream) -> bool {
+    said.pace == MachineStream::PACE_REALTIME
+        && said.motion == MachineStream::MOTION_STANDSTILL
+        && said.holder.is_empty()
+}
+
 /// M3: every tick that is a multiple of the period, and every alarm at once.
 fn stream(heard: &Heard, facts: &Facts, report: &mut Report) {
     let before = report.evidence(3);
     for pair in heard.streams.windows(2) {
         let (from, to) = (pair[0].tick, pair[1].tick);
-        let due = (from / facts.period + 1).saturating_mul(facts.period);
+        let period = if is_idle(&pair[0]) { facts.rest_period } else { facts.period };
+        let due = (from / period + 1).saturating_mul(period);
         if due < to {
-            let missing = (to - 1) / facts.period - from / facts.period;
+            let missing = (to - 1) / period - from / period;
             report.broken(
                 3,
-                format!("{missing} of the ticks that are multiples of {} are missing from tick {due} on", facts.period),
+                format!("{missing} of the ticks that are multiples of {period} are missing from tick {due} on"),
             );
         }
     }

@@ -490,7 +490,9 @@ impl Ticker {
 
     /// A tick of a resting machine that shows nothing new, and is not due on the stream: no reason to wake the pump.
     fn is_quiet(&self, report: &TickReport) -> bool {
-        let period = self.machine.description().stream_period_ticks();
+        let is_idle = report.motion == MotionState::Standstill && !self.state.has_holder;
+        let machine = self.machine.description();
+        let period = if is_idle { machine.rest_stream_period_ticks() } else { machine.stream_period_ticks() };
         let repeats = |last: &TickReport| TickReport { tick: report.tick, ..*last } == *report;
         self.pace == Pace::Realtime
             && self.state.job_tick == 0

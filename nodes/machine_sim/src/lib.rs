@@ -301,7 +301,6 @@ impl Setup {
             description: machine.clone(),
             clock: self.clock,
             pace: if is_fast { MachineStream::PACE_FAST } else { MachineStream::PACE_REALTIME },
-            stream_period_ticks: machine.stream_period_ticks(),
             inlet: self.inlet.clone(),
             is_fast,
             drops: self.bounds.drops.clone(),

@@ -10,7 +10,7 @@ use super::work_area::WorkAreaOutlet;
 use camwright::machine::alarm::{Alarm as CoreAlarm, Severity};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::machine::persistent_state::LastingState;
-use camwright::simulation::tick_report::{IoState, TickReport};
+use camwright::simulation::tick_report::{IoState, MotionState, TickReport};
 use camwright_files::convert::gauge::readings;
 use camwright_files::convert::machine_description::WHEEL_JOINT;
 use camwright_files::convert::machine_report::{cut_of, io_message, joint_values, latch_message, motion_number};
@@ -102,7 +102,6 @@ pub(super) struct Context {
     pub(super) description: MachineDescription,
     pub(super) clock: TickClock,
     pub(super) pace: u8,
-    pub(super) stream_period_ticks: u64,
     /// The way into the cyclic thread.
     pub(super) inlet: Inlet,
     pub(super) is_fast: bool,
@@ -244,7 +243,7 @@ impl Pump {
         if self.active.take(report, state) {
             sent = sent.and(self.alarms(report.tick));
         }
-        if report.tick.is_multiple_of(self.context.stream_period_ticks) || state.news || !self.latches.is_empty() {
+        if self.is_stream_due(report, state) || state.news || !self.latches.is_empty() {
             sent = sent.and(self.stream(report, state));
         }
         sent = sent.and(self.outlets.inputs.tick(report, state));
@@ -260,6 +259,16 @@ impl Pump {
             sent = sent.and(outlet.tell(state, report.tick, self.context.clock));
         }
         sent
+    }
+
+    /// Returns whether the stream is due by its period, which is longer while the machine stands still and nobody sends setpoints.
+    fn is_stream_due(&self, report: &TickReport, state: &StreamState) -> bool {
+        let is_idle = self.context.pace == MachineStream::PACE_REALTIME
+            && report.motion == MotionState::Standstill
+            && !state.has_holder;
+        let machine = &self.context.description;
+        let period = if is_idle { machine.rest_stream_period_ticks() } else { machine.stream_period_ticks() };
+        report.tick.is_multiple_of(period)
     }
 
     /// Samples of every tick, which are dropped and counted where a subscriber leaves no room.

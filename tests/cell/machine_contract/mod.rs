@@ -6,10 +6,12 @@ use crate::support;
 
 use camwright_machine_check::{CheckError, Checked, Moving, Settings, Verdict, check};
 use camwright_machine_sim::MachineSim;
+use camwright_msgs::camwright_msgs::msg::MachineStream;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest};
-use camwright_ros::{Node, NodeOptions, ParameterValue, RosArgs, Shutdown};
+use camwright_ros::{Node, NodeOptions, ParameterValue, Qos, RosArgs, Shutdown};
 use go_between::{Fault, GoBetween};
 use std::process::Command;
+use std::sync::{Arc, Condvar, Mutex};
 use std::time::Duration;
 use support::{Domain, PATIENCE};
 
@@ -66,6 +68,30 @@ fn best_of(pace: &str, broken: &[u8], attempt: impl Fn() -> Checked) -> Checked 
         checked = attempt();
     }
     checked
+}
+
+#[test]
+fn a_machine_at_rest_reports_every_fifth_period() {
+    let domain = Domain::take();
+    let node = Node::new(NodeOptions::new("listener", &args(&domain, "/idle"))).expect("a node");
+    let heard = Arc::new((Mutex::new(Vec::new()), Condvar::new()));
+    let sink = Arc::clone(&heard);
+    let subscription = node.subscribe::<MachineStream>("machine/stream", &Qos::default_topic(), move |said, _| {
+        sink.0.lock().expect("not poisoned").push(said.tick);
+        sink.1.notify_all();
+    });
+    let subscription = subscription.expect("a subscription");
+    let spin = node.spin_in_thread().expect("a thread");
+    let machine = machine(&domain, "/idle", "cam_grinder", "realtime", &[]);
+    let ticks = heard.0.lock().expect("not poisoned");
+    let (ticks, limit) = heard.1.wait_timeout_while(ticks, PATIENCE, |ticks| ticks.len() < 30).expect("not poisoned");
+    assert!(!limit.timed_out(), "{} messages", ticks.len());
+    // A tenth of the delay of 60 ticks, five times; the first messages announce the machine.
+    let gaps: Vec<u64> = ticks[9..].windows(2).map(|pair| pair[1] - pair[0]).collect();
+    assert!(gaps.iter().all(|gap| *gap == 30), "{gaps:?}");
+    drop(ticks);
+    machine.stop();
+    drop((spin, subscription));
 }
 
 #[test]

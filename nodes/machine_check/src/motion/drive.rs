@@ -32,7 +32,7 @@ impl<'a> Drive<'a> {
     /// An input that is asked for is asked for by the first command of the motion, in its first tick.
     pub(super) fn begin(hand: &'a Hand<'a>, travel: Travel, ask: Option<&str>) -> Result<Self, Stop> {
         hand.go_on()?;
-        let news = hand.news();
+        let news = hand.fresh_news();
         // Not a tick that is told anyway: what changes with it must be told at once.
         let mut first_tick = news.tick + (hand.facts.delay * 6 / 10).max(1);
         while first_tick.is_multiple_of(hand.facts.period) && hand.facts.period > 1 {

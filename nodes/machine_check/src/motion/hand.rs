@@ -111,6 +111,15 @@ impl<'a> Hand<'a> {
         self.ears.look(|heard| heard.last().cloned().unwrap_or_default())
     }
 
+    /// Waits for the next tick of a machine whose ticks follow the clock: at rest the last message may be half the feedback delay old.
+    pub(super) fn fresh_news(&self) -> MachineStream {
+        let last = self.news();
+        if last.pace == MachineStream::PACE_REALTIME {
+            self.wait(|news| news.tick > last.tick);
+        }
+        self.news()
+    }
+
     /// Waits for news that are as wanted; false after the time.
     pub(super) fn wait(&self, mut wanted: impl FnMut(&MachineStream) -> bool) -> bool {
         self.wait_heard(PATIENCE, |heard| heard.last().is_some_and(&mut wanted))

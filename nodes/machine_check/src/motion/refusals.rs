@@ -80,7 +80,7 @@ fn refused(
     hand.go_on()?;
     let before = report.evidence(13);
     let there = hand.news().setpoint_counts;
-    hand.send(&chunk(&hand.news()))?;
+    hand.send(&chunk(&hand.fresh_news()))?;
     let told = hand.happens(|news| news.alarms.contains(&84));
     let news = hand.news();
     if !told {

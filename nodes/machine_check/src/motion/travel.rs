@@ -112,6 +112,7 @@ mod tests {
             cycle_ns: 1_000_000,
             delay: 10,
             period: 1,
+            rest_period: 5,
             joints: vec!["c_axis".into(), "z_axis".into()],
             per_unit: vec![1e6, 1e8],
         };
