@@ -2,8 +2,8 @@
 //! documents are what the schema says.
 
 use crate::support::{Domain, Folder, PeerEnv, peer_env, repository};
+use camwright_files::file_kind::FileKind;
 use camwright_files::locate::{list, locate};
-use camwright_files::schema::FileKind;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;

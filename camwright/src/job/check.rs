@@ -1,8 +1,8 @@
 //! Everything that can be said of a job without a path.
 
 use super::grinding::{
-    BetweenLobes, JobError, JobSpec, LobeSpec, MAX_ALLOWANCE_MM, MAX_MARGIN_MM, MAX_PASSES, MAX_VARIATION_N,
-    MIN_BLOCKS, PassSpec, ProfileSpec, StiffnessSource,
+    BetweenLobes, JobError, JobSpec, LobeSpec, MAX_ALLOWANCE_MM, MAX_MARGIN_MM, MAX_PASSES, MAX_SPARK_OUT_TURNS,
+    MAX_VARIATION_N, MIN_BLOCKS, PassSpec, ProfileSpec, StiffnessSource,
 };
 use super::key::{JobKey, Subject};
 use crate::cam::compensation::{MAX_CORRECTION_MM, MAX_HARMONICS as MAX_LEARNED_HARMONICS, MAX_SLOPE_MM_RAD};
@@ -16,9 +16,6 @@ use alloc::vec::Vec;
 
 /// What rounding may add to a bound, relative.
 const ROUNDING: f64 = 1e-3;
-
-/// Most turns without infeed of a pass: beyond it a mistyped number is likelier than a wish.
-const MAX_SPARK_OUT_TURNS: u32 = 1000;
 
 /// Slowest and fastest work speed that a job may ask for (rad/s).
 const WORK_SPEEDS_RAD_S: (f64, f64) = (1e-3, 1e4);
@@ -76,11 +73,11 @@ impl JobSpec {
                 });
             }
         }
-        length(of_job, JobKey::RapidAdvance, self.rapid_advance_mm)?;
-        positive(of_job, JobKey::RapidSpeed, self.rapid_speed_mm_s)?;
-        within(of_job, JobKey::RapidSpeed, self.rapid_speed_mm_s, RAPID_SPEEDS_MM_S, "0.01 to 100000")?;
-        length(of_job, JobKey::RetractClearance, self.retract_clearance_mm)?;
-        length(of_job, JobKey::Stock, self.stock_mm)?;
+        length(|| Subject::Job, JobKey::RapidAdvance, self.rapid_advance_mm)?;
+        positive(|| Subject::Job, JobKey::RapidSpeed, self.rapid_speed_mm_s)?;
+        within(|| Subject::Job, JobKey::RapidSpeed, self.rapid_speed_mm_s, RAPID_SPEEDS_MM_S, "0.01 to 100000")?;
+        length(|| Subject::Job, JobKey::RetractClearance, self.retract_clearance_mm)?;
+        length(|| Subject::Job, JobKey::Stock, self.stock_mm)?;
         if let BetweenLobes::TurnsOn { margin_s } = self.c_between_lobes {
             if !(0.0..=1.0).contains(&margin_s) {
                 let (key, value) = (JobKey::CBetweenLobesMargin, margin_s);
@@ -91,13 +88,13 @@ impl JobSpec {
             }
         }
         if let Some(power) = &self.wheel_power {
-            positive(of_job, JobKey::WheelPowerMost, power.most_w)?;
-            positive(of_job, JobKey::WheelPowerSpecificEnergy, power.specific_energy_j_mm3)?;
-            positive(of_job, JobKey::WheelPowerRubbing, power.rubbing_n_mm2)?;
+            positive(|| Subject::Job, JobKey::WheelPowerMost, power.most_w)?;
+            positive(|| Subject::Job, JobKey::WheelPowerSpecificEnergy, power.specific_energy_j_mm3)?;
+            positive(|| Subject::Job, JobKey::WheelPowerRubbing, power.rubbing_n_mm2)?;
         }
-        within(of_job, JobKey::Clearance, self.clearance_mm, (0.0, MAX_LENGTH_MM), "0 to 10000")?;
+        within(|| Subject::Job, JobKey::Clearance, self.clearance_mm, (0.0, MAX_LENGTH_MM), "0 to 10000")?;
         if let Some(stand_off_mm) = self.dry_run_mm {
-            length(of_job, JobKey::DryRunStandOff, stand_off_mm)?;
+            length(|| Subject::Job, JobKey::DryRunStandOff, stand_off_mm)?;
         }
         if let Some(obstacle) = self.obstacles.iter().find(|obstacle| !obstacle.extent.is_body()) {
             let Extent { from_mm, to_mm, radius_mm } = obstacle.extent;
@@ -120,10 +117,10 @@ impl JobSpec {
             length(|| wish.of.clone(), JobKey::WheelRadius, wish.radius_mm)?;
         }
         for (key, value) in [(JobKey::HomeX, self.home.x_mm), (JobKey::HomeZ, self.home.z_mm)] {
-            finite(of_job, key, value)?;
-            within(of_job, key, value, (-MAX_LENGTH_MM, MAX_LENGTH_MM), "-10000 to 10000")?;
+            finite(|| Subject::Job, key, value)?;
+            within(|| Subject::Job, key, value, (-MAX_LENGTH_MM, MAX_LENGTH_MM), "-10000 to 10000")?;
         }
-        finite(of_job, JobKey::PartPhase, self.part_phase_rad)
+        finite(|| Subject::Job, JobKey::PartPhase, self.part_phase_rad)
     }
 
     /// A spark-out that ends by force needs a force, and turns that nobody counts on.
@@ -211,9 +208,9 @@ impl JobSpec {
         if let Some(lobe) = self.lobes.iter().find(|lobe| !is_round(lobe)) {
             return Err(JobError::StockNotRound { lobe: lobe.name.clone() });
         }
-        positive(of_job, JobKey::MeasureStockSpeed, stock.speed_rad_s)?;
+        positive(|| Subject::Job, JobKey::MeasureStockSpeed, stock.speed_rad_s)?;
         let wanted = "0.001 to 10000 (0.01 to 95000 rpm)";
-        within(of_job, JobKey::MeasureStockSpeed, stock.speed_rad_s, WORK_SPEEDS_RAD_S, wanted)?;
+        within(|| Subject::Job, JobKey::MeasureStockSpeed, stock.speed_rad_s, WORK_SPEEDS_RAD_S, wanted)?;
         if !(stock.margin_mm > 0.0 && stock.margin_mm <= MAX_MARGIN_MM) {
             let (key, value) = (JobKey::MeasureStockMargin, stock.margin_mm);
             return Err(JobError::OutOfRange { place: Subject::Job, key, value, wanted: "above 0 and at most 2" });
@@ -282,11 +279,11 @@ impl JobSpec {
         if air_mm < needed_mm {
             return Err(JobError::NoAir { air_mm, needed_mm });
         }
-        length(of_job, JobKey::IdentificationPush, identification.push_mm)?;
-        positive(of_job, JobKey::IdentificationPushSpeed, identification.push_speed_mm_s)?;
+        length(|| Subject::Job, JobKey::IdentificationPush, identification.push_mm)?;
+        positive(|| Subject::Job, JobKey::IdentificationPushSpeed, identification.push_speed_mm_s)?;
         let (key, value) = (JobKey::IdentificationPushSpeed, identification.push_speed_mm_s);
-        within(of_job, key, value, (1e-6, RAPID_SPEEDS_MM_S.1), "0.000001 to 100000")?;
-        positive(of_job, JobKey::IdentificationMostForce, identification.most_n as f64)
+        within(|| Subject::Job, key, value, (1e-6, RAPID_SPEEDS_MM_S.1), "0.000001 to 100000")?;
+        positive(|| Subject::Job, JobKey::IdentificationMostForce, identification.most_n as f64)
     }
 
     fn check_lobe(&self, index: usize, lobe: &LobeSpec, machine: &MachineDescription) -> Result<(), JobError> {
@@ -355,10 +352,6 @@ impl JobSpec {
         }
         Ok(())
     }
-}
-
-fn of_job() -> Subject {
-    Subject::Job
 }
 
 fn positive(place: impl Fn() -> Subject, key: JobKey, value: f64) -> Result<(), JobError> {

@@ -392,6 +392,9 @@ pub struct WheelWish {
     pub radius_mm: f64,
 }
 
+/// Maximum number of turns without infeed of a pass; more is a typing error.
+pub const MAX_SPARK_OUT_TURNS: u32 = 1000;
+
 /// Largest variation of the force at which spark-out may end (N): more is no spark-out.
 pub const MAX_VARIATION_N: u32 = 10_000;
 

@@ -96,11 +96,11 @@ pub struct QosProfile {
     pub durability: Durability,
     /// Longest time between samples; `None` is without end.
     pub deadline: Option<Duration>,
-    /// How long a sample is worth delivering; `None` is without end.
+    /// Age at which a sample expires; `None`: never.
     pub lifespan: Option<Duration>,
-    /// How the publisher shows that it lives.
+    /// Sign of life of the publisher.
     pub liveliness: Liveliness,
-    /// How long it may be silent; `None` is without end.
+    /// Maximum silence; `None`: no limit.
     pub liveliness_lease: Option<Duration>,
     /// The DDS topic has no `rt/` in front.
     pub avoid_ros_namespace_conventions: bool,

@@ -48,7 +48,7 @@ pub struct Counts {
     pub queue_full: u64,
     /// Messages that are known to have been lost before they could be handed over; they are not among those received.
     pub missed: u64,
-    /// How long it took to hand one over.
+    /// Time to hand a message over.
     pub enqueue: DurationsTold,
     /// Messages that no snapshot asked for while they were held.
     pub passed: u64,
@@ -197,12 +197,12 @@ impl Recording {
         self.shared.missed.fetch_sub(1, Ordering::AcqRel);
     }
 
-    /// Goes on in the next file once what is queued has been written. Then `answer` is told, on the writer's thread, whether there is one.
+    /// Continues in the next file once the queue is written. The writer's thread then calls `answer` with whether there is one.
     pub fn split(&self, answer: impl FnOnce(bool) + Send + 'static) {
         self.ask(Command::Split(Box::new(answer)));
     }
 
-    /// Writes what is held in memory, as a file of its own. Then `answer` is told, on the writer's thread, how many messages that were.
+    /// Writes the messages held in memory to a file of their own. The writer's thread then calls `answer` with their number.
     pub fn snapshot(&self, answer: impl FnOnce(u64) + Send + 'static) {
         self.ask(Command::Snapshot(Box::new(answer)));
     }

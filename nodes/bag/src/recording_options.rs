@@ -10,12 +10,12 @@ use std::time::Duration;
 pub struct RecordingOptions {
     /// Layout and custom data.
     pub writer: WriterOptions,
-    /// How long a message may wait before it is handed to the system: what a kill of the process can cost. Shorter makes
+    /// Maximum delay until a message is handed to the system: a kill of the process can lose as much. Shorter makes
     /// smaller chunks; 100 ms costs nothing measurable.
     pub flush_interval: Duration,
-    /// How long until it is on the disk: what a power failure can cost. A sync takes milliseconds.
+    /// Maximum delay until it is on the disk: a power failure can lose as much. A sync takes milliseconds.
     pub sync_interval: Duration,
-    /// What is left free on the disk (B): with less, the recording does not begin, or ends.
+    /// Disk space that stays free (B): with less, the recording does not begin, or ends.
     pub min_free_bytes: u64,
     /// Hold the last messages in memory, and write them on [`super::recording::Recording::snapshot`] only.
     pub snapshot: Option<SnapshotOptions>,

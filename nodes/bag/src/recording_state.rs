@@ -33,7 +33,7 @@ pub(super) struct Shared {
     pub(super) missed: AtomicU64,
     /// Messages for which the queue had no room.
     pub(super) queue_full: AtomicU64,
-    /// How long it took to hand each message over.
+    /// Time to hand each message over.
     pub(super) enqueue: Durations,
     /// Guards the list only; it is locked to add a topic or to read the counts, never while writing.
     pub(super) topics: Mutex<Vec<Arc<TopicState>>>,
@@ -53,7 +53,7 @@ impl Shared {
         }
     }
 
-    /// How long it took to hand a message over.
+    /// Time to hand a message over.
     pub(super) fn enqueue(&self) -> DurationsTold {
         self.enqueue.told()
     }

@@ -3,7 +3,7 @@
 use super::definition::{Definition, Field, Kind};
 use camwright_msgs::syntax::{Primitive, Shape};
 
-/// Elements of an array that is told as a whole, at most: each takes the room of a value.
+/// Maximum number of elements of an array that is passed on as a whole; each takes the memory of a value.
 const MAX_LISTED: usize = 4 << 20;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -19,7 +19,7 @@ pub(super) enum Value {
     List(Vec<Value>),
 }
 
-/// Reads a message: `told` gets each value with its path, as `joint.position[2]`. Arrays longer than `longest` are told as a
+/// Reads a message: `visit` gets each value with its path, as `joint.position[2]`. Arrays longer than `longest` are passed on as a
 /// list, or as one text where their elements have parts.
 ///
 /// # Errors
@@ -28,11 +28,11 @@ pub(super) fn read(
     definition: &Definition,
     data: &[u8],
     longest: usize,
-    told: &mut dyn FnMut(&str, Value),
+    visit: &mut dyn FnMut(&str, Value),
 ) -> Result<(), String> {
     let mut cursor = Cursor::new(data)?;
     let mut path = String::new();
-    cursor.fields(definition, 0, &mut path, longest, told)
+    cursor.fields(definition, 0, &mut path, longest, visit)
 }
 
 /// A place in the CDR of a message.
@@ -60,7 +60,7 @@ impl<'a> Cursor<'a> {
         index: usize,
         path: &mut String,
         longest: usize,
-        told: &mut dyn FnMut(&str, Value),
+        visit: &mut dyn FnMut(&str, Value),
     ) -> Result<(), String> {
         let fields = definition.types.get(index).map_or(&[][..], Vec::as_slice);
         if fields.is_empty() {
@@ -73,7 +73,7 @@ impl<'a> Cursor<'a> {
                 path.push('.');
             }
             path.push_str(&field.name);
-            self.field(definition, field, path, longest, told).map_err(|reason| format!("{path}: {reason}"))?;
+            self.field(definition, field, path, longest, visit).map_err(|reason| format!("{path}: {reason}"))?;
             path.truncate(length);
         }
         Ok(())
@@ -85,17 +85,17 @@ impl<'a> Cursor<'a> {
         field: &Field,
         path: &mut String,
         longest: usize,
-        told: &mut dyn FnMut(&str, Value),
+        visit: &mut dyn FnMut(&str, Value),
     ) -> Result<(), String> {
         let count = match field.shape {
-            Shape::One => return self.one(definition, &field.kind, path, longest, told),
+            Shape::One => return self.one(definition, &field.kind, path, longest, visit),
             _ => self.count(field.shape)?,
         };
         if count <= longest {
             for element in 0..count {
                 let length = path.len();
                 path.push_str(&format!("[{element}]"));
-                self.one(definition, &field.kind, path, longest, told)?;
+                self.one(definition, &field.kind, path, longest, visit)?;
                 path.truncate(length);
             }
             return Ok(());
@@ -109,7 +109,7 @@ impl<'a> Cursor<'a> {
             self.one(definition, &field.kind, &mut String::new(), usize::MAX, &mut |_, value| values.push(value))?;
         }
         let list = Value::List(values);
-        told(path, if matches!(field.kind, Kind::Nested(_)) { Value::Text(plain(&list)) } else { list });
+        visit(path, if matches!(field.kind, Kind::Nested(_)) { Value::Text(plain(&list)) } else { list });
         Ok(())
     }
 
@@ -136,10 +136,10 @@ impl<'a> Cursor<'a> {
         kind: &Kind,
         path: &mut String,
         longest: usize,
-        told: &mut dyn FnMut(&str, Value),
+        visit: &mut dyn FnMut(&str, Value),
     ) -> Result<(), String> {
         let value = match kind {
-            Kind::Nested(index) => return self.fields(definition, *index, path, longest, told),
+            Kind::Nested(index) => return self.fields(definition, *index, path, longest, visit),
             Kind::Primitive(primitive) => self.primitive(*primitive)?,
             Kind::Text(_) => {
                 let length = usize::try_from(self.length()?).map_err(|error| error.to_string())?;
@@ -149,7 +149,7 @@ impl<'a> Cursor<'a> {
                 Value::Text(String::from_utf8_lossy(bytes).into_owned())
             }
         };
-        told(path, value);
+        visit(path, value);
         Ok(())
     }
 
@@ -163,7 +163,7 @@ impl<'a> Cursor<'a> {
             }
         };
         let left = self.left();
-        if count > left { Err(format!("{count} elements are told, {left} bytes are left")) } else { Ok(count) }
+        if count > left { Err(format!("{count} elements are announced, {left} bytes are left")) } else { Ok(count) }
     }
 
     /// Bytes that have not been read.
@@ -263,8 +263,8 @@ mod tests {
 
     #[test]
     fn a_length_that_no_message_can_have_is_refused_before_anything_is_made_of_it() {
-        let told = values("float64[] f\n", &[0, 1, 0, 0, 255, 255, 255, 255], 9);
-        assert_eq!(told, Err("f: 4294967295 elements are told, 0 bytes are left".into()));
+        let read = values("float64[] f\n", &[0, 1, 0, 0, 255, 255, 255, 255], 9);
+        assert_eq!(read, Err("f: 4294967295 elements are announced, 0 bytes are left".into()));
         assert_eq!(values("int8 a\n", &[0, 3, 0, 0, 1], 9), Err("its representation 0x0003 is not plain CDR".into()));
     }
 }

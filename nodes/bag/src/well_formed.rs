@@ -106,7 +106,10 @@ mod tests {
         let inner = format!("int8 n\nB b\n{}\nMSG: a/B\nbool[] flags\n", "=".repeat(80));
         assert_eq!(judged(&inner, &[1, 0, 0, 0, 2, 0, 0, 0, 0, 1]), Ok(()));
         assert_eq!(refusal(&inner, &[1, 0, 0, 0, 2, 0, 0, 0, 0, 7]), "b.flags: 7 is neither true nor false");
-        assert_eq!(refusal(&inner, &[1, 0, 0, 0, 3, 0, 0, 0, 0, 1]), "b.flags: 3 elements are told, 2 bytes are left");
+        assert_eq!(
+            refusal(&inner, &[1, 0, 0, 0, 3, 0, 0, 0, 0, 1]),
+            "b.flags: 3 elements are announced, 2 bytes are left"
+        );
         assert_eq!(judged("int8 n\n", &[1, 0, 0, 0]), Ok(()), "filled up to four bytes");
         assert_eq!(refusal("int8 n\n", &[1, 0, 0]), "2 bytes are left behind its last field");
         assert_eq!(refusal("int8 n\n", &[1, 0, 0, 0, 0]), "4 bytes are left behind its last field");

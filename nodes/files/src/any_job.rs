@@ -1,15 +1,13 @@
 //! Job files of every kind: what a name leads to, by the schema that the file states.
 
 use super::ConfigError;
+use super::file_kind::FileKind;
 use super::job_file::{self, Job};
 use super::locate::{Located, locate};
 use super::milling_file::{self, MilledJob};
 use super::turning_file::{self, TurnedJob};
 use super::yaml::Document;
 use std::path::PathBuf;
-
-/// What jobs a file can hold, by the kind that its schema names.
-const KINDS: [&str; 3] = ["job", "turning_job", "milling_job"];
 
 /// A job as its files describe it.
 #[derive(Debug, Clone)]
@@ -38,51 +36,47 @@ pub fn parse(located: &Located, overrides: &[String]) -> Result<AnyJob, ConfigEr
     read(located, overrides).map_err(|mut findings| findings.swap_remove(0))
 }
 
-/// Understands a job of any kind that has been read, or says everything that is in the way.
+/// Reads a job file of one kind.
+type Reader = fn(&Located, &[String]) -> Result<AnyJob, Vec<ConfigError>>;
+
+/// Kinds of jobs.
+const READERS: [(FileKind, Reader); 3] = [
+    (FileKind::Job, |located, overrides| job_file::read(located, overrides).map(|job| AnyJob::Ground(Box::new(job)))),
+    (FileKind::TurningJob, |located, overrides| {
+        turning_file::read(located, overrides).map(|job| AnyJob::Turned(Box::new(job)))
+    }),
+    (FileKind::MillingJob, |located, overrides| {
+        milling_file::read(located, overrides).map(|job| AnyJob::Milled(Box::new(job)))
+    }),
+];
+
+/// Reads a job of any kind, or reports everything that is wrong with it.
 ///
 /// # Errors
-/// Anything that is not a job, at least one sentence.
+/// Anything that is not a job, at least one error.
 pub fn read(located: &Located, overrides: &[String]) -> Result<AnyJob, Vec<ConfigError>> {
-    match kind(located, overrides).map_err(|error| vec![error])? {
-        JobKind::Ground => job_file::read(located, overrides).map(|job| AnyJob::Ground(Box::new(job))),
-        JobKind::Turned => turning_file::read(located, overrides).map(|job| AnyJob::Turned(Box::new(job))),
-        JobKind::Milled => milling_file::read(located, overrides).map(|job| AnyJob::Milled(Box::new(job))),
-    }
+    let (_, reader) = kind(located, overrides).map_err(|error| vec![error])?;
+    reader(located, overrides)
 }
 
-/// What a job file is about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum JobKind {
-    Ground,
-    Turned,
-    Milled,
-}
-
-/// What a job file is about, whatever else is wrong with it.
-///
-/// # Errors
-/// Text that is not YAML, a schema that no job has.
-pub fn kind(located: &Located, overrides: &[String]) -> Result<JobKind, ConfigError> {
+/// Kind of job that the schema of a file states, with its reader; nothing else of the file is checked.
+fn kind(located: &Located, overrides: &[String]) -> Result<(FileKind, Reader), ConfigError> {
     let document = Document::of(located, overrides)?;
-    match document.kind() {
-        Some("job") => Ok(JobKind::Ground),
-        Some("turning_job") => Ok(JobKind::Turned),
-        Some("milling_job") => Ok(JobKind::Milled),
-        _ => {
-            let known = KINDS.map(|kind| format!("\"camwright/{kind}/1\"")).join(" or ");
-            Err(match document.text_at("schema") {
-                Some(schema) => document.error("schema", format!("schema is {schema:?}, expected {known}")),
-                None => document.error("schema", format!("has no schema; expected schema: {known}")),
-            })
+    let stated = READERS.into_iter().find(|(kind, _)| document.kind() == Some(kind.name()));
+    stated.ok_or_else(|| {
+        let known = READERS.map(|(kind, _)| format!("\"camwright/{}/1\"", kind.name())).join(" or ");
+        match document.text_at("schema") {
+            Some(schema) => document.error("schema", format!("schema is {schema:?}, expected {known}")),
+            None => document.error("schema", format!("has no schema; expected schema: {known}")),
         }
-    }
+    })
 }
 
-/// Whether a name leads to a job of turning, whatever is wrong with it besides; nothing that it names is read.
+/// Returns whether a name leads to a turning job; nothing else of the file is checked, and no file that it names is read.
 #[must_use]
 pub fn turns(name: &str, overrides: &[String]) -> bool {
     let located = locate("jobs", name, "yaml", None);
-    located.is_ok_and(|located| kind(&located, overrides).is_ok_and(|kind| kind == JobKind::Turned))
+    located.is_ok_and(|located| kind(&located, overrides).is_ok_and(|(kind, _)| kind == FileKind::TurningJob))
 }
 
 /// The machine file that a job names, as its other readers find it; `None` for what is no job.

@@ -1,6 +1,8 @@
 //! What a job file says about form compensation: how it is learned, and what was learned before this part.
 
-use camwright::cam::compensation::{Compensation, CompensationSpec, FormCurve, LearnedError, MAX_HARMONICS};
+use camwright::cam::compensation::{
+    Compensation, CompensationSpec, FormCurve, LearnedError, MAX_CORRECTION_MM, MAX_HARMONICS,
+};
 use camwright::math::units::{mm_from_um, rad_from_deg, um_from_mm};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -16,7 +18,7 @@ pub(super) struct CompensationFile {
     #[schemars(range(min = 1, max = MAX_HARMONICS))]
     harmonics: u32,
     /// Maximum shift of the wheel path.
-    #[schemars(range(min = 1e-6, max = 100.0))]
+    #[schemars(range(min = 1e-6, max = um_from_mm(MAX_CORRECTION_MM)))]
     most_um: f64,
     /// Maximum slope of the shift.
     #[schemars(range(min = 1e-6, max = 20.0))]

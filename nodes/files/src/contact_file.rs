@@ -23,7 +23,7 @@ pub(super) struct ContactFile {
     /// F0: normal force per width at which the wheel begins to cut.
     #[schemars(range(min = 0.0, max = 1e3))]
     threshold_force_n_mm: f64,
-    /// Share of the deflection by which the part gives way; a gauge with one contact reads it.
+    /// Share of the part in the deflection; a gauge with one contact reads it.
     #[schemars(range(min = 0.0, max = 1.0))]
     #[serde(default = "half")]
     part_share: f64,

@@ -14,13 +14,13 @@ pub(super) struct InsertFile {
     radius_mm: f64,
     /// H, height of the rake face above the spindle axis.
     #[schemars(range(min = -500.0, max = 500.0))]
-    height_mm: f64,
+    pub(super) height_mm: f64,
     /// Lowest height that the tool can be set to.
     #[schemars(range(min = -500.0, max = 500.0))]
-    height_min_mm: f64,
+    pub(super) height_min_mm: f64,
     /// Highest height that the tool can be set to.
     #[schemars(range(min = -500.0, max = 500.0))]
-    height_max_mm: f64,
+    pub(super) height_max_mm: f64,
     /// Relief of the flank from the normal of the rake face.
     #[schemars(range(min = 0.0, max = 45.0))]
     relief_deg: f64,
@@ -36,14 +36,6 @@ pub(super) struct InsertFile {
 }
 
 impl InsertFile {
-    pub(super) fn height_mm(&self) -> f64 {
-        self.height_mm
-    }
-
-    pub(super) fn height_range_mm(&self) -> (f64, f64) {
-        (self.height_min_mm, self.height_max_mm)
-    }
-
     pub(super) fn insert(&self) -> InsertDescription {
         InsertDescription {
             radius_mm: self.radius_mm,

@@ -14,6 +14,7 @@ use super::nc_file::{NcFile, NcSettings};
 use super::pass_file::{InfeedFile, RoughingFile, SpeedFile, pass_names, passes};
 use super::profile_file::{self, ProfileFile};
 use super::program_file::{self, JobProgram};
+use super::schema;
 use super::start_file::{DryRunFile, StartFile};
 use super::wheel_file::{DressingFile, ObstacleFile, WheelPowerFile, wishes};
 use super::yaml::Document;
@@ -295,7 +296,7 @@ pub fn parse(located: &Located, overrides: &[String]) -> Result<Job, ConfigError
 pub fn read(located: &Located, overrides: &[String]) -> Result<Job, Vec<ConfigError>> {
     let document = Document::of(located, overrides).map_err(one)?;
     document.require_schema("job", SCHEMA_VERSION).map_err(one)?;
-    let file: JobFile = document.read()?;
+    let file: JobFile = schema::read(&document)?;
     let mut findings = file.raw_part.findings(&document);
     for (key, message) in
         profile_file::findings("profiles", &file.profiles).into_iter().chain(pass_names(&file.roughing))

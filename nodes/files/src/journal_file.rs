@@ -5,10 +5,12 @@ use super::contact_file::PER_MM;
 use super::yaml::Document;
 use camwright::gauging::Mode;
 use camwright::gauging::state::{MAX_HARMONICS, USUAL_HARMONICS};
-use camwright::job::grinding::{CorrectionSpec, IdentificationSpec, KnownContact, StiffnessSource, StockSpec};
+use camwright::job::grinding::{
+    CorrectionSpec, IdentificationSpec, KnownContact, MAX_ALLOWANCE_MM, MAX_MARGIN_MM, StiffnessSource, StockSpec,
+};
 use camwright::job::raw_part::{Bend, RawPart, Wave};
 use camwright::machine::contact_law::ContactLaw;
-use camwright::math::units::{mm_from_um, rad_from_deg, rad_s_from_rpm};
+use camwright::math::units::{mm_from_um, rad_from_deg, rad_s_from_rpm, um_from_mm};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -111,7 +113,7 @@ pub(super) struct CorrectionFile {
     #[serde(default = "usual_harmonics")]
     harmonics: u32,
     /// Stock that the passes leave for the correcting turn.
-    #[schemars(range(min = 0.0, max = 100.0))]
+    #[schemars(range(min = 0.0, max = um_from_mm(MAX_ALLOWANCE_MM)))]
     #[serde(default = "usual_allowance_um")]
     allowance_um: f64,
     /// Stiffness for a journal that is not measured.
@@ -178,7 +180,7 @@ pub fn contact_flow(contact: &KnownContact) -> String {
 pub(super) struct StockFile {
     /// Distance above the measured stock at which the infeed begins. A gauge with two contacts does not see
     /// eccentricity, bend and odd waves of the raw part: the margin must cover them.
-    #[schemars(range(min = 1.0, max = 2000.0))]
+    #[schemars(range(min = 1.0, max = um_from_mm(MAX_MARGIN_MM)))]
     margin_um: f64,
     /// Speed of C under the gauge.
     #[schemars(range(min = 1.0, max = 600.0))]

@@ -13,6 +13,7 @@ mod contact_file;
 mod contour_table;
 mod drive_file;
 pub mod fault_file;
+pub mod file_kind;
 mod follower_file;
 mod gauge_file;
 pub mod grid_text;

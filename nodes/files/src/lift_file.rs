@@ -12,6 +12,7 @@ use super::job_files::JobFiles;
 use super::lift_formula::{self, EccentricFile, SCamFile, SegmentFile};
 use super::lift_text::{self, AngleUnit, Format, Printed};
 use super::locate::Located;
+use super::schema;
 use super::yaml::Document;
 use super::{ConfigError, Place};
 use camwright::cam::follower::Follower;
@@ -489,7 +490,7 @@ pub fn read_alone(located: &Located, overrides: &[String]) -> Result<ProfileLift
     }
     keys.extend(overrides.iter().cloned());
     let document = Document::parse(&located.path, "{}", &keys).map_err(|error| vec![error])?;
-    let file: LiftFile = document.read()?;
+    let file: LiftFile = schema::read(&document)?;
     read(&file, OfProfile { document: &document, key: "", name: "alone", follower: None }, &mut JobFiles::of(&document))
 }
 

@@ -14,7 +14,7 @@ pub(super) struct LoadingFile {
     chuck: LeafFile,
     /// X at which the wheel clears the loader; within the soft limits.
     #[schemars(range(min = -1e5, max = 1e5))]
-    safe_x_mm: f64,
+    pub(super) safe_x_mm: f64,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -29,10 +29,6 @@ struct LeafFile {
 }
 
 impl LoadingFile {
-    pub(super) fn safe_x_mm(&self) -> f64 {
-        self.safe_x_mm
-    }
-
     pub(super) fn loading(&self) -> LoadingDescription {
         LoadingDescription {
             door_opens_s: self.door.opens_ms / 1e3,

@@ -11,6 +11,7 @@ use super::loading_file::LoadingFile;
 use super::names;
 use super::probe_file::{GapDetectorFile, KeyWayProbeFile};
 use super::process_file::ProcessFile;
+use super::schema;
 use super::wheel_file::{DresserFile, ExtentFile, ThermalFile};
 use super::yaml::Document;
 use super::{ConfigError, Place};
@@ -299,7 +300,7 @@ pub fn read(path: &Path, text: &str, overrides: &[String]) -> Result<Machine, Ve
     let one = |error| vec![error];
     let document = Document::parse(path, text, overrides).map_err(one)?;
     document.require_schema("machine", SCHEMA_VERSION).map_err(one)?;
-    let file: MachineFile = document.read()?;
+    let file: MachineFile = schema::read(&document)?;
     let tool = tool(&document, &file);
     let mut findings: Vec<ConfigError> = tool.as_ref().err().cloned().into_iter().collect();
     findings.extend(check(&document, &file));
@@ -470,14 +471,14 @@ fn bounded(file: &MachineFile, x_mm: (f64, f64), z_mm: (f64, f64)) -> Vec<(Strin
         bounded.push(("wheel.new_radius_mm".to_owned(), wheel.new_radius_mm, (wheel.min_radius_mm, f64::INFINITY)));
     }
     if let Some(insert) = &file.insert {
-        bounded.push(("insert.height_mm".to_owned(), insert.height_mm(), insert.height_range_mm()));
+        bounded.push(("insert.height_mm".to_owned(), insert.height_mm, (insert.height_min_mm, insert.height_max_mm)));
     }
     if let Some(dresser) = &file.dresser {
-        bounded.push(("dresser.x_mm".to_owned(), dresser.x_mm(), x_mm));
-        bounded.push(("dresser.z_mm".to_owned(), dresser.z_mm(), z_mm));
+        bounded.push(("dresser.x_mm".to_owned(), dresser.x_mm, x_mm));
+        bounded.push(("dresser.z_mm".to_owned(), dresser.z_mm, z_mm));
     }
     if let Some(loading) = &file.loading {
-        bounded.push(("loading.safe_x_mm".to_owned(), loading.safe_x_mm(), x_mm));
+        bounded.push(("loading.safe_x_mm".to_owned(), loading.safe_x_mm, x_mm));
     }
     for (index, point) in file.contact.iter().flat_map(|contact| contact.positions_mm()).enumerate() {
         bounded.push((format!("contact.machine_stiffness.{index}.z_mm"), point, z_mm));

@@ -8,6 +8,7 @@ use super::locate::{Located, locate};
 use super::names;
 use super::nc_file::{NcFile, NcSettings};
 use super::profile_file::{self, ProfileFile, contour_key};
+use super::schema;
 use super::yaml::Document;
 use camwright::cam::contour::Contour;
 use camwright::job::grinding::ProfileSpec;
@@ -190,7 +191,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<MilledJob, Vec<Co
     let one = |error| vec![error];
     let document = Document::of(located, overrides).map_err(one)?;
     document.require_schema("milling_job", SCHEMA_VERSION).map_err(one)?;
-    let file: MillingFile = document.read()?;
+    let file: MillingFile = schema::read(&document)?;
     let findings = conflicts(&document, &file);
     if !findings.is_empty() {
         return Err(findings);

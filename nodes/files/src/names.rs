@@ -16,7 +16,7 @@ pub(crate) fn schema(_: &mut SchemaGenerator) -> Schema {
     })
 }
 
-/// Whether a name keeps the rule.
+/// Returns whether a name keeps the rule.
 #[must_use]
 pub(crate) fn is_name(name: &str) -> bool {
     let is_allowed = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
@@ -36,5 +36,18 @@ mod tests {
             assert!(!is_name(bad), "{bad:?}");
         }
         assert!(!is_name(&"x".repeat(MAX_NAME + 1)));
+    }
+
+    #[test]
+    fn the_schema_allows_the_same_names() {
+        let schema = schema(&mut SchemaGenerator::default()).to_value();
+        let pattern = regex_lite::Regex::new(schema["pattern"].as_str().expect("a pattern")).expect("a pattern");
+        let longest = usize::try_from(schema["maxLength"].as_u64().expect("a length")).expect("small");
+        let names = (0..=300).filter_map(char::from_u32).map(|c| format!("a{c}b"));
+        let others = ["", "..", "4", "x\n", "I1"].map(str::to_owned).into_iter();
+        for name in names.chain(others).chain([MAX_NAME, MAX_NAME + 1].map(|length| "x".repeat(length))) {
+            let allowed = pattern.is_match(&name) && name.chars().count() <= longest;
+            assert_eq!(allowed, is_name(&name), "{name:?}");
+        }
     }
 }

@@ -1,7 +1,9 @@
 //! The passes of a job file: infeed and speed, roughing first.
 
 use super::names;
-use camwright::job::grinding::{InfeedCourse, InfeedDirection, PassSpec, SpeedLaw};
+use camwright::job::grinding::{
+    InfeedCourse, InfeedDirection, MAX_SPARK_OUT_TURNS, MAX_VARIATION_N, PassSpec, SpeedLaw,
+};
 use camwright::machine::description::ReferenceCut;
 use camwright::math::units::{mm_from_um, rad_s_from_rpm};
 use schemars::JsonSchema;
@@ -21,11 +23,11 @@ pub(super) struct InfeedFile {
     #[schemars(range(min = 1e-6, max = 1e5))]
     pub(super) per_block_um: f64,
     /// Turns without infeed. At least one removes the step that the infeed leaves.
-    #[schemars(range(min = 1, max = 1000))]
+    #[schemars(range(min = 1, max = MAX_SPARK_OUT_TURNS))]
     pub(super) spark_out_turns: u32,
     /// Ends the spark-out as soon as the normal force varies by no more than this over a turn; `spark_out_turns`
     /// is then the maximum. Not with `runout_correction` or `rotary_indexing`. Default: all turns.
-    #[schemars(range(min = 1, max = 10000))]
+    #[schemars(range(min = 1, max = MAX_VARIATION_N))]
     spark_out_until_n: Option<u32>,
     /// Distribution of the infeed over a turn.
     #[serde(default)]

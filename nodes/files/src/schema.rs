@@ -1,17 +1,14 @@
 //! JSON Schema of the files, derived from their types, and the check of a file against it.
 //!
 //! A type of a file declares each of its keys once: name (with the unit), type, range, default and description. From this declaration
-//! come the check of a file with all findings at once, `camwright schema`, the tables of `params/README.md`, and the ranges of ROS
+//! come the check of a file with all findings at once, `camwright schema`, the tables of `docs/reference`, and the ranges of ROS
 //! parameters that override a key.
 
-use super::ConfigError;
-use super::job_file::JobFile;
-use super::machine_file::MachineFile;
-use super::milling_file::MillingFile;
-use super::turning_file::TurningFile;
 use super::yaml::{Document, Node, Value};
+use super::{ConfigError, Place};
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
+use serde::de::DeserializeOwned;
 use serde_json::Value as Json;
 use std::fmt::Write as _;
 
@@ -21,54 +18,33 @@ const MAX_FINDINGS: usize = 50;
 /// Maximum number of characters of a value that an error repeats.
 const MAX_SHOWN: usize = 60;
 
-/// Kind of a file that users write, as its key `schema` names it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FileKind {
-    Job,
-    TurningJob,
-    MillingJob,
-    Machine,
-}
-
-impl FileKind {
-    pub const ALL: [Self; 4] = [Self::Job, Self::TurningJob, Self::MillingJob, Self::Machine];
-
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Job => "job",
-            Self::TurningJob => "turning_job",
-            Self::MillingJob => "milling_job",
-            Self::Machine => "machine",
-        }
-    }
-
-    /// JSON Schema of the files.
-    #[must_use]
-    pub fn schema(self) -> Json {
-        match self {
-            Self::Job => of::<JobFile>(),
-            Self::TurningJob => of::<TurningFile>(),
-            Self::MillingJob => of::<MillingFile>(),
-            Self::Machine => of::<MachineFile>(),
-        }
-    }
-}
-
 /// JSON Schema (draft 2020-12) of a type of a file, without references.
 #[must_use]
-pub(super) fn of<T: JsonSchema>() -> Json {
+pub(super) fn for_type<T: JsonSchema>() -> Json {
     let settings = SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
     settings.into_generator().into_root_schema_for::<T>().to_value()
 }
 
+/// Reads a document as a type of a file.
+///
+/// # Errors
+/// Everything that the type does not declare: unknown and missing keys, values of another type or out of range, each with its line.
+pub(super) fn read<T: DeserializeOwned + JsonSchema>(document: &Document) -> Result<T, Vec<ConfigError>> {
+    let findings = findings(document, &for_type::<T>());
+    if !findings.is_empty() {
+        return Err(findings);
+    }
+    serde_json::from_value(document.root.to_json())
+        .map_err(|error| vec![ConfigError::at(Place::file(&document.path), error.to_string())])
+}
+
 /// Everything in a document that its schema does not allow, in the order of the schema.
-pub(super) fn findings(document: &Document, schema: &Json) -> Vec<ConfigError> {
+fn findings(document: &Document, schema: &Json) -> Vec<ConfigError> {
     let mut check = Check { document, findings: Vec::new(), more: 0 };
     check.value(schema, &document.root, &mut KeyPath::default());
     if check.more > 0 {
         let message = format!("has {} more errors; correct these first", check.more);
-        check.findings.push(ConfigError::at(super::Place::file(&document.path), message));
+        check.findings.push(ConfigError::at(Place::file(&document.path), message));
     }
     check.findings
 }
@@ -127,7 +103,7 @@ impl Check<'_> {
         match &node.value {
             Value::Integer(value) => self.number(schema, *value as f64, path),
             Value::Float(value) => self.number(schema, *value, path),
-            Value::Text(text) => self.text(schema, text, path),
+            Value::Text(text) => self.text(schema, (&node.value, text), path),
             Value::List(list) => self.list(schema, list, path),
             Value::Map(entries) => self.map(schema, entries, path),
             Value::Bool(value) => {
@@ -149,17 +125,27 @@ impl Check<'_> {
             }
             return;
         }
-        let range = Range::of(schema);
+        let range = Range::from_schema(schema);
         if !range.contains(value) {
             self.report(path, &format!(" is {value}; it must be {range}"));
         }
     }
 
-    fn text(&mut self, schema: &Json, text: &str, path: &KeyPath) {
-        if let Some(words) = words(schema) {
-            if !words.contains(&text) {
-                self.report(path, &format!(" is {}; {}", shown_text(text), expected_word(text, &words)));
+    /// Returns whether a value is one of these words, and reports one that is not.
+    fn is_word(&mut self, value: &Value, words: &[&str], path: &KeyPath) -> bool {
+        match value {
+            Value::Text(text) if words.contains(&text.as_str()) => return true,
+            Value::Text(text) => {
+                self.report(path, &format!(" is {}; {}", shown_text(text), expected_word(text, words)));
             }
+            other => self.report(path, &format!(" is {}; it must be one of {}", shown(other), words.join(", "))),
+        }
+        false
+    }
+
+    fn text(&mut self, schema: &Json, (value, text): (&Value, &str), path: &KeyPath) {
+        if let Some(words) = words(schema) {
+            self.is_word(value, &words, path);
             return;
         }
         let length = text.chars().count();
@@ -250,13 +236,7 @@ impl Check<'_> {
             return;
         }
         if let Some(words) = alternatives.iter().map(|form| form["const"].as_str()).collect::<Option<Vec<_>>>() {
-            match &node.value {
-                Value::Text(text) if words.contains(&text.as_str()) => {}
-                Value::Text(text) => {
-                    self.report(path, &format!(" is {}; {}", shown_text(text), expected_word(text, &words)));
-                }
-                other => self.report(path, &format!(" is {}; it must be one of {}", shown(other), words.join(", "))),
-            }
+            self.is_word(&node.value, &words, path);
             return;
         }
         let fits = |form: &&Json| types(form).iter().any(|name| is_of_type(&node.value, name));
@@ -280,17 +260,10 @@ impl Check<'_> {
         let word = node.get(tag).map(|node| &node.value);
         path.push(tag.to_owned(), tag.to_owned());
         let form = match word {
-            Some(Value::Text(text)) => {
-                let form = forms.iter().find(|form| form["properties"][tag]["const"].as_str() == Some(text));
-                if form.is_none() {
-                    self.report(path, &format!(" is {}; {}", shown_text(text), expected_word(text, &words)));
-                }
-                form
-            }
-            Some(other) => {
-                self.report(path, &format!(" is {}; it must be one of {}", shown(other), words.join(", ")));
-                None
-            }
+            Some(word) if self.is_word(word, &words, path) => forms
+                .iter()
+                .find(|form| matches!(word, Value::Text(text) if form["properties"][tag]["const"] == **text)),
+            Some(_) => None,
             None => {
                 self.report(path, &format!(" is missing; it must be one of {}", words.join(", ")));
                 None
@@ -426,7 +399,7 @@ pub struct Range {
 }
 
 impl Range {
-    fn of(schema: &Json) -> Self {
+    fn from_schema(schema: &Json) -> Self {
         Self { min: schema["minimum"].as_f64(), max: schema["maximum"].as_f64() }
     }
 
@@ -485,10 +458,7 @@ impl Key {
 }
 
 /// Ends of names of keys with their units, longer ends first.
-const UNITS: [(&str, &str); 42] = [
-    ("_n_um_mm_uncertainty", "N/µm per mm"),
-    ("_n_um_uncertainty", "N/µm"),
-    ("_n_mm_uncertainty", "N/mm"),
+const UNITS: [(&str, &str); 38] = [
     ("_n_um_mm", "N/µm per mm"),
     ("_rad_s2", "rad/s²"),
     ("_rad_s3", "rad/s³"),
@@ -497,7 +467,6 @@ const UNITS: [(&str, &str); 42] = [
     ("_um_per_deg", "µm/deg"),
     ("_energy_j_mm3", "J/mm³"),
     ("_rate_mm2_s", "mm²/s"),
-    ("_per_block_um", "µm"),
     ("_kg_m2", "kg m²"),
     ("_mm_s3", "mm/s³"),
     ("_mm_s2", "mm/s²"),
@@ -597,7 +566,7 @@ fn key(path: &str, schema: &Json, is_required: bool) -> Key {
     Key {
         path: path.to_owned(),
         kind: type_names(&named),
-        range: Range::of(schema),
+        range: Range::from_schema(schema),
         words,
         default: default_text(&schema["default"]),
         is_required,

@@ -2,6 +2,7 @@
 
 use super::ConfigError;
 use super::contact_file::PER_MM;
+use super::schema;
 use super::yaml::Document;
 use camwright::gauging::stiffness::Measured;
 use camwright::gauging::stiffness_map::{SAME_PLACE_MM, StiffnessMap, StiffnessMapError, StiffnessPlace};
@@ -73,7 +74,7 @@ impl KeptStiffness {
     pub fn parse(path: &Path, text: &str) -> Result<Self, ConfigError> {
         let document = Document::parse(path, text, &[])?;
         document.require_schema("stiffness", SCHEMA_VERSION)?;
-        let file: StiffnessFile = document.read().map_err(|mut findings| findings.swap_remove(0))?;
+        let file: StiffnessFile = schema::read(&document).map_err(|mut findings| findings.swap_remove(0))?;
         let mut kept = Self { parts: file.parts, ..Self::new(&file.machine) };
         for (index, place) in file.places.into_iter().enumerate() {
             let refuse = |error: StiffnessMapError| document.error(&format!("places.{index}"), error.to_string());

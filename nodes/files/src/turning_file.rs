@@ -7,6 +7,7 @@ use super::lift_file::ProfileLift;
 use super::locate::{Located, locate};
 use super::machine_file::{self, Machine};
 use super::names;
+use super::schema;
 use super::surface_file::SurfaceFile;
 use super::yaml::Document;
 use camwright::cam::surface::Surface;
@@ -242,7 +243,7 @@ pub fn read(located: &Located, overrides: &[String]) -> Result<TurnedJob, Vec<Co
     let one = |error| vec![error];
     let document = Document::of(located, overrides).map_err(one)?;
     document.require_schema("turning_job", SCHEMA_VERSION).map_err(one)?;
-    let file: TurningFile = document.read()?;
+    let file: TurningFile = schema::read(&document)?;
     let mut findings: Vec<ConfigError> = spindle(&document, &file).into_iter().collect();
     let machine = machine_file::named(&document, &file.machine).map_err(|errors| findings.extend(errors)).ok();
     let mut files = JobFiles::of(&document);

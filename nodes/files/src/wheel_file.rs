@@ -42,10 +42,10 @@ impl WheelPowerFile {
 pub(super) struct DresserFile {
     /// Distance of the dresser's rim from the spindle axis; within the soft limits of X.
     #[schemars(range(min = -1e5, max = 1e5))]
-    x_mm: f64,
+    pub(super) x_mm: f64,
     /// Position of `z_axis` with the dresser in front of the wheel; within the soft limits of Z.
     #[schemars(range(min = -1e5, max = 1e5))]
-    z_mm: f64,
+    pub(super) z_mm: f64,
     /// Width of the dresser; the table travels 1 mm beyond the wheel on either side.
     #[schemars(range(min = 0.1, max = 100.0))]
     width_mm: f64,
@@ -64,14 +64,6 @@ pub(super) struct DresserFile {
 }
 
 impl DresserFile {
-    pub(super) fn x_mm(&self) -> f64 {
-        self.x_mm
-    }
-
-    pub(super) fn z_mm(&self) -> f64 {
-        self.z_mm
-    }
-
     pub(super) fn dresser(&self) -> Dresser {
         Dresser {
             x_mm: self.x_mm,

@@ -2,9 +2,8 @@
 
 use super::job_files::AtHand;
 use super::locate::Located;
-use super::{ConfigError, Place, schema};
-use schemars::JsonSchema;
-use serde::de::{DeserializeOwned, Deserializer, MapAccess, SeqAccess, Visitor};
+use super::{ConfigError, Place};
+use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 use serde::ser::{SerializeMap, SerializeSeq, Serializer};
 use serde::{Deserialize, Serialize};
 use serde_saphyr::Spanned;
@@ -120,7 +119,7 @@ impl Serialize for Node {
 }
 
 impl Node {
-    fn to_json(&self) -> serde_json::Value {
+    pub(super) fn to_json(&self) -> serde_json::Value {
         use serde_json::Value as Json;
         match &self.value {
             Value::Null => Json::Null,
@@ -240,19 +239,6 @@ impl Document {
         };
         let at_hand = AtHand::default();
         Ok(Self { path: path.to_path_buf(), text, root, overrides: overrides.to_vec(), at_hand })
-    }
-
-    /// Reads the document as a type of a file.
-    ///
-    /// # Errors
-    /// Everything that the type does not declare: unknown and missing keys, values of another type or out of range, each with its line.
-    pub fn read<T: DeserializeOwned + JsonSchema>(&self) -> Result<T, Vec<ConfigError>> {
-        let findings = schema::findings(self, &schema::of::<T>());
-        if !findings.is_empty() {
-            return Err(findings);
-        }
-        serde_json::from_value(self.root.to_json())
-            .map_err(|error| vec![ConfigError::at(Place::file(&self.path), error.to_string())])
     }
 
     /// Where the value at a dotted path stands; the nearest enclosing value if it does not exist.

@@ -1,7 +1,8 @@
 //! The planner's parameters: the settings of the digital switches DS0 … DS7 of JPS6156064B2 and others, laid over the job
 //! file. One that is not set leaves the file's value.
 
-use camwright_files::schema::{self, FileKind, Key, Range};
+use camwright_files::file_kind::FileKind;
+use camwright_files::schema::{self, Key, Range};
 use camwright_files::{any_job, job_file};
 use camwright_ros::{Parameter, ParameterValue, Parameters};
 

@@ -381,7 +381,7 @@ fn messages() -> Vec<Fault> {
         }),
         broken!("text that is not UTF-8", Error, "run_0.mcap", "a text that is not UTF-8", |d| d.first(PAGES).data
             [8] = 0xff),
-        broken!("length that no message can have", Error, "run_0.mcap", "elements are told", |d| {
+        broken!("length that no message can have", Error, "run_0.mcap", "elements are announced", |d| {
             let data = &mut d.first(JOINTS).data;
             let count = find(data, &2_u32.to_le_bytes());
             data[count..count + 4].fill(0xff);

@@ -16,8 +16,9 @@ pub(super) fn causes_of(error_um: f64, sources: &[(f64, &str, &str)]) -> Vec<Str
     let whole = first.is_some_and(|(share, _, _)| towards(share) >= (1.0 - UNNAMED) * error_um.abs());
     let named = first.map_or("", |(_, name, _)| name);
     let mostly = format!("{} {named}.", if whole { "Mostly" } else { "Several sources, most of all" });
-    let told: Vec<String> = sources.iter().map(|(share, _, name)| format!("{} µm {name}", signed(*share, 2))).collect();
-    vec![mostly, format!("At that place: {}.", told.join(", "))]
+    let shares: Vec<String> =
+        sources.iter().map(|(share, _, name)| format!("{} µm {name}", signed(*share, 2))).collect();
+    vec![mostly, format!("At that place: {}.", shares.join(", "))]
 }
 
 /// The causes of the worst place, the short answer first.

@@ -1,7 +1,8 @@
 //! `camwright schema`: JSON Schema of the files.
 
 use super::output::say;
-use camwright_files::schema::{self, FileKind};
+use camwright_files::file_kind::FileKind;
+use camwright_files::schema;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use std::process::ExitCode;

@@ -31,7 +31,8 @@ impl Folder {
         let told = |error: ConfigError| error.to_string().replace(&format!("{}/", self.0.display()), "");
         let text = format!("profiles:\n  - {{name: p, {profile}}}\n");
         let document = Document::parse(&self.0.join("job.yaml"), &text, &[]).map_err(|error| vec![told(error)])?;
-        let file: Only = document.read().map_err(|errors| errors.into_iter().map(told).collect::<Vec<_>>())?;
+        let file: Only =
+            crate::schema::read(&document).map_err(|errors| errors.into_iter().map(told).collect::<Vec<_>>())?;
         let found = findings("profiles", &file.profiles);
         if !found.is_empty() {
             return Err(found.into_iter().map(|(_, message)| message).collect());

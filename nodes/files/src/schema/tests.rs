@@ -1,4 +1,5 @@
 use super::*;
+use crate::file_kind::FileKind;
 use crate::locate::{Located, locate};
 use crate::{any_job, machine_file};
 use std::path::Path;
@@ -113,7 +114,7 @@ fn a_missing_key_is_named_with_its_meaning() {
 
 #[test]
 fn words_and_units_are_in_the_table() {
-    let table = table(&of::<JobFile>());
+    let table = table(&FileKind::Job.schema());
     for row in [
         "| `infeed.per_block_um` | µm | 0.000001 to 100000 | required | Delta R (DS3), infeed per block. |",
         "| `c_between_lobes` |  | stops, turns_on | `stops` | Motion of C between two lobes. `stops`: Grinds every lobe",
