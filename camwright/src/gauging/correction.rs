@@ -22,9 +22,9 @@
 //! difference to 0, that is added as an infeed is.
 
 use super::Mode;
-use super::runout::PhasesError;
 use super::runout::RadiusByPhase;
-use super::state::{PartState, StateError, phase_rad};
+use super::runout::{PhasesError, phase_rad};
+use super::state::{PartState, StateError};
 use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::MotionLimits;
 use crate::math::extremum::golden_section;

@@ -7,8 +7,8 @@
 //! km/kg = 1/λ − 1, to be compared with what forces say.
 
 use super::record::GaugeRecord;
-use super::runout::FEWEST_PHASES;
-use super::state::{MAX_PHASES, phase_rad};
+use super::runout::{FEWEST_PHASES, phase_rad};
+use super::state::MAX_PHASES;
 use super::stiffness::Measured;
 use crate::math::units::{TURN_RAD, deg_from_rad, um_from_mm};
 use alloc::vec::Vec;

@@ -13,8 +13,9 @@
 use super::gauge::Gauge;
 use super::harmonics::Series;
 use super::record::{GaugeRecord, Reading};
-use super::reference_motion::Known;
-use super::state::{ROUNDING_RAD, StateError, phase_rad};
+use super::reference_motion::{Known, ROUNDING_RAD};
+use super::runout::phase_rad;
+use super::state_error::StateError;
 use crate::math::units::{TURN_RAD, deg_from_rad};
 use alloc::vec::Vec;
 use nalgebra::{DMatrix, DVector};

@@ -22,7 +22,6 @@
 //! and then U of the cut at C is M(C − δ) − M′(C − δ + s), with M the reading before and M′ that after it. The patent draws the first
 //! at γ = 270° and the third; its text never states the angle between spindle phase and contact, which is δ.
 
-use super::record::Which;
 use crate::math::units::{TURN_RAD, deg_from_rad, rad_from_deg, wrap_turn};
 use core::f64::consts::PI;
 use thiserror::Error;
@@ -89,6 +88,24 @@ pub enum GaugeError {
         /// What was given (mm).
         difference_mm: f64,
     },
+}
+
+/// Which record of a gauge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Which {
+    /// That of the only gauge, or of the first.
+    First,
+    /// That of the second.
+    Second,
+}
+
+impl core::fmt::Display for Which {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Which::First => "gauge",
+            Which::Second => "second gauge",
+        })
+    }
 }
 
 /// What a gauge reads.

@@ -1,7 +1,7 @@
 //! The log of a journal as the record of its gauge, or of its two.
 
 use super::gauge::Gauge;
-use super::journal::Gauged;
+use super::gauged::Gauged;
 use super::record::{GaugeRecord, Reading, RecordError};
 use alloc::vec::Vec;
 
@@ -67,20 +67,10 @@ impl Seen {
     }
 }
 
-/// What was logged where C was farther than ever before: where it stands, or an encoder lets it seem to, the later one is left out.
-pub(super) fn turning_on(gauged: &[Gauged]) -> impl Iterator<Item = &Gauged> {
-    let mut farthest_rad = f64::NEG_INFINITY;
-    gauged.iter().filter(move |gauged| {
-        let on = gauged.c_rad > farthest_rad;
-        farthest_rad = if on { gauged.c_rad } else { farthest_rad };
-        on
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gauging::record::Which;
+    use crate::gauging::gauge::Which;
     use core::f64::consts::PI;
 
     fn log(second_mm: impl Fn(u64) -> Option<f64>) -> Vec<Gauged> {

@@ -4,8 +4,8 @@
 //! same in both, drops out. Of the grinding that is the first turn of infeed, which is in the air; of the push its beginning.
 
 use super::decay::{Comparison, Decay, DecayError};
-use super::gauge_setup::{Seen, turning_on};
-use super::journal::Gauged;
+use super::gauge_setup::Seen;
+use super::gauged::{Gauged, turning_on};
 use super::record::RecordError;
 use super::stiffness::{
     ForcePoint, ForceReading, GrindingStiffness, Measured, OneFeed, StiffnessError, grinding_stiffness_of_one_feed,

@@ -19,7 +19,8 @@ use super::Mode;
 use super::correction::{Correction, CorrectionError, Forecast, LEFT_MM, LEFT_SHARE, Start, Target};
 use super::fit::Fit;
 use super::gauge::{Gauge, GaugeError};
-use super::gauge_setup::{Readings, Seen, turning_on};
+use super::gauge_setup::{Readings, Seen};
+use super::gauged::{Gauged, turning_on};
 use super::identify::IdentifyError;
 use super::published::{PublishedError, PublishedRunout};
 use super::record::{Reading, RecordError};
@@ -55,22 +56,6 @@ const PUBLISHED_PHASES: usize = 72;
 const MAX_BELOW_MM: f64 = 1e-4;
 /// How far before the end of its log the last turn of readings may end for its rounding (rad).
 const ROUNDING_RAD: f64 = 1e-9;
-
-/// What the gauge and the axes said at a tick.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gauged {
-    pub tick: u64,
-    /// Angle of the headstock, growing from turn to turn (rad).
-    pub c_rad: f64,
-    /// Position of `x_axis` (mm).
-    pub x_mm: f64,
-    /// What the gauge read, or the first of two (mm).
-    pub value_mm: f64,
-    /// What the second of two read (mm).
-    pub second_mm: Option<f64>,
-    /// Force of the motor of `x_axis`, positive outwards (N).
-    pub motor_n: f64,
-}
 
 /// How long before C rests the log is read to the end (rad): the wheel has left by then, and C does not yet slow down much.
 pub const LOG_ENDS_RAD: f64 = TURN_RAD / 36.0;
@@ -331,7 +316,7 @@ fn size_offset_mm(gauge: &Gauge, readings: &[Reading], state: &PartState<'_>) ->
         return None;
     }
     let end_rad = readings[readings.len() - 1].c_rad;
-    let contacts = gauge.contacts_rad(super::record::Which::First);
+    let contacts = gauge.contacts_rad(super::gauge::Which::First);
     let (mut sum, mut count) = (0.0, 0.0);
     for reading in readings.iter().filter(|reading| reading.c_rad > end_rad - TURN_RAD) {
         let (mut radii_mm, mut touched) = (0.0, 0.0);

@@ -10,8 +10,8 @@
 //! the correction begins is λ of what was measured. Both are in what is left; the exact mode knows them.
 
 use super::record::GaugeRecord;
-use super::runout::{FEWEST_PHASES, PhasesError, RadiusByPhase};
-use super::state::{MAX_PHASES, phase_rad};
+use super::runout::{FEWEST_PHASES, PhasesError, RadiusByPhase, phase_rad};
+use super::state::MAX_PHASES;
 use crate::machine::contact_law::ContactLaw;
 use crate::math::units::{TURN_RAD, deg_from_rad};
 use alloc::vec::Vec;

@@ -4,7 +4,7 @@
 //! interpolated by the polynomial of degree 5 through the six nearest: a record every 5° holds its third harmonic to 1e-6 of it, and
 //! where an interval divides the span of the gauge there is nothing to interpolate.
 
-use super::gauge::Gauge;
+use super::gauge::{Gauge, Which};
 use crate::math::units::{deg_from_rad, rad_from_deg};
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -28,24 +28,6 @@ pub struct Reading {
     /// What the gauge read (mm), from any zero that stays.
     pub value_mm: f64,
     pub tick: u64,
-}
-
-/// Which record of a gauge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Which {
-    /// That of the only gauge, or of the first.
-    First,
-    /// That of the second.
-    Second,
-}
-
-impl core::fmt::Display for Which {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Which::First => "gauge",
-            Which::Second => "second gauge",
-        })
-    }
 }
 
 /// Why readings are no record.

@@ -1,9 +1,11 @@
 //! The motion of a radius under the wheel that begins with a constant, and what share the rest has in radii and depths.
 
-use super::state::ROUNDING_RAD;
 use super::wheel_log::WheelLog;
 use crate::machine::contact_law::ContactLaw;
 use crate::math::units::TURN_RAD;
+
+/// Rounding of an angle (rad).
+pub(super) const ROUNDING_RAD: f64 = 1e-9;
 
 /// q: what the wheel makes of a phase that began at a constant radius.
 #[derive(Debug, Clone, Copy)]

@@ -89,3 +89,9 @@ impl RadiusByPhase {
         Series::of(&self.radii_mm, harmonic as usize).amplitude(harmonic as usize)
     }
 }
+
+/// Phase of an index (rad).
+pub(super) fn phase_rad(index: usize, phases: usize) -> f64 {
+    let (index, phases) = (index as f64, phases as f64);
+    TURN_RAD * index / phases
+}

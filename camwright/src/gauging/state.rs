@@ -21,13 +21,13 @@
 
 use super::fit::{self, Fit};
 use super::record::GaugeRecord;
-use super::reference_motion::Known;
-use super::runout::{FEWEST_PHASES, PhasesError, RadiusByPhase};
+use super::reference_motion::{Known, ROUNDING_RAD};
+use super::runout::{FEWEST_PHASES, RadiusByPhase, phase_rad};
+pub use super::state_error::StateError;
 use super::wheel_log::WheelLog;
 use crate::machine::contact_law::ContactLaw;
-use crate::math::periodic_spline::{PeriodicSpline, PeriodicSplineError};
-use crate::math::units::{TURN_RAD, deg_from_rad, um_from_mm, wrap_turn};
-use thiserror::Error;
+use crate::math::periodic_spline::PeriodicSpline;
+use crate::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
 
 /// Harmonics that a measurement keeps unless told otherwise. Noise of a reading enters a radius √2·kg/km-fold, spread over all
 /// harmonics alike; what bends and clamps a part lies in the lowest. More follow a rougher part and let through more noise: 30 instead
@@ -51,9 +51,6 @@ pub const MAX_HARMONICS: u32 = 100;
 
 /// Most phases: beyond it a record has hundreds of readings for every harmonic that matters.
 pub const MAX_PHASES: usize = 7200;
-
-/// How far an angle may be off for its rounding (rad).
-pub(super) const ROUNDING_RAD: f64 = 1e-9;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasureSettings {
@@ -80,68 +77,6 @@ impl Default for MeasureSettings {
             most_scatter_mm: Some(USUAL_MOST_SCATTER_MM),
         }
     }
-}
-
-/// Why readings tell no state of the part.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum StateError {
-    /// Not every phase has a cut in the record.
-    #[error("depths of cut are known over {known_deg:.2} deg of C, a whole turn is needed")]
-    LessThanATurn {
-        /// Angle between the first and the last (deg).
-        known_deg: f64,
-    },
-    /// The wheel's log ends before the readings do.
-    #[error(
-        "wheel positions are logged up to {logged_deg:.3} deg of C, the last cut that the gauge saw is at {needed_deg:.3} deg"
-    )]
-    LogTooShort {
-        /// Last angle of the log (deg).
-        logged_deg: f64,
-        /// Angle needed (deg).
-        needed_deg: f64,
-    },
-    /// Phases too few for the harmonics, or for anything, or too many.
-    #[error("{phases} phases for {harmonics} harmonics: between {least} and {most} are needed")]
-    Phases { phases: usize, harmonics: u32, least: usize, most: usize },
-    /// More harmonics than any gauge tells.
-    #[error("{harmonics} harmonics, at most {most} are allowed")]
-    Harmonics { harmonics: u32, most: u32 },
-    /// More unknowns than the readings tell.
-    #[error("{readings} readings while every phase was cut do not tell {harmonics} harmonics")]
-    Undetermined { readings: usize, harmonics: u32 },
-    /// The readings do not follow the contact law.
-    #[error(
-        "readings scatter by {:.3} um about the contact law, at most {:.3} um are allowed: gauge, wheel positions or stiffness are wrong",
-        um_from_mm(*.scatter_mm), um_from_mm(*.most_mm)
-    )]
-    Scatter {
-        /// Standard deviation found (mm).
-        scatter_mm: f64,
-        /// Allowed (mm).
-        most_mm: f64,
-    },
-    /// A phase that was not cut.
-    #[error(
-        "phase {phase_deg:.2} deg was not cut at C = {c_deg:.2} deg: depth {:.3} um, more than {:.3} um are needed",
-        um_from_mm(*.depth_mm), um_from_mm(*.least_mm)
-    )]
-    NotCut {
-        /// The phase (deg).
-        phase_deg: f64,
-        /// Angle of the headstock (deg).
-        c_deg: f64,
-        /// Its depth of cut, as measured (mm).
-        depth_mm: f64,
-        /// Least (mm).
-        least_mm: f64,
-    },
-    /// Radii that are no numbers, or too few of them.
-    #[error(transparent)]
-    Phase(#[from] PhasesError),
-    /// Values that make no curve.
-    #[error(transparent)]
-    Spline(#[from] PeriodicSplineError),
 }
 
 /// Where the radii come from.
@@ -330,10 +265,4 @@ fn phases_of(record: &GaugeRecord<'_>, settings: &MeasureSettings) -> Result<usi
 
 fn phases_as_number(phases: usize) -> f64 {
     phases as f64
-}
-
-/// Phase of an index (rad).
-pub(super) fn phase_rad(index: usize, phases: usize) -> f64 {
-    let (index, phases) = (index as f64, phases as f64);
-    TURN_RAD * index / phases
 }

@@ -1,8 +1,6 @@
 //! The controls that programs are written for, and what they read.
 
-use super::{Program, WriteError};
 use alloc::string::String;
-use alloc::vec::Vec;
 
 /// A family of controls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -105,13 +103,5 @@ impl Dialect {
     #[must_use]
     pub fn shortest_block_s(self) -> f64 {
         60.0 / self.rules().feed.1
-    }
-
-    /// The text of a program, the file with its main program first.
-    ///
-    /// # Errors
-    /// What this control cannot be told, with the block.
-    pub fn write(self, program: &Program) -> Result<Vec<ProgramFile>, WriteError> {
-        super::write::files(self, program)
     }
 }

@@ -5,7 +5,7 @@
 //! quintic plus a quintic is a quintic, so after T the path and its times are exactly the client's. Where the path
 //! leaves no room in the limits, the axes first move to its first point and follow it that much later.
 
-use super::trajectory::{TrajectoryError, check_limits};
+use super::trajectory_limits::{TrajectoryError, check_limits};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits};
 use crate::math::hermite::{HermiteSpline, Knot};
 use alloc::vec::Vec;

@@ -27,6 +27,8 @@ mod path_time;
 mod pose;
 mod prepare_error;
 mod prepared;
+mod progress;
+pub mod quantity;
 mod replay;
 mod search;
 pub mod setup;
@@ -35,6 +37,7 @@ mod status;
 mod tail;
 pub mod tolerance;
 pub mod trajectory;
+mod trajectory_limits;
 mod trajectory_replacement;
 
 pub use exchange::{

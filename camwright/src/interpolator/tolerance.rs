@@ -1,6 +1,6 @@
 //! Tolerances of following a trajectory, by the rules of `control_msgs/JointTolerance`.
 
-use super::trajectory::Quantity;
+use super::quantity::Quantity;
 use crate::machine::description::{AXIS_COUNT, Axis};
 use core::fmt;
 use thiserror::Error;

@@ -6,12 +6,12 @@
 //! what then exceeds a limit is refused by name instead of being smoothed away.
 
 use super::join::{self, AxisLaw, StartTolerance};
+use super::quantity::Quantity;
 use super::tolerance::FollowingTolerances;
+pub use super::trajectory_limits::TrajectoryError;
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription, MotionLimits};
 use crate::math::hermite::{HermiteSpline, Knot};
 use alloc::vec::Vec;
-use core::fmt;
-use thiserror::Error;
 
 /// One point of a trajectory, values in the order of its joints.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -24,121 +24,6 @@ pub struct TrajectoryPoint {
     pub velocities: Vec<f64>,
     /// Accelerations (mm/s² or rad/s²); empty: not given. They need velocities.
     pub accelerations: Vec<f64>,
-}
-
-/// What a limit or a tolerance is about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
-    Position,
-    /// mm/s or rad/s.
-    Velocity,
-    /// mm/s² or rad/s².
-    Acceleration,
-    /// mm/s³ or rad/s³.
-    Jerk,
-}
-
-impl Quantity {
-    /// Its unit for an axis.
-    #[must_use]
-    pub const fn unit(self, axis: Axis) -> &'static str {
-        match (self, axis) {
-            (Quantity::Position, Axis::C) => "rad",
-            (Quantity::Velocity, Axis::C) => "rad/s",
-            (Quantity::Acceleration, Axis::C) => "rad/s^2",
-            (Quantity::Jerk, Axis::C) => "rad/s^3",
-            (Quantity::Position, _) => "mm",
-            (Quantity::Velocity, _) => "mm/s",
-            (Quantity::Acceleration, _) => "mm/s^2",
-            (Quantity::Jerk, _) => "mm/s^3",
-        }
-    }
-}
-
-impl fmt::Display for Quantity {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Quantity::Position => "position",
-            Quantity::Velocity => "velocity",
-            Quantity::Acceleration => "acceleration",
-            Quantity::Jerk => "jerk",
-        })
-    }
-}
-
-/// Why points make no trajectory that this machine can follow.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum TrajectoryError {
-    /// No joints, or no points.
-    #[error("a trajectory needs at least one joint and one point, not {joints} joints and {points} points")]
-    Empty { joints: usize, points: usize },
-    /// A joint is named twice.
-    #[error("joint {} is named twice", axis.joint())]
-    JointTwice { axis: Axis },
-    /// A point has another number of values than there are joints.
-    #[error("point {point}: {count} {quantity} values for {joints} joints")]
-    Size {
-        /// Index of the point.
-        point: usize,
-        quantity: Quantity,
-        count: usize,
-        joints: usize,
-    },
-    /// Some points give a quantity and others do not.
-    #[error("point {point}: every point or none must give a {quantity}, and accelerations need velocities")]
-    Mixed {
-        /// First point that differs.
-        point: usize,
-        quantity: Quantity,
-    },
-    /// A number is not finite, or a time is negative.
-    #[error("point {point}: not a finite number, or a negative time")]
-    NotFinite {
-        /// Index of the point.
-        point: usize,
-    },
-    /// Times do not increase.
-    #[error("point {point}: time {time_s} s does not increase (previous {previous_s} s)")]
-    TimeNotIncreasing {
-        /// Index of the point.
-        point: usize,
-        time_s: f64,
-        previous_s: f64,
-    },
-    /// The trajectory does not end at rest.
-    #[error("joint {}: the last point moves at {velocity} {}, it must be at rest", axis.joint(), Quantity::Velocity.unit(*axis))]
-    EndNotAtRest { axis: Axis, velocity: f64 },
-    /// A first point at time 0 that is farther from the axis than allowed.
-    #[error(
-        "joint {}: the point at time 0 is at {asked} {unit}, the setpoint of the axis at {actual} {unit}, allowed are {allowed} {unit} \
-         between them; plan from the present position, or raise the start tolerance",
-        axis.joint(), unit = Quantity::Position.unit(*axis)
-    )]
-    StartsElsewhere {
-        axis: Axis,
-        /// Position of the point.
-        asked: f64,
-        /// Setpoint of the axis.
-        actual: f64,
-        allowed: f64,
-    },
-    /// A joint that moves is not told where to go.
-    #[error("joint {} still moves and the new trajectory does not name it", axis.joint())]
-    StillMoves { axis: Axis },
-    /// A limit of the machine would be exceeded.
-    #[error(
-        "joint {} at {time_s:.3} s: {quantity} {value:.4} {unit}, the machine allows {bound} {unit}",
-        axis.joint(), unit = quantity.unit(*axis)
-    )]
-    Limit {
-        axis: Axis,
-        quantity: Quantity,
-        /// When it is largest (s from the start).
-        time_s: f64,
-        value: f64,
-        /// How much is allowed.
-        bound: f64,
-    },
 }
 
 /// Where a trajectory begins: position (mm or rad) and its derivatives by the time of the trajectory, one per axis.
@@ -368,51 +253,5 @@ fn fill_accelerations(knots: &mut [Knot]) {
         let before = (-6.0 * (mid.value - left.value) / h0 + 2.0 * left.first + 4.0 * mid.first) / h0;
         let after = (6.0 * (right.value - mid.value) / h1 - 4.0 * mid.first - 2.0 * right.first) / h1;
         knots[i].second = 0.5 * (before + after);
-    }
-}
-
-/// Largest derivatives, or the limit that is exceeded most.
-pub(super) fn check_limits(
-    axis: Axis,
-    law: &HermiteSpline,
-    machine: &MachineDescription,
-) -> Result<MotionLimits, TrajectoryError> {
-    // Derivatives of a quintic have few extremes between knots; 32 points see them to a per mille.
-    const POINTS: u32 = 32;
-    let description = machine.axis(axis);
-    let bounds = [description.limits.velocity, description.limits.acceleration, description.limits.jerk];
-    let quantities = [Quantity::Velocity, Quantity::Acceleration, Quantity::Jerk];
-    let mut peaks = [0.0_f64; 3];
-    let mut worst: Option<(f64, TrajectoryError)> = None;
-    let mut farthest: Option<(f64, TrajectoryError)> = None;
-    for pair in law.knots().windows(2) {
-        for i in 0..=POINTS {
-            // Just inside: at a knot itself the third derivative has two values.
-            let share = (f64::from(i) / f64::from(POINTS)).clamp(1e-9, 1.0 - 1e-9);
-            let time_s = pair[0].at + (pair[1].at - pair[0].at) * share;
-            let sample = law.sample(time_s);
-            if let Some((low, high)) = description.soft_limits {
-                let beyond = (low - sample.value).max(sample.value - high);
-                if beyond > farthest.as_ref().map_or(0.0, |(most, _)| *most) {
-                    let bound = if sample.value < low { low } else { high };
-                    let (quantity, value) = (Quantity::Position, sample.value);
-                    farthest = Some((beyond, TrajectoryError::Limit { axis, quantity, time_s, value, bound }));
-                }
-            }
-            for (k, value) in [sample.first, sample.second, sample.third].into_iter().enumerate() {
-                let (size, bound) = (libm::fabs(value), bounds[k]);
-                peaks[k] = peaks[k].max(size);
-                // A client computes with the same limits and other roundings: a millionth is not an excess.
-                let excess = size / bound;
-                if excess > 1.0 + 1e-6 && worst.as_ref().is_none_or(|(most, _)| excess > *most) {
-                    let quantity = quantities[k];
-                    worst = Some((excess, TrajectoryError::Limit { axis, quantity, time_s, value, bound }));
-                }
-            }
-        }
-    }
-    match farthest.or(worst) {
-        Some((_, error)) => Err(error),
-        None => Ok(MotionLimits { velocity: peaks[0], acceleration: peaks[1], jerk: peaks[2] }),
     }
 }

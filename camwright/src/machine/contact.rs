@@ -1,7 +1,7 @@
 //! What is known of the place where wheel and part meet: how stiff machine and part are along the table, and how hard the cut is.
 
 use crate::machine::contact_law::ContactLaw;
-use crate::machine::description::{DescriptionError, ordered};
+use crate::machine::description_error::{DescriptionError, ordered};
 use alloc::vec::Vec;
 
 /// Stiffness of machine and part together, with the table at a position.

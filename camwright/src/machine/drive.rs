@@ -2,7 +2,7 @@
 //!
 //! Forces are those of the axis: N of a slide, N m of a spindle; lengths mm of a slide, rad of a spindle.
 
-use crate::machine::description::DescriptionError;
+use crate::machine::description_error::DescriptionError;
 
 /// How a servo drive follows its setpoints, and what is in its way.
 ///

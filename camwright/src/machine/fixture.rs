@@ -1,6 +1,6 @@
 //! What stands around the wheel besides the part: the dresser, headstock and tailstock on the table.
 
-use crate::machine::description::DescriptionError;
+use crate::machine::description_error::DescriptionError;
 
 /// A body of revolution about the spindle axis, on the table. `z` as `z_axis` reads when the middle of the wheel faces it.
 #[derive(Debug, Clone, Copy, PartialEq)]

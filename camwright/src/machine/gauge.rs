@@ -1,6 +1,6 @@
 //! What an in-process gauge is.
 
-use crate::machine::description::DescriptionError;
+use crate::machine::description_error::DescriptionError;
 
 /// What a gauge measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

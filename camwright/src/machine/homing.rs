@@ -8,7 +8,8 @@
 //! ```
 //! With an index the axis goes on in the direction of the latch to the next mark of its encoder.
 
-use crate::machine::description::{AxisDescription, DescriptionError, Scale};
+use crate::machine::description::{AxisDescription, Scale};
+use crate::machine::description_error::DescriptionError;
 
 /// How a slide is homed.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,7 @@
 //! What a lathe turns with: a round insert that a spindle of its own rotates.
 
-use crate::machine::description::{DescriptionError, MachineDescription, WheelDescription, ordered};
+use crate::machine::description::{MachineDescription, WheelDescription};
+use crate::machine::description_error::{DescriptionError, ordered};
 use crate::math::units::TURN_RAD;
 
 /// A round, driven insert, as JP2012-71381A turns parts that are not round with. A machine with one is a lathe.

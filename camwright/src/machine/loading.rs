@@ -1,6 +1,6 @@
 //! What a machine is loaded through: door and chuck, and where its wheel must stand for that.
 
-use crate::machine::description::DescriptionError;
+use crate::machine::description_error::DescriptionError;
 
 /// Door, chuck and safe place of a machine that is loaded by a robot or by hand.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -19,6 +19,7 @@ pub(crate) mod axes;
 pub(crate) mod contact;
 pub mod contact_law;
 pub mod description;
+pub mod description_error;
 pub(crate) mod drive;
 pub mod fixture;
 pub(crate) mod gauge;

@@ -1,6 +1,6 @@
 //! What a machine finds its part with: where the wheel touches it, and where its key-way is.
 
-use crate::machine::description::DescriptionError;
+use crate::machine::description_error::DescriptionError;
 use crate::math::units::TURN_RAD;
 
 /// A gap detector of the wheelhead, as acoustic emission sensors are: it closes when the wheel touches the part.

@@ -1,6 +1,6 @@
 //! What grinding takes: energy of the chips, force of rubbing, and the cut that just does not burn.
 
-use crate::machine::description::DescriptionError;
+use crate::machine::description_error::DescriptionError;
 
 /// A cut that just does not burn.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,6 @@
 //! What an alarm does with a wheel that is at the part, and from what energy.
 
-use crate::machine::description::DescriptionError;
+use crate::machine::description_error::DescriptionError;
 
 /// How an alarm takes the wheel off the part.
 ///

@@ -1,6 +1,6 @@
 //! How a machine grows as it gets warm.
 
-use crate::machine::description::DescriptionError;
+use crate::machine::description_error::DescriptionError;
 
 /// The wheelhead grows towards the part while its spindle runs: by G (1 − exp(−t/τ)) of a cold one, t being the time that the spindle
 /// has run. The encoder of X does not see it. What passes while the spindle stands is not known to the machine, and it keeps what it

@@ -3,8 +3,9 @@
 use super::PlannedJob;
 use super::lobe::PlannedLobe;
 use crate::gauging::gauge_setup::Seen;
+use crate::gauging::gauged::Gauged;
 use crate::gauging::identify::Pushed;
-use crate::gauging::journal::{Gauged, JournalError};
+use crate::gauging::journal::JournalError;
 use crate::job::grinding::{JobSpec, StiffnessSource};
 use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::{Axis, MachineDescription};

@@ -3,7 +3,7 @@
 use crate::cams;
 
 use cams::{Seeded, absolute, lobe, printed, printed_rows, segment};
-use camwright::cam::lift::reading::alternatives;
+use camwright::cam::lift::law::alternatives;
 use camwright::cam::lift::{
     LengthUnit, LiftDeclaration, LiftDoubt, LiftLaw, LiftLawError, LiftTable, MotionProgram, ProgramError, Reading,
 };

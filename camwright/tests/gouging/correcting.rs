@@ -5,7 +5,7 @@ use crate::cams::Seeded;
 use crate::drive::{Tick, drive, requests};
 use crate::grinding::journal;
 use camwright::gauging::Mode;
-use camwright::gauging::journal::Gauged;
+use camwright::gauging::gauged::Gauged;
 use camwright::interpolator::{Interpolator, Outcome, Request};
 use camwright::job::grinding::{
     BetweenLobes, CorrectionSpec, InfeedCourse, InfeedDirection, JobSpec, LobeSpec, PassSpec, SpeedLaw, StiffnessSource,

@@ -1,7 +1,8 @@
 //! Trajectories of ROS clients.
 
 use crate::bench::{Bench, PER_MM, machine};
-use camwright::interpolator::trajectory::{Quantity, Start, Trajectory, TrajectoryError, TrajectoryPoint};
+use camwright::interpolator::quantity::Quantity;
+use camwright::interpolator::trajectory::{Start, Trajectory, TrajectoryError, TrajectoryPoint};
 use camwright::interpolator::{Motion, Outcome, Prepared, Request, StartError, State};
 use camwright::machine::description::Axis;
 

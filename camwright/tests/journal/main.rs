@@ -7,7 +7,8 @@ mod stock;
 use camwright::cam::follower::Follower;
 use camwright::cam::lift::LiftLaw;
 use camwright::gauging::Mode;
-use camwright::gauging::journal::{Gauged, JournalCorrection};
+use camwright::gauging::gauged::Gauged;
+use camwright::gauging::journal::JournalCorrection;
 use camwright::interpolator::{Interpolator, Motion, Prepared};
 use camwright::job::grinding::{
     BetweenLobes, CorrectionSpec, HoldInCut, HomePosition, InfeedCourse, InfeedDirection, JobError, JobSpec, LobeSpec,

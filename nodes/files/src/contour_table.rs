@@ -1,7 +1,7 @@
 //! Tables of the contour itself, radii over the azimuth or points, as lifts of a point that runs round it above its smallest radius.
 
-use super::lift_file::Places;
 use super::lift_text::{Content, Printed};
+use super::table_files::TableFiles;
 use super::{ConfigError, Place};
 use camwright::cam::lift::points::{ContourPoint, rows_of};
 use std::path::Path;
@@ -70,7 +70,7 @@ fn lay_out(path: &Path, printed: &mut Printed, turn: Turn) -> Result<(), Vec<Con
         points.extend(mirrored);
     }
     let rows = rows_of(&points);
-    let mut rows = rows.map_err(|findings| Places { files: vec![(path, printed)] }.errors(findings))?;
+    let mut rows = rows.map_err(|findings| TableFiles { files: vec![(path, printed)] }.errors(findings))?;
     if turn == Turn::Half {
         rows.truncate(rows.len() / 2 + 1);
     }

@@ -2,10 +2,10 @@
 
 use super::ConfigError;
 use super::job_files::JobFiles;
-use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
-use super::milling_file::named;
+use super::lift_context::LiftContext;
+use super::lift_file::{self, LiftFile, ProfileLift};
 use super::names;
-use super::profile_file::contour_key;
+use super::profile_file::{contour_key, profile_named};
 use super::yaml::Document;
 use camwright::job::grinding::ProfileSpec;
 use camwright::job::milling::{GrooveKind, MAX_STEPS, MilledGroove};
@@ -126,7 +126,7 @@ impl GrooveFile {
 
     fn plate(&self, document: &Document, index: usize, profiles: &[ProfileSpec]) -> Result<GrooveKind, ConfigError> {
         let name = self.profile.as_deref().unwrap_or_default();
-        let (at, profile) = named(document, profiles, name, &format!("grooves.{index}.profile"))?;
+        let (at, profile) = profile_named(document, profiles, name, &format!("grooves.{index}.profile"))?;
         let groove = PlateGroove::new(&profile.lift, &profile.follower, profile.base_radius_mm).map_err(|error| {
             let key = match &error {
                 GrooveError::NoRoller => "follower",
@@ -151,7 +151,7 @@ impl GrooveFile {
         let roller_radius_mm = self.roller_radius_mm.ok_or_else(|| needs("roller_radius_mm"))?;
         let outer_radius_mm = self.outer_radius_mm.ok_or_else(|| needs("outer_radius_mm"))?;
         let z_mm = self.z_mm.ok_or_else(|| needs("z_mm"))?;
-        let of = OfProfile { document, key: &key, name: &self.name, follower: None };
+        let of = LiftContext { document, key: &key, name: &self.name, follower: None };
         let lift = lift_file::read(file, of, files)?;
         let groove = BarrelGroove::new(&lift.law, roller_radius_mm, outer_radius_mm, outer_radius_mm - self.depth_mm)
             .map_err(|error| vec![document.error(&key, format!("groove {}: {error}", self.name))])?;

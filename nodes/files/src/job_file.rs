@@ -3,7 +3,7 @@
 use super::ConfigError;
 use super::compensation_file::CompensationFile;
 use super::fault_file::{self, FaultFile, JobFault};
-use super::job_files::{JobFiles, NamedFile};
+use super::job_files::JobFiles;
 use super::journal_file::{CorrectionFile, IdentificationFile, RawPartFile, StockFile};
 use super::lift_file::ProfileLift;
 use super::limits;
@@ -14,6 +14,7 @@ use super::nc_file::{NcFile, NcSettings};
 use super::pass_file::{InfeedFile, RoughingFile, SpeedFile, pass_names, passes};
 use super::profile_file::{self, ProfileFile};
 use super::program_file::{self, JobProgram};
+use super::recorded_files::NamedFile;
 use super::schema;
 use super::start_file::{DryRunFile, StartFile};
 use super::wheel_file::{DressingFile, ObstacleFile, WheelPowerFile, wishes};

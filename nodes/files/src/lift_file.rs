@@ -7,24 +7,23 @@
 //! ```
 
 use super::contour_table::{self, Turn};
-use super::follower_file::mm_per_deg;
 use super::job_files::JobFiles;
+use super::lift_context::LiftContext;
 use super::lift_formula::{self, EccentricFile, SCamFile, SegmentFile};
 use super::lift_text::{self, AngleUnit, Format, Printed};
 use super::locate::Located;
 use super::schema;
+use super::table_files::TableFiles;
 use super::yaml::Document;
 use super::{ConfigError, Place};
 use camwright::cam::follower::Follower;
 use camwright::cam::lift::halves::{check_flank, whole_turn};
-use camwright::cam::lift::reading::alternatives;
-use camwright::cam::lift::{
-    LiftDeclaration, LiftDoubt, LiftError, LiftForm, LiftLaw, LiftTable, Reading, TableReading,
-};
+use camwright::cam::lift::law::alternatives;
+use camwright::cam::lift::{LiftDeclaration, LiftError, LiftForm, LiftLaw, LiftTable, Reading, TableReading};
 use camwright::math::units::mm_from_um;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Finest resolution a table is read to where the job declares none (mm): all the digits of a double say no more.
 const FINEST_RESOLUTION_MM: f64 = 1e-9;
@@ -123,44 +122,13 @@ impl ProfileLift {
     }
 }
 
-/// The profile a lift belongs to.
-#[derive(Debug, Clone, Copy)]
-pub struct OfProfile<'a> {
-    pub document: &'a Document,
-    /// Where its `lift` stands, for example `profiles.0.lift`; empty if the document is nothing but a lift.
-    pub key: &'a str,
-    pub name: &'a str,
-    /// Its follower and the radius of its base circle (mm); none where only the table is looked at.
-    pub follower: Option<(Follower, f64)>,
-}
-
-impl OfProfile<'_> {
-    /// What a degree of the follower's arm is as its arc (mm); none for a follower on a slide.
-    pub(super) fn mm_per_deg(&self) -> Option<f64> {
-        mm_per_deg(self.follower?.0)
-    }
-
-    fn key(&self, name: &str) -> String {
-        match (self.key, name) {
-            ("", name) => name.to_owned(),
-            (key, "") => key.to_owned(),
-            (key, name) => format!("{key}.{name}"),
-        }
-    }
-
-    /// A refusal of the value at a key of the lift; of the lift itself where the key is empty.
-    pub(super) fn refuse(&self, name: &str, message: impl std::fmt::Display) -> Vec<ConfigError> {
-        vec![self.document.error(&self.key(name), format!("profile {}: {message}", self.name))]
-    }
-}
-
 /// Reads the lift of a profile; every file that it names is added to `files`.
 ///
 /// # Errors
 /// Everything that is wrong with it, in the order of its files.
 pub(super) fn read(
     file: &LiftFile,
-    profile: OfProfile<'_>,
+    profile: LiftContext<'_>,
     files: &mut JobFiles,
 ) -> Result<ProfileLift, Vec<ConfigError>> {
     let halves = file.opening_table.is_some() || file.closing_table.is_some();
@@ -202,7 +170,7 @@ pub(super) fn read(
 }
 
 /// A lift that is no table.
-fn read_formula(file: &LiftFile, profile: &OfProfile<'_>) -> Option<Result<ProfileLift, Vec<ConfigError>>> {
+fn read_formula(file: &LiftFile, profile: &LiftContext<'_>) -> Option<Result<ProfileLift, Vec<ConfigError>>> {
     let law = if let Some(segments) = &file.segments {
         lift_formula::program(segments, file.start_deg.unwrap_or(0.0), file.repeat.unwrap_or(1), profile)
     } else if let Some(eccentric) = &file.eccentric {
@@ -221,7 +189,7 @@ fn read_formula(file: &LiftFile, profile: &OfProfile<'_>) -> Option<Result<Profi
 }
 
 /// Keys that mean nothing for the source that is given.
-fn refuse_misplaced(file: &LiftFile, profile: &OfProfile<'_>) -> Result<(), Vec<ConfigError>> {
+fn refuse_misplaced(file: &LiftFile, profile: &LiftContext<'_>) -> Result<(), Vec<ConfigError>> {
     let for_tables = [
         ("columns", file.columns.is_some()),
         ("angle", file.angle.is_some()),
@@ -309,7 +277,7 @@ impl LiftFile {
     }
 }
 
-fn read_table(file: &LiftFile, profile: &OfProfile<'_>, source: &Source) -> Result<ProfileLift, Vec<ConfigError>> {
+fn read_table(file: &LiftFile, profile: &LiftContext<'_>, source: &Source) -> Result<ProfileLift, Vec<ConfigError>> {
     let format = file.format(profile.mm_per_deg());
     let mut warnings = Vec::new();
     let base_mm;
@@ -318,7 +286,7 @@ fn read_table(file: &LiftFile, profile: &OfProfile<'_>, source: &Source) -> Resu
             let mut printed = lift_text::read(located, &format)?;
             base_mm = contour_table::make_lifts(&mut [(located.path.as_path(), &mut printed)], Turn::Whole)?;
             let declaration = file.declaration(&printed);
-            let places = Places { files: vec![(located.path.as_path(), &printed)] };
+            let places = TableFiles { files: vec![(located.path.as_path(), &printed)] };
             let read = LiftTable::read(&printed.rows, &declaration);
             let table = places.table(read, &mut warnings)?;
             let turned = table.turned_by(file.zero_deg.unwrap_or(0.0));
@@ -327,7 +295,7 @@ fn read_table(file: &LiftFile, profile: &OfProfile<'_>, source: &Source) -> Resu
         Source::Half(located) => {
             let mut printed = lift_text::read(located, &format)?;
             base_mm = contour_table::make_lifts(&mut [(located.path.as_path(), &mut printed)], Turn::Half)?;
-            let places = Places { files: vec![(located.path.as_path(), &printed)] };
+            let places = TableFiles { files: vec![(located.path.as_path(), &printed)] };
             (flanks(file, profile, &places, &mut warnings)?, vec![located.path.clone()])
         }
         Source::Halves { closing, opening } => {
@@ -340,7 +308,8 @@ fn read_table(file: &LiftFile, profile: &OfProfile<'_>, source: &Source) -> Resu
             };
             let files = &mut [(closing.path.as_path(), &mut first), (opening.path.as_path(), &mut second)];
             base_mm = contour_table::make_lifts(files, Turn::Half)?;
-            let places = Places { files: vec![(closing.path.as_path(), &first), (opening.path.as_path(), &second)] };
+            let places =
+                TableFiles { files: vec![(closing.path.as_path(), &first), (opening.path.as_path(), &second)] };
             (flanks(file, profile, &places, &mut warnings)?, vec![closing.path.clone(), opening.path.clone()])
         }
     };
@@ -366,8 +335,8 @@ fn read_table(file: &LiftFile, profile: &OfProfile<'_>, source: &Source) -> Resu
 /// One or two flanks made a whole turn.
 fn flanks(
     file: &LiftFile,
-    profile: &OfProfile<'_>,
-    places: &Places<'_>,
+    profile: &LiftContext<'_>,
+    places: &TableFiles<'_>,
     warnings: &mut Vec<ConfigError>,
 ) -> Result<LiftTable, Vec<ConfigError>> {
     let mut errors = Vec::new();
@@ -381,7 +350,7 @@ fn flanks(
             let message = "a half table without angles needs its step declared: step_cam_deg or step_crank_deg";
             return Err(vec![ConfigError::at(Place::file(path), message)]);
         }
-        let alone = Places { files: vec![(path, printed)] };
+        let alone = TableFiles { files: vec![(path, printed)] };
         let (findings, doubts) = check_flank(&printed.rows, &file.declaration(printed));
         if findings.is_empty() {
             warnings.extend(doubts.iter().map(|doubt| alone.doubt(doubt)));
@@ -408,71 +377,6 @@ fn flanks(
     places.table(LiftTable::read(&rows, &declaration), warnings)
 }
 
-/// The files of a table, the second one's lines counted on from the first one's.
-pub(super) struct Places<'a> {
-    pub(super) files: Vec<(&'a Path, &'a Printed)>,
-}
-
-impl Places<'_> {
-    fn place(&self, line: Option<usize>) -> Place {
-        let (first, printed) = self.files[0];
-        match (line, self.files.get(1)) {
-            (Some(line), Some((second, _))) if line > printed.lines => {
-                Place::line(second, u64::try_from(line - printed.lines).unwrap_or(0))
-            }
-            (Some(line), _) => Place::line(first, u64::try_from(line).unwrap_or(0)),
-            (None, _) => Place::file(first),
-        }
-    }
-
-    /// The core writes the line at the head of its message; a message of this program begins with the file and that line.
-    fn error(&self, line: Option<usize>, text: &str) -> ConfigError {
-        let message = match text.split_once(": ") {
-            Some((head, message)) if head.starts_with("line ") => message,
-            _ => text,
-        };
-        ConfigError::at(self.place(line), message)
-    }
-
-    fn doubt(&self, doubt: &LiftDoubt) -> ConfigError {
-        self.error(doubt.line(), &doubt.to_string())
-    }
-
-    /// What the text and the core found, row by row; a cell that is no number is told once, by the text.
-    pub(super) fn errors(&self, findings: Vec<LiftError>) -> Vec<ConfigError> {
-        let told: Vec<ConfigError> = self.files.iter().flat_map(|(_, printed)| printed.findings.clone()).collect();
-        let core = (findings.iter()).map(|finding| (finding, self.error(finding.line(), &finding.to_string())));
-        let new = core.filter(|(finding, error)| {
-            !(matches!(finding, LiftError::NotFinite { .. }) && told.iter().any(|old| old.place == error.place))
-        });
-        let mut errors: Vec<ConfigError> = told.iter().cloned().chain(new.map(|(_, error)| error)).collect();
-        let order = |error: &ConfigError| {
-            let file = self.files.iter().position(|(path, _)| *path == error.place.file);
-            (file, error.place.line)
-        };
-        errors.sort_by_key(order);
-        errors.dedup();
-        errors
-    }
-
-    fn table(
-        &self,
-        read: Result<(LiftTable, Vec<LiftDoubt>), Vec<LiftError>>,
-        warnings: &mut Vec<ConfigError>,
-    ) -> Result<LiftTable, Vec<ConfigError>> {
-        let (table, doubts) = read.map_err(|findings| self.errors(findings))?;
-        let told = self.errors(Vec::new());
-        if !told.is_empty() {
-            return Err(told);
-        }
-        for (_, printed) in &self.files {
-            warnings.extend(printed.doubts.iter().cloned());
-        }
-        warnings.extend(doubts.iter().map(|doubt| self.doubt(doubt)));
-        Ok(table)
-    }
-}
-
 /// A lift table alone, with keys of a profile's `lift` laid over (`columns=[cam_angle_deg, lift_inch]`, …).
 ///
 /// # Errors
@@ -491,7 +395,11 @@ pub fn read_alone(located: &Located, overrides: &[String]) -> Result<ProfileLift
     keys.extend(overrides.iter().cloned());
     let document = Document::parse(&located.path, "{}", &keys).map_err(|error| vec![error])?;
     let file: LiftFile = schema::read(&document)?;
-    read(&file, OfProfile { document: &document, key: "", name: "alone", follower: None }, &mut JobFiles::of(&document))
+    read(
+        &file,
+        LiftContext { document: &document, key: "", name: "alone", follower: None },
+        &mut JobFiles::of(&document),
+    )
 }
 
 #[cfg(test)]

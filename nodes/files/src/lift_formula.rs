@@ -1,7 +1,7 @@
 //! Lifts that are no table: motion laws segment by segment, what a follower does on an eccentric disc, and the arms of a brake's S-cam.
 
 use super::ConfigError;
-use super::lift_file::OfProfile;
+use super::lift_context::LiftContext;
 use camwright::cam::follower::Follower;
 use camwright::cam::lift::{LiftLaw, MotionProgram, MotionSegment, ProgramError};
 use camwright::cam::motion_law::MotionLaw;
@@ -104,7 +104,7 @@ pub(super) fn program(
     segments: &[SegmentFile],
     start_deg: f64,
     repeat: usize,
-    profile: &OfProfile<'_>,
+    profile: &LiftContext<'_>,
 ) -> Result<LiftLaw, Vec<ConfigError>> {
     let mut errors = Vec::new();
     let mut known = Vec::new();
@@ -148,14 +148,14 @@ fn segment_of(error: &ProgramError) -> Option<usize> {
 }
 
 /// No lift: a journal.
-pub(super) fn round(profile: &OfProfile<'_>) -> Result<LiftLaw, Vec<ConfigError>> {
+pub(super) fn round(profile: &LiftContext<'_>) -> Result<LiftLaw, Vec<ConfigError>> {
     LiftLaw::eccentric_flat(0.0, 0.0).map_err(|error| profile.refuse("round", error))
 }
 
 /// The disc of an eccentric by its diameter, as the lift of a flat follower on it, with that follower and base circle.
 pub(super) fn disc(
     file: &EccentricFile,
-    profile: &OfProfile<'_>,
+    profile: &LiftContext<'_>,
 ) -> Result<(LiftLaw, (Follower, f64)), Vec<ConfigError>> {
     let refuse = |key: &str, message: String| profile.refuse(&format!("eccentric.{key}"), message);
     let (eccentricity_mm, nose_rad) = (file.eccentricity_mm, rad_from_deg(file.nose_deg));
@@ -188,7 +188,7 @@ pub(super) fn disc(
 /// ```text
 ///   blend │ working: s′ = e │ blend │ return (4-5-6-7) │ the same once more
 /// ```
-pub(super) fn s_cam(file: &SCamFile, profile: &OfProfile<'_>) -> Result<LiftLaw, Vec<ConfigError>> {
+pub(super) fn s_cam(file: &SCamFile, profile: &LiftContext<'_>) -> Result<LiftLaw, Vec<ConfigError>> {
     let refuse = |key: &str, message: String| profile.refuse(&format!("s_cam.{key}"), message);
     let offset_mm = match profile.follower {
         Some((Follower::Roller { offset_mm, .. } | Follower::KnifeEdge { offset_mm }, _)) => offset_mm,
@@ -233,7 +233,7 @@ pub(super) fn s_cam(file: &SCamFile, profile: &OfProfile<'_>) -> Result<LiftLaw,
 }
 
 /// What the follower does on a disc of radius base circle + eccentricity, turned about a point off its centre.
-pub(super) fn eccentric(file: &EccentricFile, profile: &OfProfile<'_>) -> Result<LiftLaw, Vec<ConfigError>> {
+pub(super) fn eccentric(file: &EccentricFile, profile: &LiftContext<'_>) -> Result<LiftLaw, Vec<ConfigError>> {
     let refuse = |message: String| profile.refuse("eccentric", message);
     let (eccentricity_mm, nose_rad) = (file.eccentricity_mm, rad_from_deg(file.nose_deg));
     let Some((follower, base_radius_mm)) = profile.follower else {

@@ -1,7 +1,7 @@
 //! Where params are looked for: as given, in `./params`, in `share/camwright/params` beside the installed binary, then in
 //! the copy inside the binary.
 
-use super::job_files::AtHand;
+use super::recorded_files::RecordedFiles;
 use super::{ConfigError, Place};
 use std::fs::File;
 use std::io::Read;
@@ -39,14 +39,14 @@ pub struct Located {
     pub path: PathBuf,
     pub text: String,
     /// Files that it names and that are found before any on the disk.
-    pub at_hand: AtHand,
+    pub recorded: RecordedFiles,
 }
 
 impl Located {
     /// Text that was read from a path; what it names is on the disk.
     #[must_use]
     pub fn new(path: impl Into<PathBuf>, text: impl Into<String>) -> Self {
-        Self { path: path.into(), text: text.into(), at_hand: AtHand::default() }
+        Self { path: path.into(), text: text.into(), recorded: RecordedFiles::default() }
     }
 }
 

@@ -2,15 +2,15 @@
 
 use super::contact_file::ContactFile;
 use super::drive_file::{SlideDriveFile, SpindleDriveFile};
-use super::fault_file::AlarmRetractFile;
 use super::gauge_file::GaugeFile;
 use super::homing_file::{self, HomingFile};
 use super::insert_file::InsertFile;
-use super::job_files::MACHINES;
 use super::loading_file::LoadingFile;
 use super::names;
 use super::probe_file::{GapDetectorFile, KeyWayProbeFile};
 use super::process_file::ProcessFile;
+use super::recorded_files::MACHINES;
+use super::retract_file::AlarmRetractFile;
 use super::schema;
 use super::wheel_file::{DresserFile, ExtentFile, ThermalFile};
 use super::yaml::Document;

@@ -2,12 +2,13 @@
 
 use super::ConfigError;
 use super::groove_file::{self, GrooveFile};
-use super::job_files::{JobFiles, NamedFile};
+use super::job_files::JobFiles;
 use super::lift_file::ProfileLift;
 use super::locate::{Located, locate};
 use super::names;
 use super::nc_file::{NcFile, NcSettings};
-use super::profile_file::{self, ProfileFile, contour_key};
+use super::profile_file::{self, ProfileFile, contour_key, profile_named};
+use super::recorded_files::NamedFile;
 use super::schema;
 use super::yaml::Document;
 use camwright::cam::contour::Contour;
@@ -264,19 +265,6 @@ fn read_profiles(document: &Document, file: &MillingFile, files: &mut JobFiles) 
     if findings.is_empty() { Ok((profiles, lifts)) } else { Err(findings) }
 }
 
-/// The profile of this name, for whoever says it under a key.
-pub(super) fn named<'a>(
-    document: &Document,
-    profiles: &'a [ProfileSpec],
-    name: &str,
-    key: &str,
-) -> Result<(usize, &'a ProfileSpec), ConfigError> {
-    profiles.iter().enumerate().find(|(_, profile)| profile.name == name).ok_or_else(|| {
-        let known = profiles.iter().map(|profile| profile.name.as_str()).collect::<Vec<_>>().join(", ");
-        document.error(key, format!("there is no profile {name}; the job has {known}"))
-    })
-}
-
 /// The cams, each tried with the mill and what the pass leaves that leaves most, for which a mill is widest.
 fn cams(
     document: &Document,
@@ -290,7 +278,7 @@ fn cams(
     let (mut cams, mut findings) = (Vec::new(), Vec::new());
     for (index, cam) in file.cams.iter().enumerate() {
         let mut read = || {
-            let (at, profile) = named(document, profiles, &cam.profile, &format!("cams.{index}.profile"))?;
+            let (at, profile) = profile_named(document, profiles, &cam.profile, &format!("cams.{index}.profile"))?;
             let contour = match &contours[at] {
                 Some(contour) => contour.clone(),
                 None => {

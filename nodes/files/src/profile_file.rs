@@ -4,7 +4,8 @@
 use super::ConfigError;
 use super::follower_file::FollowerFile;
 use super::job_files::JobFiles;
-use super::lift_file::{self, LiftFile, OfProfile, ProfileLift};
+use super::lift_context::LiftContext;
+use super::lift_file::{self, LiftFile, ProfileLift};
 use super::names;
 use super::yaml::Document;
 use camwright::cam::contour::ContourError;
@@ -48,7 +49,7 @@ impl ProfileFile {
         files: &mut JobFiles,
     ) -> Result<(ProfileSpec, ProfileLift), Vec<ConfigError>> {
         let given = self.follower.as_ref().map(FollowerFile::follower).zip(self.base_radius_mm);
-        let of = OfProfile { document, key: &format!("{list}.{index}.lift"), name: &self.name, follower: given };
+        let of = LiftContext { document, key: &format!("{list}.{index}.lift"), name: &self.name, follower: given };
         let lift = lift_file::read(&self.lift, of, files)?;
         let (follower, base_radius_mm) = self.shape(&lift, given).map_err(|(key, message)| {
             vec![document.error(&format!("{list}.{index}.{key}"), format!("profile {}: {message}", self.name))]
@@ -102,6 +103,22 @@ pub fn contour_key(error: &ContourError) -> &'static str {
         }
         ContourError::Lift(_) | ContourError::FaceTurnsBack { .. } | ContourError::AxisOutside { .. } => "lift",
     }
+}
+
+/// Returns the profile that a key names, with its index.
+///
+/// # Errors
+/// No profile of this name.
+pub(super) fn profile_named<'a>(
+    document: &Document,
+    profiles: &'a [ProfileSpec],
+    name: &str,
+    key: &str,
+) -> Result<(usize, &'a ProfileSpec), ConfigError> {
+    profiles.iter().enumerate().find(|(_, profile)| profile.name == name).ok_or_else(|| {
+        let known = profiles.iter().map(|profile| profile.name.as_str()).collect::<Vec<_>>().join(", ");
+        document.error(key, format!("there is no profile {name}; the job has {known}"))
+    })
 }
 
 #[cfg(test)]

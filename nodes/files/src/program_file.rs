@@ -59,7 +59,7 @@ fn file_name(path: &Path) -> String {
 
 /// Subprograms of a SINUMERIK are files of their own: those beside the main program that it names.
 fn subprograms(document: &Document, main: &Path, text: &str) -> Result<Vec<PathBuf>, ConfigError> {
-    let recorded: Vec<PathBuf> = document.at_hand.names(PROGRAMS).map(PathBuf::from).collect();
+    let recorded: Vec<PathBuf> = document.recorded.names(PROGRAMS).map(PathBuf::from).collect();
     let beside = if recorded.is_empty() {
         let folder = main.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let entries = std::fs::read_dir(folder);

@@ -2,11 +2,12 @@
 
 use super::ConfigError;
 use super::fault_file::{self, FaultFile, JobFault};
-use super::job_files::{JobFiles, NamedFile};
+use super::job_files::JobFiles;
 use super::lift_file::ProfileLift;
 use super::locate::{Located, locate};
 use super::machine_file::{self, Machine};
 use super::names;
+use super::recorded_files::NamedFile;
 use super::schema;
 use super::surface_file::SurfaceFile;
 use super::yaml::Document;

@@ -1,7 +1,7 @@
 //! YAML with the line of every value, and overrides over it.
 
-use super::job_files::AtHand;
 use super::locate::Located;
+use super::recorded_files::RecordedFiles;
 use super::{ConfigError, Place};
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 use serde::ser::{SerializeMap, SerializeSeq, Serializer};
@@ -205,7 +205,7 @@ pub struct Document {
     pub root: Node,
     overrides: Vec<String>,
     /// Files that it names and that are found before any on the disk.
-    pub(super) at_hand: AtHand,
+    pub(super) recorded: RecordedFiles,
 }
 
 impl Document {
@@ -215,7 +215,7 @@ impl Document {
     /// As [`Document::parse`].
     pub fn of(located: &Located, overrides: &[String]) -> Result<Self, ConfigError> {
         let document = Self::parse(&located.path, &located.text, overrides)?;
-        Ok(Self { at_hand: located.at_hand.clone(), ..document })
+        Ok(Self { recorded: located.recorded.clone(), ..document })
     }
 
     /// Parses text that was read from a path and lays `key=value` overrides over it, later ones winning.
@@ -237,8 +237,8 @@ impl Document {
             serde_saphyr::to_string(&root)
                 .map_err(|error| ConfigError::at(Place::file(path), format!("cannot be written back: {error}")))?
         };
-        let at_hand = AtHand::default();
-        Ok(Self { path: path.to_path_buf(), text, root, overrides: overrides.to_vec(), at_hand })
+        let recorded = RecordedFiles::default();
+        Ok(Self { path: path.to_path_buf(), text, root, overrides: overrides.to_vec(), recorded })
     }
 
     /// Where the value at a dotted path stands; the nearest enclosing value if it does not exist.

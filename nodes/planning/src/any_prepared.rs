@@ -7,8 +7,8 @@ use camwright_files::ConfigError;
 use camwright_files::any_job::{self, AnyJob};
 use camwright_files::convert::machine_now::MachineNow;
 use camwright_files::fault_file::JobFault;
-use camwright_files::job_files::NamedFile;
 use camwright_files::milling_file::MilledJob;
+use camwright_files::recorded_files::NamedFile;
 use camwright_msgs::camwright_msgs::msg::PlanPage;
 
 /// A job, planned and ready to send.

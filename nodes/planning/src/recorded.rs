@@ -4,8 +4,8 @@ use super::{AnyPrepared, plan_any};
 use camwright::machine::description::MachineDescription;
 use camwright_files::any_job;
 use camwright_files::convert::machine_now::{MachineNow, wheel_now};
-use camwright_files::job_files::{AtHand, MACHINES, NamedFile};
 use camwright_files::locate::{Located, locate};
+use camwright_files::recorded_files::{MACHINES, NamedFile, RecordedFiles};
 use camwright_msgs::camwright_msgs::msg::{JobStatus, MachineDescription as DescriptionMessage};
 use std::path::PathBuf;
 
@@ -31,7 +31,7 @@ pub fn plan_recorded(
     // What the bag does not hold is found beside the job's file, where it still is, and is the same file or none.
     let path =
         locate("jobs", &status.job, "yaml", None).map_or_else(|_| PathBuf::from(&status.job), |found| found.path);
-    let located = Located { at_hand: AtHand::new(files), ..Located::new(path, status.job_source.clone()) };
+    let located = Located { recorded: RecordedFiles::new(files), ..Located::new(path, status.job_source.clone()) };
     let job = any_job::parse(&located, overrides).map_err(|error| format!("the recorded job is refused: {error}"))?;
     let now = MachineNow { description, wheel: wheel_now(message) };
     let prepared = plan_any(job, Some(&now)).map_err(|error| format!("the recorded job cannot be planned: {error}"))?;

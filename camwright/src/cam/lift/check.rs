@@ -1,9 +1,10 @@
 //! From rows to a table, or to everything that is wrong with them.
 
+use super::declaration::{LiftDeclaration, LiftForm, LiftRow, mm_from_units};
 use super::error::LiftError;
 use super::outliers::{Deviation, deviations};
 use super::row_spacing::{Placement, place};
-use super::table::{LiftDeclaration, LiftForm, LiftRow, LiftTable, mm_from_units};
+use super::table::LiftTable;
 use super::warning::{self, LiftDoubt};
 use alloc::vec::Vec;
 
@@ -20,11 +21,34 @@ const FINEST_DIGIT_MM: f64 = 1e-12;
 /// and not the fault of a row.
 const ALL_DIGITS: f64 = 0.1;
 
+impl LiftTable {
+    /// A table from the rows of a file. Rows stand in the order of the turn from any angle that is a multiple of the
+    /// block; a last absolute row that repeats the first after a whole turn is accepted if its lift is the same.
+    ///
+    /// # Errors
+    /// The first of [`Self::findings`].
+    pub fn from_rows(rows: &[LiftRow], declaration: &LiftDeclaration) -> Result<Self, LiftError> {
+        Self::read(rows, declaration).map(|(table, _)| table).map_err(|mut findings| findings.swap_remove(0))
+    }
+
+    /// Everything that is wrong with the rows of a file, row by row; empty when [`Self::from_rows`] succeeds. A bad row
+    /// does not hide another: the checks go round it.
+    #[must_use]
+    pub fn findings(rows: &[LiftRow], declaration: &LiftDeclaration) -> Vec<LiftError> {
+        Self::read(rows, declaration).err().unwrap_or_default()
+    }
+
+    /// A table as [`Self::from_rows`] makes it, with what is lawful about it and yet looks wrong.
+    ///
+    /// # Errors
+    /// [`Self::findings`], at least one.
+    pub fn read(rows: &[LiftRow], declaration: &LiftDeclaration) -> Result<(Self, Vec<LiftDoubt>), Vec<LiftError>> {
+        inspect(rows, declaration)
+    }
+}
+
 /// Checks rows; `Err` is never empty, and in the order of the file.
-pub(super) fn inspect(
-    rows: &[LiftRow],
-    declaration: &LiftDeclaration,
-) -> Result<(LiftTable, Vec<LiftDoubt>), Vec<LiftError>> {
+fn inspect(rows: &[LiftRow], declaration: &LiftDeclaration) -> Result<(LiftTable, Vec<LiftDoubt>), Vec<LiftError>> {
     let resolution_mm = declaration.resolution_mm;
     let mut findings: Vec<LiftError> = bad_resolution(declaration).into_iter().collect();
     if rows.len() < LiftTable::MIN_BLOCKS {

@@ -6,9 +6,10 @@
 //! ```
 
 use super::check;
+use super::declaration::{LiftDeclaration, LiftRow};
 use super::error::LiftError;
 use super::row_spacing::{Placement, Walk, block_of, walk};
-use super::table::{LiftDeclaration, LiftRow, LiftTable};
+use super::table::LiftTable;
 use super::warning::{self, LiftDoubt};
 use alloc::vec;
 use alloc::vec::Vec;

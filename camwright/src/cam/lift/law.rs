@@ -303,3 +303,42 @@ fn finite_eccentric(eccentricity_mm: f64, nose_rad: f64) -> Result<(), LiftLawEr
     }
     Ok(())
 }
+
+impl TableReading {
+    /// Measures a law against the points of its table; solver's figures are added by who has them.
+    fn measure(law: &LiftLaw, table: &LiftTable, reading: Reading, allowed_mm: f64) -> Self {
+        let (mut max_deviation_mm, mut max_deviation_rad, mut squares) = (0.0, 0.0, 0.0);
+        for block in 0..table.blocks() {
+            let angle = block as f64 * table.block_rad();
+            let deviation = (law.sample(angle).value - table.lift_mm(block)).abs();
+            squares += deviation * deviation;
+            if deviation > max_deviation_mm {
+                (max_deviation_mm, max_deviation_rad) = (deviation, angle);
+            }
+        }
+        let rms_deviation_mm = libm::sqrt(squares / table.blocks() as f64);
+        Self {
+            reading,
+            half_digit_mm: 0.5 * table.resolution_mm(),
+            allowed_mm,
+            max_deviation_mm,
+            max_deviation_rad,
+            rms_deviation_mm,
+            peak_jerk_mm_rad3: law.peak_jerk_mm_rad3(),
+            relative_gap: 0.0,
+            iterations: 0,
+        }
+    }
+}
+
+/// The table read in the ways that were not chosen, to compare their jerk.
+///
+/// # Errors
+/// A table that cannot be read one of the ways.
+pub fn alternatives(table: &LiftTable, chosen: Reading) -> Result<Vec<TableReading>, LiftLawError> {
+    [Reading::Smoothest, Reading::CubicSpline]
+        .into_iter()
+        .filter(|reading| *reading != chosen)
+        .filter_map(|reading| LiftLaw::read_table(table, reading).map(|law| law.reading()).transpose())
+        .collect()
+}

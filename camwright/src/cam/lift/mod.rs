@@ -7,6 +7,7 @@
 //! ```
 
 mod check;
+pub mod declaration;
 mod error;
 pub mod halves;
 pub mod law;
@@ -18,9 +19,10 @@ mod row_spacing;
 pub mod table;
 mod warning;
 
+pub use declaration::{AngleUnit, LengthUnit, LiftDeclaration, LiftForm, LiftRow};
 pub use error::LiftError;
 pub use law::{LiftLaw, LiftLawError};
 pub use program::{MotionProgram, MotionSegment, ProgramError};
 pub use reading::{Reading, TableReading};
-pub use table::{AngleUnit, LengthUnit, LiftDeclaration, LiftForm, LiftRow, LiftTable};
+pub use table::LiftTable;
 pub use warning::LiftDoubt;

@@ -3,8 +3,9 @@
 //! The azimuth goes on from point to point, all the same way, once round the axis; the radius over it is the periodic cubic spline through
 //! the points. Rows are twice as dense as points at least, and read like those of any other table: within half a digit of each.
 
+use super::declaration::LiftRow;
 use super::error::LiftError;
-use super::table::{LiftRow, LiftTable};
+use super::table::LiftTable;
 use crate::math::uneven_cubic::UnevenCubic;
 use crate::math::units::{TURN_RAD, deg_from_rad, rad_from_deg};
 use alloc::vec::Vec;

@@ -1,8 +1,5 @@
 //! The ways to read a curve out of a table, and what each of them costs.
 
-use super::law::{LiftLaw, LiftLawError};
-use super::table::LiftTable;
-
 /// How a table becomes a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Reading {
@@ -52,43 +49,4 @@ pub struct TableReading {
     pub relative_gap: f64,
     /// Steps the solver took.
     pub iterations: usize,
-}
-
-impl TableReading {
-    /// Measures a law against the points of its table; solver's figures are added by who has them.
-    pub(super) fn measure(law: &LiftLaw, table: &LiftTable, reading: Reading, allowed_mm: f64) -> Self {
-        let (mut max_deviation_mm, mut max_deviation_rad, mut squares) = (0.0, 0.0, 0.0);
-        for block in 0..table.blocks() {
-            let angle = block as f64 * table.block_rad();
-            let deviation = (law.sample(angle).value - table.lift_mm(block)).abs();
-            squares += deviation * deviation;
-            if deviation > max_deviation_mm {
-                (max_deviation_mm, max_deviation_rad) = (deviation, angle);
-            }
-        }
-        let rms_deviation_mm = libm::sqrt(squares / table.blocks() as f64);
-        Self {
-            reading,
-            half_digit_mm: 0.5 * table.resolution_mm(),
-            allowed_mm,
-            max_deviation_mm,
-            max_deviation_rad,
-            rms_deviation_mm,
-            peak_jerk_mm_rad3: law.peak_jerk_mm_rad3(),
-            relative_gap: 0.0,
-            iterations: 0,
-        }
-    }
-}
-
-/// What the readings that were not chosen would have been like: the jerk each of them costs.
-///
-/// # Errors
-/// A table that cannot be read one of the ways.
-pub fn alternatives(table: &LiftTable, chosen: Reading) -> Result<alloc::vec::Vec<TableReading>, LiftLawError> {
-    [Reading::Smoothest, Reading::CubicSpline]
-        .into_iter()
-        .filter(|reading| *reading != chosen)
-        .filter_map(|reading| LiftLaw::read_table(table, reading).map(|law| law.reading()).transpose())
-        .collect()
 }

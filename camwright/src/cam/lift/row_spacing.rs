@@ -1,7 +1,8 @@
 //! How the rows of a table divide the turn, and every angle that does not fit.
 
+use super::declaration::{AngleUnit, LiftDeclaration, LiftForm, LiftRow};
 use super::error::LiftError;
-use super::table::{AngleUnit, LiftDeclaration, LiftForm, LiftRow, LiftTable};
+use super::table::LiftTable;
 use alloc::vec::Vec;
 
 /// How far a printed angle may lie from the even division, in blocks: 51.43 for 360/7 passes, 51.1 does not. An angle
@@ -207,4 +208,22 @@ fn whole(value: f64) -> usize {
     #[allow(clippy::cast_possible_truncation, reason = "a count of blocks, saturating")]
     let count = libm::round(value) as usize;
     count
+}
+
+impl LiftTable {
+    /// The same table with its angle 0 at the cam angle `zero_deg` (deg).
+    ///
+    /// # Errors
+    /// An angle that is no multiple of the block.
+    pub fn turned_by(mut self, zero_deg: f64) -> Result<Self, LiftError> {
+        let step_deg = 360.0 / self.blocks() as f64;
+        let turned = block_of(zero_deg, step_deg);
+        let off_deg = zero_deg - turned as f64 * step_deg;
+        if off_deg.is_nan() || off_deg.abs() > ANGLE_TOLERANCE * step_deg {
+            return Err(LiftError::ZeroOffStep { zero_deg, off_deg, step_deg });
+        }
+        let turned = turned.rem_euclid(i64::try_from(self.blocks()).unwrap_or(i64::MAX));
+        self.lifts.rotate_right(usize::try_from(turned).unwrap_or(0));
+        Ok(self)
+    }
 }

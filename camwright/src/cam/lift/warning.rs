@@ -1,6 +1,7 @@
 //! What is lawful in a lift table and yet looks wrong: another unit, a base circle that is none.
 
-use super::table::{AngleUnit, LengthUnit, LiftDeclaration, LiftTable};
+use super::declaration::{AngleUnit, LengthUnit, LiftDeclaration};
+use super::table::LiftTable;
 use alloc::vec::Vec;
 use thiserror::Error;
 

@@ -11,8 +11,18 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use section::Section;
 
+impl Dialect {
+    /// The text of a program, the file with its main program first.
+    ///
+    /// # Errors
+    /// What this control cannot be told, with the block.
+    pub fn write(self, program: &Program) -> Result<Vec<ProgramFile>, WriteError> {
+        files(self, program)
+    }
+}
+
 /// All files, that with the main program first.
-pub(super) fn files(dialect: Dialect, program: &Program) -> Result<Vec<ProgramFile>, WriteError> {
+fn files(dialect: Dialect, program: &Program) -> Result<Vec<ProgramFile>, WriteError> {
     check_tools(program)?;
     let names = Names::new(dialect, program)?;
     let head = head(dialect, program)?;

@@ -1,8 +1,10 @@
 //! Where the insert touches the section.
 
 use super::InsertPathError;
-use super::hollow::Hollows;
+use super::hollow::{Hollow, Hollows};
+use crate::math::units::deg_from_rad;
 use crate::toolpath::rake_section::{RakeSection, SectionPoint};
+use alloc::vec::Vec;
 
 /// What touches the insert, and where its centre stands.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -205,6 +207,38 @@ impl<'a> Contacts<'a> {
             if distance(low + third)? < distance(high - third)? { high -= third } else { low += third }
         }
         Ok(best.0.min(distance(0.5 * (low + high))?))
+    }
+
+    /// Returns the tightest hollow, with what the insert leaves in it, if the insert bridges it.
+    pub(super) fn bridged_hollow(&self) -> Result<Option<Hollow>, InsertPathError> {
+        /// Places along z at which the insert's edge is evaluated.
+        const PLACES: u32 = 200;
+        let (Some((turned, z_mm, radius_mm)), Some((low, high))) = (self.hollows.tightest(), self.hollows.range_mm())
+        else {
+            return Ok(None);
+        };
+        let reach = self.reach_mm;
+        if radius_mm >= reach {
+            return Ok(None);
+        }
+        // What the insert leaves at a place is the lowest of its edge in all positions within reach.
+        let at = |k: u32, from: f64, to: f64| from + (to - from) * f64::from(k) / f64::from(PLACES);
+        let mut centres = Vec::with_capacity(PLACES as usize + 1);
+        for k in 0..=PLACES {
+            let centre = at(k, low - reach, high + reach);
+            centres.push((centre, self.envelope(turned, centre)?.x_mm));
+        }
+        let mut left_mm = 0.0_f64;
+        for k in 0..=PLACES {
+            let z = at(k, low, high);
+            let edge = |&(centre, x): &(f64, f64)| {
+                let d = z - centre;
+                (d.abs() < reach).then(|| x - libm::sqrt((reach - d) * (reach + d)))
+            };
+            let lowest = centres.iter().filter_map(edge).fold(f64::INFINITY, f64::min);
+            left_mm = left_mm.max(lowest - self.section().point(turned, z)?.x_mm);
+        }
+        Ok(Some(Hollow { turned_deg: deg_from_rad(turned), z_mm, radius_mm, bound_mm: reach, left_mm }))
     }
 }
 

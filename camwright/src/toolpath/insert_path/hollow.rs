@@ -1,8 +1,7 @@
 //! Where a section is hollower than the insert is round.
 
 use super::InsertPathError;
-use super::contact::Contacts;
-use crate::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
+use crate::math::units::{TURN_RAD, wrap_turn};
 use crate::toolpath::rake_section::RakeSection;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -98,34 +97,8 @@ impl Hollows {
         })
     }
 
-    /// The tightest hollow, with what the insert leaves in it, if it leaves anything.
-    pub(super) fn told(&self, contacts: &Contacts<'_>) -> Result<Option<Hollow>, InsertPathError> {
-        let Some((turned, z_mm, curvature)) = self.tightest else { return Ok(None) };
-        let reach = self.reach_mm;
-        if reach * curvature <= 1.0 {
-            return Ok(None);
-        }
-        let range = self.ranges.iter().flatten();
-        let (low, high) = range.fold((z_mm, z_mm), |(low, high), range| (low.min(range.0), high.max(range.1)));
-        // What the insert leaves at a place is the lowest of its edge in all positions within reach.
-        const PLACES: u32 = 200;
-        let at = |k: u32, from: f64, to: f64| from + (to - from) * f64::from(k) / f64::from(PLACES);
-        let mut centres = Vec::with_capacity(PLACES as usize + 1);
-        for k in 0..=PLACES {
-            let centre = at(k, low - reach, high + reach);
-            centres.push((centre, contacts.envelope(turned, centre)?.x_mm));
-        }
-        let mut left_mm = 0.0_f64;
-        for k in 0..=PLACES {
-            let z = at(k, low, high);
-            let edge = |&(centre, x): &(f64, f64)| {
-                let d = z - centre;
-                (d.abs() < reach).then(|| x - libm::sqrt((reach - d) * (reach + d)))
-            };
-            let lowest = centres.iter().filter_map(edge).fold(f64::INFINITY, f64::min);
-            left_mm = left_mm.max(lowest - contacts.section().point(turned, z)?.x_mm);
-        }
-        let (turned_deg, radius_mm) = (deg_from_rad(turned), 1.0 / curvature);
-        Ok(Some(Hollow { turned_deg, z_mm, radius_mm, bound_mm: reach, left_mm }))
+    /// Range of z of all hollows that are too tight (mm); `None` without one.
+    pub(super) fn range_mm(&self) -> Option<(f64, f64)> {
+        self.ranges.iter().flatten().copied().reduce(|(low, high), range| (low.min(range.0), high.max(range.1)))
     }
 }

@@ -290,7 +290,7 @@ impl InsertPath {
             Feed::AlongZ(feed) => Self::along_z(&contacts, request, feed)?,
             Feed::AlongCurve(feed) => along_curve::spiral(&contacts, request, feed)?,
         };
-        let hollow = hollows.told(&contacts)?;
+        let hollow = contacts.bridged_hollow()?;
         let accuracy = PathAccuracy { interpolation_error_mm: 0.0, gouge_mm: 0.0, places: 0 };
         let mut path = Self { request: *request, x, z, hollow, accuracy };
         path.accuracy = path.check(&contacts)?;

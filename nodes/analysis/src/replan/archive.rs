@@ -5,7 +5,7 @@ use camwright::motion::plan::Plan;
 use camwright_bag::{Bag, BagError};
 use camwright_files::convert::job_files::files_from_pages;
 use camwright_files::convert::plan::plan_from_pages;
-use camwright_files::job_files::NamedFile;
+use camwright_files::recorded_files::NamedFile;
 use camwright_msgs::Message as _;
 use camwright_msgs::camwright_msgs::msg::{JobFilePage, JobStatus, MachineDescription as DescriptionMessage, PlanPage};
 use camwright_msgs::cdr::message_from_sample;

@@ -2,7 +2,7 @@
 
 use super::gather::{At, Recorded};
 use camwright_files::convert::job_files::files_from_pages;
-use camwright_files::job_files::NamedFile;
+use camwright_files::recorded_files::NamedFile;
 use camwright_msgs::camwright_msgs::msg::{
     GaugeReading, InterpolatorState, JobStatus, LobeForm, MachineDescription, PartLobe, PlanHeader, PlanSegment,
     TurnedPage,

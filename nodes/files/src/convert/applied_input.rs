@@ -3,8 +3,8 @@
 use crate::convert::machine_report::{input_name, input_named};
 use crate::digest;
 use crate::record_text::record_text;
+use camwright::interpolator::quantity::Quantity;
 use camwright::interpolator::tolerance::{Stretch, ToleranceViolation};
-use camwright::interpolator::trajectory::Quantity;
 use camwright::interpolator::{AppliedInput as Applied, Request};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::machine::setpoint::Latch;

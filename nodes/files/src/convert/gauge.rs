@@ -1,7 +1,7 @@
 //! What a gauge reads: from the machine's report to the message, and from the message to what journals are measured with.
 
 use super::{m_from_mm, mm_from_m, si_from_counts};
-use camwright::gauging::journal::Gauged;
+use camwright::gauging::gauged::Gauged;
 use camwright::machine::description::{Axis, GaugeKind, MachineDescription};
 use camwright::planner::Contact;
 use camwright::simulation::tick_report::TickReport;

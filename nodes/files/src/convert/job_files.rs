@@ -1,7 +1,7 @@
 //! The files that a job names as pages of at most 32 kB, and back.
 
 use super::pages::{BYTES_PER_PAGE, are_complete, page_count, split};
-use crate::job_files::NamedFile;
+use crate::recorded_files::NamedFile;
 use camwright_msgs::camwright_msgs::msg::JobFilePage;
 
 /// Maximum number of pages of all files of a job: so many stay latched.

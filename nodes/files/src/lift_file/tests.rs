@@ -54,7 +54,7 @@ impl Folder {
         let told = |error: ConfigError| error.to_string().replace(&format!("{}/", self.0.display()), "");
         let file: Profile =
             schema::read(&document).map_err(|errors| errors.into_iter().map(told).collect::<Vec<_>>())?;
-        let profile = OfProfile { document: &document, key: "lift", name: "p", follower: Some((follower, 16.0)) };
+        let profile = LiftContext { document: &document, key: "lift", name: "p", follower: Some((follower, 16.0)) };
         read(&file.lift, profile, &mut JobFiles::of(profile.document))
             .map_err(|errors| errors.into_iter().map(told).collect())
     }

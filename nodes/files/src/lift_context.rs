@@ -1,0 +1,37 @@
+//! Profile and file of a lift, for its errors and units.
+
+use super::ConfigError;
+use super::follower_file::mm_per_deg;
+use super::yaml::Document;
+use camwright::cam::follower::Follower;
+
+/// The profile that a lift belongs to.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LiftContext<'a> {
+    pub document: &'a Document,
+    /// Where its `lift` stands, for example `profiles.0.lift`; empty if the document is nothing but a lift.
+    pub key: &'a str,
+    pub name: &'a str,
+    /// Its follower and the radius of its base circle (mm); none where only the table is looked at.
+    pub follower: Option<(Follower, f64)>,
+}
+
+impl LiftContext<'_> {
+    /// What a degree of the follower's arm is as its arc (mm); none for a follower on a slide.
+    pub(super) fn mm_per_deg(&self) -> Option<f64> {
+        mm_per_deg(self.follower?.0)
+    }
+
+    pub(super) fn key(&self, name: &str) -> String {
+        match (self.key, name) {
+            ("", name) => name.to_owned(),
+            (key, "") => key.to_owned(),
+            (key, name) => format!("{key}.{name}"),
+        }
+    }
+
+    /// A refusal of the value at a key of the lift; of the lift itself where the key is empty.
+    pub(super) fn refuse(&self, name: &str, message: impl std::fmt::Display) -> Vec<ConfigError> {
+        vec![self.document.error(&self.key(name), format!("profile {}: {message}", self.name))]
+    }
+}

@@ -1,0 +1,71 @@
+//! Files of a lift table and the errors found in them.
+
+use super::lift_text::Printed;
+use super::{ConfigError, Place};
+use camwright::cam::lift::{LiftDoubt, LiftError, LiftTable};
+use std::path::Path;
+
+/// The files of a table, the second one's lines counted on from the first one's.
+pub(super) struct TableFiles<'a> {
+    pub(super) files: Vec<(&'a Path, &'a Printed)>,
+}
+
+impl TableFiles<'_> {
+    fn place(&self, line: Option<usize>) -> Place {
+        let (first, printed) = self.files[0];
+        match (line, self.files.get(1)) {
+            (Some(line), Some((second, _))) if line > printed.lines => {
+                Place::line(second, u64::try_from(line - printed.lines).unwrap_or(0))
+            }
+            (Some(line), _) => Place::line(first, u64::try_from(line).unwrap_or(0)),
+            (None, _) => Place::file(first),
+        }
+    }
+
+    /// The core writes the line at the head of its message; a message of this program begins with the file and that line.
+    fn error(&self, line: Option<usize>, text: &str) -> ConfigError {
+        let message = match text.split_once(": ") {
+            Some((head, message)) if head.starts_with("line ") => message,
+            _ => text,
+        };
+        ConfigError::at(self.place(line), message)
+    }
+
+    pub(super) fn doubt(&self, doubt: &LiftDoubt) -> ConfigError {
+        self.error(doubt.line(), &doubt.to_string())
+    }
+
+    /// What the text and the core found, row by row; a cell that is no number is told once, by the text.
+    pub(super) fn errors(&self, findings: Vec<LiftError>) -> Vec<ConfigError> {
+        let told: Vec<ConfigError> = self.files.iter().flat_map(|(_, printed)| printed.findings.clone()).collect();
+        let core = (findings.iter()).map(|finding| (finding, self.error(finding.line(), &finding.to_string())));
+        let new = core.filter(|(finding, error)| {
+            !(matches!(finding, LiftError::NotFinite { .. }) && told.iter().any(|old| old.place == error.place))
+        });
+        let mut errors: Vec<ConfigError> = told.iter().cloned().chain(new.map(|(_, error)| error)).collect();
+        let order = |error: &ConfigError| {
+            let file = self.files.iter().position(|(path, _)| *path == error.place.file);
+            (file, error.place.line)
+        };
+        errors.sort_by_key(order);
+        errors.dedup();
+        errors
+    }
+
+    pub(super) fn table(
+        &self,
+        read: Result<(LiftTable, Vec<LiftDoubt>), Vec<LiftError>>,
+        warnings: &mut Vec<ConfigError>,
+    ) -> Result<LiftTable, Vec<ConfigError>> {
+        let (table, doubts) = read.map_err(|findings| self.errors(findings))?;
+        let told = self.errors(Vec::new());
+        if !told.is_empty() {
+            return Err(told);
+        }
+        for (_, printed) in &self.files {
+            warnings.extend(printed.doubts.iter().cloned());
+        }
+        warnings.extend(doubts.iter().map(|doubt| self.doubt(doubt)));
+        Ok(table)
+    }
+}
