@@ -158,83 +158,141 @@ impl Prepared {
     }
 
     fn of_plan(plan: Arc<Plan>, machine: &MachineDescription) -> Result<Self, PrepareError> {
-        let mut facts = Vec::with_capacity(plan.segments.len());
-        let mut ticks_before = 0;
-        let mut searched = [false; AXIS_COUNT];
-        let mut safe_x_counts: Option<i64> = None;
-        let mut turns = false;
-        let mut watched_n = 0;
+        let mut walk = PlanWalk::new(&plan, machine);
         for (index, segment) in plan.segments.iter().enumerate() {
-            let mut fact =
-                Facts { input: None, retract_limits: machine.axis(Axis::X).limits, spin: None, ticks_before };
-            let checked = |targets: &[_]| {
-                let law = MoveLaw::new([0; AXIS_COUNT], targets, machine);
-                law.map(|_| ()).map_err(|error| PrepareError::Move { segment: index, error })
-            };
-            match &segment.kind {
-                SegmentKind::Move(targets) => {
-                    checked(targets)?;
-                    for target in targets.iter().filter(|target| target.axis == Axis::X) {
-                        safe_x_counts = safe_x_counts.max(Some(target.target_counts));
-                    }
-                }
-                SegmentKind::Search { axis, input, limits, travel_counts, .. } => {
-                    let target = AxisTarget { axis: *axis, target_counts: *travel_counts, limits: *limits };
-                    checked(&[target])?;
-                    fact.input = Some(
-                        input_named(input, machine)
-                            .ok_or_else(|| PrepareError::UnknownInput { segment: index, input: input.clone() })?,
-                    );
-                    searched[axis.index()] = true;
-                }
-                SegmentKind::Cut(cut) => {
-                    let curves = Curves::of(&plan, cut).ok_or(PrepareError::MissingSpline { segment: index })?;
-                    check_cut(index, cut, segment, &curves)?;
-                    if cut.until_steady_n.is_some_and(|most_n| i64::from(most_n) != watched_n) {
-                        let what =
-                            "a cut ends when the force is steady, and the force monitor has not been told what that is";
-                        return Err(PrepareError::BadCut { segment: index, what });
-                    }
-                    check_ends(index, &curves, turns, machine)?;
-                    fact.retract_limits = spare_limits(index, &curves, machine)?;
-                    fact.spin = spin_after(index, &curves, &plan, machine)?;
-                    turns = fact.spin.is_some();
-                }
-                SegmentKind::Spiral(spiral) => {
-                    let curves = plan.motion_of_spiral(spiral).ok_or(PrepareError::MissingSpline { segment: index })?;
-                    check_spiral(index, spiral, segment, &curves, machine)?;
-                }
-                SegmentKind::Command(Command::SetHome(axis)) if !searched[axis.index()] => {
-                    return Err(PrepareError::NothingCaught { segment: index, axis: *axis });
-                }
-                SegmentKind::Command(Command::WatchForce { most_n }) => watched_n = *most_n,
-                SegmentKind::Home(step) => match step {
-                    HomeStep::Forget(_) => {}
-                    HomeStep::Here { axis, .. } => searched[axis.index()] = true,
-                    HomeStep::Seek { axis, input, travel_counts, limits, .. }
-                    | HomeStep::Probe { axis, input, travel_counts, limits, .. } => {
-                        checked(&[AxisTarget { axis: *axis, target_counts: *travel_counts, limits: *limits }])?;
-                        fact.input = Some(*input);
-                        searched[axis.index()] = true;
-                    }
-                },
-                SegmentKind::Dwell | SegmentKind::Wait | SegmentKind::Command(_) => {}
-            }
-            ticks_before += segment.ticks;
-            facts.push(fact);
+            walk.segment(index, segment)?;
         }
+        let PlanWalk { facts, ticks, safe_x_counts, .. } = walk;
         let (trajectory, setup_axes) = (None, Vec::new());
         Ok(Self {
             plan,
             trajectory,
             facts,
-            ticks: ticks_before,
+            ticks,
             starts_at: 0,
             stop_ticks: 0,
             setup_axes,
             is_lost: false,
             safe_x_counts,
         })
+    }
+}
+
+/// Check of a plan, segment by segment, with what earlier segments leave to later ones.
+struct PlanWalk<'a> {
+    plan: &'a Plan,
+    machine: &'a MachineDescription,
+    facts: Vec<Facts>,
+    /// Predicted ticks of the segments so far.
+    ticks: u64,
+    /// Axes with an edge that can become their zero.
+    searched: [bool; AXIS_COUNT],
+    /// Farthest position of X of all moves (counts).
+    safe_x_counts: Option<i64>,
+    /// C turns on from the cut before.
+    turns_on: bool,
+    /// Variation that the force monitor watches for (N); 0: none.
+    watched_n: i64,
+}
+
+impl<'a> PlanWalk<'a> {
+    fn new(plan: &'a Plan, machine: &'a MachineDescription) -> Self {
+        Self {
+            plan,
+            machine,
+            facts: Vec::with_capacity(plan.segments.len()),
+            ticks: 0,
+            searched: [false; AXIS_COUNT],
+            safe_x_counts: None,
+            turns_on: false,
+            watched_n: 0,
+        }
+    }
+
+    fn segment(&mut self, index: usize, segment: &Segment) -> Result<(), PrepareError> {
+        let machine = self.machine;
+        let mut facts =
+            Facts { input: None, retract_limits: machine.axis(Axis::X).limits, spin: None, ticks_before: self.ticks };
+        match &segment.kind {
+            SegmentKind::Move(targets) => self.check_move(index, targets)?,
+            SegmentKind::Search { axis, input, limits, travel_counts, .. } => {
+                self.check_targets(
+                    index,
+                    &[AxisTarget { axis: *axis, target_counts: *travel_counts, limits: *limits }],
+                )?;
+                let known = input_named(input, machine);
+                facts.input =
+                    Some(known.ok_or_else(|| PrepareError::UnknownInput { segment: index, input: input.clone() })?);
+                self.searched[axis.index()] = true;
+            }
+            SegmentKind::Cut(cut) => self.check_cut(index, cut, segment, &mut facts)?,
+            SegmentKind::Spiral(spiral) => {
+                let curves =
+                    self.plan.motion_of_spiral(spiral).ok_or(PrepareError::MissingSpline { segment: index })?;
+                check_spiral(index, spiral, segment, &curves, machine)?;
+            }
+            SegmentKind::Command(Command::SetHome(axis)) if !self.searched[axis.index()] => {
+                return Err(PrepareError::NothingCaught { segment: index, axis: *axis });
+            }
+            SegmentKind::Command(Command::WatchForce { most_n }) => self.watched_n = *most_n,
+            SegmentKind::Home(step) => facts.input = self.check_home(index, step)?,
+            SegmentKind::Dwell | SegmentKind::Wait | SegmentKind::Command(_) => {}
+        }
+        self.ticks += segment.ticks;
+        self.facts.push(facts);
+        Ok(())
+    }
+
+    fn check_targets(&self, segment: usize, targets: &[AxisTarget]) -> Result<(), PrepareError> {
+        let law = MoveLaw::new([0; AXIS_COUNT], targets, self.machine);
+        law.map(|_| ()).map_err(|error| PrepareError::Move { segment, error })
+    }
+
+    fn check_move(&mut self, index: usize, targets: &[AxisTarget]) -> Result<(), PrepareError> {
+        self.check_targets(index, targets)?;
+        let of_x = targets.iter().filter(|target| target.axis == Axis::X).map(|target| target.target_counts);
+        self.safe_x_counts = self.safe_x_counts.max(of_x.max());
+        Ok(())
+    }
+
+    fn check_cut(
+        &mut self,
+        index: usize,
+        cut: &CutSegment,
+        segment: &Segment,
+        facts: &mut Facts,
+    ) -> Result<(), PrepareError> {
+        let curves = Curves::of(self.plan, cut).ok_or(PrepareError::MissingSpline { segment: index })?;
+        check_plateau(index, cut, segment, &curves)?;
+        if cut.until_steady_n.is_some_and(|most_n| i64::from(most_n) != self.watched_n) {
+            let what = "a cut ends when the force is steady, and the force monitor has not been told what that is";
+            return Err(PrepareError::BadCut { segment: index, what });
+        }
+        check_ends(index, &curves, self.turns_on, self.machine)?;
+        facts.retract_limits = spare_limits(index, &curves, self.machine)?;
+        facts.spin = spin_after(index, &curves, self.plan, self.machine)?;
+        self.turns_on = facts.spin.is_some();
+        Ok(())
+    }
+
+    /// Returns the input that a step of homing looks for.
+    fn check_home(&mut self, index: usize, step: &HomeStep) -> Result<Option<Input>, PrepareError> {
+        match step {
+            HomeStep::Forget(_) => Ok(None),
+            HomeStep::Here { axis, .. } => {
+                self.searched[axis.index()] = true;
+                Ok(None)
+            }
+            HomeStep::Seek { axis, input, travel_counts, limits, .. }
+            | HomeStep::Probe { axis, input, travel_counts, limits, .. } => {
+                self.check_targets(
+                    index,
+                    &[AxisTarget { axis: *axis, target_counts: *travel_counts, limits: *limits }],
+                )?;
+                self.searched[axis.index()] = true;
+                Ok(Some(*input))
+            }
+        }
     }
 }
 
@@ -245,7 +303,7 @@ fn input_named(name: &str, machine: &MachineDescription) -> Option<Input> {
     machine.stations.iter().position(|station| station.switch == name).map(Input::Station)
 }
 
-fn check_cut(index: usize, cut: &CutSegment, segment: &Segment, curves: &Curves<'_>) -> Result<(), PrepareError> {
+fn check_plateau(index: usize, cut: &CutSegment, segment: &Segment, curves: &Curves<'_>) -> Result<(), PrepareError> {
     let duration_s = curves.motion().end_s();
     let (begin, end) = cut.plateau_s;
     if !(begin >= 0.0

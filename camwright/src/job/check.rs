@@ -1,4 +1,4 @@
-//! Everything that can be said of a job without a path.
+//! Validates a job before path planning.
 
 use super::grinding::{
     BetweenLobes, JobError, JobSpec, LobeSpec, MAX_ALLOWANCE_MM, MAX_MARGIN_MM, MAX_PASSES, MAX_SPARK_OUT_TURNS,
@@ -28,11 +28,34 @@ const MAX_PHASE_RAD: f64 = 1e3;
 const RAPID_SPEEDS_MM_S: (f64, f64) = (1e-2, 1e5);
 
 impl JobSpec {
-    /// Checks everything that can be said without a path: names, stations, widths, ranges.
+    /// Validates names, stations, widths and ranges, before path planning.
     ///
     /// # Errors
     /// The first thing found that cannot be made on this machine.
     pub fn check(&self, machine: &MachineDescription) -> Result<(), JobError> {
+        self.check_counts()?;
+        for (index, lobe) in self.lobes.iter().enumerate() {
+            self.check_lobe(index, lobe, machine)?;
+        }
+        self.check_reach(machine)?;
+        for pass in &self.passes {
+            self.check_pass(pass, machine)?;
+        }
+        self.check_moves()?;
+        self.check_between_lobes()?;
+        self.check_wheel_power()?;
+        self.check_room()?;
+        self.check_raw_part()?;
+        self.check_correction(machine)?;
+        self.check_stock(machine)?;
+        self.check_compensation()?;
+        for wish in &self.wheels {
+            length(|| wish.of.clone(), JobKey::WheelRadius, wish.radius_mm)?;
+        }
+        self.check_home()
+    }
+
+    fn check_counts(&self) -> Result<(), JobError> {
         if self.lobes.is_empty() {
             return Err(JobError::NoLobes);
         }
@@ -42,85 +65,97 @@ impl JobSpec {
         if self.blocks_per_turn < MIN_BLOCKS {
             return Err(JobError::TooFewBlocks { blocks: self.blocks_per_turn, least: MIN_BLOCKS });
         }
-        for (index, lobe) in self.lobes.iter().enumerate() {
-            self.check_lobe(index, lobe, machine)?;
-        }
-        self.check_reach(machine)?;
-        for pass in &self.passes {
-            let place = || Subject::Pass(pass.name.clone());
-            positive(place, JobKey::TotalInfeed, pass.total_infeed_mm)?;
-            within(place, JobKey::TotalInfeed, pass.total_infeed_mm, (0.0, MAX_INFEED_MM), "above 0 and at most 100")?;
-            positive(place, JobKey::InfeedPerBlock, pass.infeed_per_block_mm)?;
-            for (key, value) in pass.speed.settings() {
-                positive(place, key, value)?;
-                if key == JobKey::WorkSpeed {
-                    within(place, key, value, WORK_SPEEDS_RAD_S, "0.001 to 10000 (0.01 to 95000 rpm)")?;
-                }
-            }
-            if pass.spark_out_turns == 0 {
-                return Err(JobError::NoSparkOut { pass: pass.name.clone() });
-            }
-            let turns = (1.0, f64::from(MAX_SPARK_OUT_TURNS));
-            within(place, JobKey::SparkOutTurns, f64::from(pass.spark_out_turns), turns, "1 to 1000")?;
-            self.check_spark_out(pass, machine)?;
-            let first = &self.passes[0];
-            if pass.infeed_direction != first.infeed_direction {
-                return Err(JobError::MixedDirections {
-                    first: first.name.clone(),
-                    one: first.infeed_direction.name(),
-                    pass: pass.name.clone(),
-                    other: pass.infeed_direction.name(),
-                });
+        Ok(())
+    }
+
+    fn check_pass(&self, pass: &PassSpec, machine: &MachineDescription) -> Result<(), JobError> {
+        let place = || Subject::Pass(pass.name.clone());
+        positive(place, JobKey::TotalInfeed, pass.total_infeed_mm)?;
+        within(place, JobKey::TotalInfeed, pass.total_infeed_mm, (0.0, MAX_INFEED_MM), "above 0 and at most 100")?;
+        positive(place, JobKey::InfeedPerBlock, pass.infeed_per_block_mm)?;
+        for (key, value) in pass.speed.settings() {
+            positive(place, key, value)?;
+            if key == JobKey::WorkSpeed {
+                within(place, key, value, WORK_SPEEDS_RAD_S, "0.001 to 10000 (0.01 to 95000 rpm)")?;
             }
         }
-        length(|| Subject::Job, JobKey::RapidAdvance, self.rapid_advance_mm)?;
-        positive(|| Subject::Job, JobKey::RapidSpeed, self.rapid_speed_mm_s)?;
-        within(|| Subject::Job, JobKey::RapidSpeed, self.rapid_speed_mm_s, RAPID_SPEEDS_MM_S, "0.01 to 100000")?;
-        length(|| Subject::Job, JobKey::RetractClearance, self.retract_clearance_mm)?;
-        length(|| Subject::Job, JobKey::Stock, self.stock_mm)?;
-        if let BetweenLobes::TurnsOn { margin_s } = self.c_between_lobes {
-            if !(0.0..=1.0).contains(&margin_s) {
-                let (key, value) = (JobKey::CBetweenLobesMargin, margin_s);
-                return Err(JobError::OutOfRange { place: Subject::Job, key, value, wanted: "0 to 1" });
-            }
-            if self.rotary_indexing {
-                return Err(JobError::TurnsAndIndexes);
-            }
+        if pass.spark_out_turns == 0 {
+            return Err(JobError::NoSparkOut { pass: pass.name.clone() });
         }
-        if let Some(power) = &self.wheel_power {
-            positive(|| Subject::Job, JobKey::WheelPowerMost, power.most_w)?;
-            positive(|| Subject::Job, JobKey::WheelPowerSpecificEnergy, power.specific_energy_j_mm3)?;
-            positive(|| Subject::Job, JobKey::WheelPowerRubbing, power.rubbing_n_mm2)?;
+        let turns = (1.0, f64::from(MAX_SPARK_OUT_TURNS));
+        within(place, JobKey::SparkOutTurns, f64::from(pass.spark_out_turns), turns, "1 to 1000")?;
+        self.check_spark_out(pass, machine)?;
+        let first = &self.passes[0];
+        if pass.infeed_direction == first.infeed_direction {
+            return Ok(());
         }
+        Err(JobError::MixedDirections {
+            first: first.name.clone(),
+            one: first.infeed_direction.name(),
+            pass: pass.name.clone(),
+            other: pass.infeed_direction.name(),
+        })
+    }
+
+    fn check_moves(&self) -> Result<(), JobError> {
+        let of_job = || Subject::Job;
+        length(of_job, JobKey::RapidAdvance, self.rapid_advance_mm)?;
+        positive(of_job, JobKey::RapidSpeed, self.rapid_speed_mm_s)?;
+        within(of_job, JobKey::RapidSpeed, self.rapid_speed_mm_s, RAPID_SPEEDS_MM_S, "0.01 to 100000")?;
+        length(of_job, JobKey::RetractClearance, self.retract_clearance_mm)?;
+        length(of_job, JobKey::Stock, self.stock_mm)
+    }
+
+    fn check_between_lobes(&self) -> Result<(), JobError> {
+        let BetweenLobes::TurnsOn { margin_s } = self.c_between_lobes else { return Ok(()) };
+        within(|| Subject::Job, JobKey::CBetweenLobesMargin, margin_s, (0.0, 1.0), "0 to 1")?;
+        if self.rotary_indexing { Err(JobError::TurnsAndIndexes) } else { Ok(()) }
+    }
+
+    fn check_wheel_power(&self) -> Result<(), JobError> {
+        let Some(power) = &self.wheel_power else { return Ok(()) };
+        positive(|| Subject::Job, JobKey::WheelPowerMost, power.most_w)?;
+        positive(|| Subject::Job, JobKey::WheelPowerSpecificEnergy, power.specific_energy_j_mm3)?;
+        positive(|| Subject::Job, JobKey::WheelPowerRubbing, power.rubbing_n_mm2)
+    }
+
+    /// Clearance, stand-off of a dry run, and obstacles.
+    fn check_room(&self) -> Result<(), JobError> {
         within(|| Subject::Job, JobKey::Clearance, self.clearance_mm, (0.0, MAX_LENGTH_MM), "0 to 10000")?;
         if let Some(stand_off_mm) = self.dry_run_mm {
             length(|| Subject::Job, JobKey::DryRunStandOff, stand_off_mm)?;
         }
-        if let Some(obstacle) = self.obstacles.iter().find(|obstacle| !obstacle.extent.is_body()) {
-            let Extent { from_mm, to_mm, radius_mm } = obstacle.extent;
-            return Err(JobError::NoBody { name: obstacle.name.clone(), from_mm, to_mm, radius_mm });
+        match self.obstacles.iter().find(|obstacle| !obstacle.extent.is_body()) {
+            Some(obstacle) => {
+                let Extent { from_mm, to_mm, radius_mm } = obstacle.extent;
+                Err(JobError::NoBody { name: obstacle.name.clone(), from_mm, to_mm, radius_mm })
+            }
+            None => Ok(()),
         }
+    }
+
+    fn check_raw_part(&self) -> Result<(), JobError> {
         if let Some(bend) = self.raw_part.bend
             && bend.between_mm.0.partial_cmp(&bend.between_mm.1) != Some(core::cmp::Ordering::Less)
         {
             let (from_mm, to_mm) = bend.between_mm;
             return Err(JobError::BentNowhere { from_mm, to_mm });
         }
-        if !self.raw_part.reach_mm().is_finite() {
-            let (key, value) = (JobKey::RawPart, self.raw_part.reach_mm());
-            return Err(JobError::OutOfRange { place: Subject::Job, key, value, wanted: "made of finite numbers" });
+        let reach_mm = self.raw_part.reach_mm();
+        if reach_mm.is_finite() {
+            return Ok(());
         }
-        self.check_correction(machine)?;
-        self.check_stock(machine)?;
-        self.check_compensation()?;
-        for wish in &self.wheels {
-            length(|| wish.of.clone(), JobKey::WheelRadius, wish.radius_mm)?;
-        }
+        let (key, wanted) = (JobKey::RawPart, "made of finite numbers");
+        Err(JobError::OutOfRange { place: Subject::Job, key, value: reach_mm, wanted })
+    }
+
+    fn check_home(&self) -> Result<(), JobError> {
+        let of_job = || Subject::Job;
         for (key, value) in [(JobKey::HomeX, self.home.x_mm), (JobKey::HomeZ, self.home.z_mm)] {
-            finite(|| Subject::Job, key, value)?;
-            within(|| Subject::Job, key, value, (-MAX_LENGTH_MM, MAX_LENGTH_MM), "-10000 to 10000")?;
+            finite(of_job, key, value)?;
+            within(of_job, key, value, (-MAX_LENGTH_MM, MAX_LENGTH_MM), "-10000 to 10000")?;
         }
-        finite(|| Subject::Job, JobKey::PartPhase, self.part_phase_rad)
+        finite(of_job, JobKey::PartPhase, self.part_phase_rad)
     }
 
     /// A spark-out that ends by force needs a force, and turns that nobody counts on.

@@ -27,71 +27,12 @@ pub fn cam_grinder() -> MachineDescription {
         cycle_time_ns: 1_000_000,
         feedback_delay_ticks: 20,
         servo_steps_per_tick: 4,
-        axes: [
-            AxisDescription {
-                axis: Axis::C,
-                scale: Scale::Rotary { counts_per_turn: 3_600_000 },
-                limits: MotionLimits { velocity: rad_s_from_rpm(300.0), acceleration: 300.0, jerk: 3.0e4 },
-                soft_limits: None,
-                overtravel: None,
-                max_following_error: 0.2,
-                min_following_error: 0.01,
-                needs_homing: true,
-                homing: None,
-                search_velocity: rad_s_from_rpm(20.0),
-                drive: ORDINARY_DRIVE,
-                good_drive: None,
-                inertia: 0.05,
-                power_up_position: rad_from_deg(217.3),
-            },
-            AxisDescription {
-                axis: Axis::X,
-                scale: Scale::Linear { counts_per_mm: 100_000 },
-                limits: MotionLimits { velocity: 500.0, acceleration: 1.0e4, jerk: 1.0e6 },
-                soft_limits: Some((5.0, 250.0)),
-                overtravel: Some((3.0, 255.0)),
-                max_following_error: 4.0,
-                min_following_error: 0.2,
-                needs_homing: false,
-                homing: None,
-                search_velocity: 20.0,
-                drive: ORDINARY_DRIVE,
-                good_drive: None,
-                inertia: 400.0,
-                power_up_position: 120.0,
-            },
-            AxisDescription {
-                axis: Axis::Z,
-                scale: Scale::Linear { counts_per_mm: 10_000 },
-                limits: MotionLimits { velocity: 300.0, acceleration: 3.0e3, jerk: 1.0e5 },
-                soft_limits: Some((-20.0, 400.0)),
-                overtravel: Some((-30.0, 410.0)),
-                max_following_error: 3.0,
-                min_following_error: 0.2,
-                needs_homing: false,
-                homing: None,
-                search_velocity: 50.0,
-                drive: ORDINARY_DRIVE,
-                good_drive: None,
-                inertia: 600.0,
-                power_up_position: 0.0,
-            },
-        ],
+        axes: [headstock(), wheelhead(), table()],
         stations: vec![station("LS1", 60.0), station("LS2", 110.0), station("LS3", 160.0), station("LS4", 210.0)],
         dog_length_mm: 8.0,
         switch_hysteresis_mm: 0.5,
         origin_half_window_rad: rad_from_deg(0.5),
-        wheel: WheelDescription {
-            new_radius_mm: 60.0,
-            min_radius_mm: 45.0,
-            width_mm: 20.0,
-            surface_speed_m_s: 100.0,
-            spin_up_s: 2.0,
-            max_surface_speed_m_s: None,
-            max_speed_rad_s: None,
-            grinding_ratio: None,
-            unbalance_mm: 0.0,
-        },
+        wheel: grinding_wheel(),
         insert: None,
         contact: None,
         thermal: None,
@@ -105,6 +46,77 @@ pub fn cam_grinder() -> MachineDescription {
         headstock: None,
         tailstock: None,
         rotation_sense: 1,
+    }
+}
+
+fn headstock() -> AxisDescription {
+    AxisDescription {
+        axis: Axis::C,
+        scale: Scale::Rotary { counts_per_turn: 3_600_000 },
+        limits: MotionLimits { velocity: rad_s_from_rpm(300.0), acceleration: 300.0, jerk: 3.0e4 },
+        soft_limits: None,
+        overtravel: None,
+        max_following_error: 0.2,
+        min_following_error: 0.01,
+        needs_homing: true,
+        homing: None,
+        search_velocity: rad_s_from_rpm(20.0),
+        drive: ORDINARY_DRIVE,
+        good_drive: None,
+        inertia: 0.05,
+        power_up_position: rad_from_deg(217.3),
+    }
+}
+
+fn wheelhead() -> AxisDescription {
+    AxisDescription {
+        axis: Axis::X,
+        scale: Scale::Linear { counts_per_mm: 100_000 },
+        limits: MotionLimits { velocity: 500.0, acceleration: 1.0e4, jerk: 1.0e6 },
+        soft_limits: Some((5.0, 250.0)),
+        overtravel: Some((3.0, 255.0)),
+        max_following_error: 4.0,
+        min_following_error: 0.2,
+        needs_homing: false,
+        homing: None,
+        search_velocity: 20.0,
+        drive: ORDINARY_DRIVE,
+        good_drive: None,
+        inertia: 400.0,
+        power_up_position: 120.0,
+    }
+}
+
+fn table() -> AxisDescription {
+    AxisDescription {
+        axis: Axis::Z,
+        scale: Scale::Linear { counts_per_mm: 10_000 },
+        limits: MotionLimits { velocity: 300.0, acceleration: 3.0e3, jerk: 1.0e5 },
+        soft_limits: Some((-20.0, 400.0)),
+        overtravel: Some((-30.0, 410.0)),
+        max_following_error: 3.0,
+        min_following_error: 0.2,
+        needs_homing: false,
+        homing: None,
+        search_velocity: 50.0,
+        drive: ORDINARY_DRIVE,
+        good_drive: None,
+        inertia: 600.0,
+        power_up_position: 0.0,
+    }
+}
+
+fn grinding_wheel() -> WheelDescription {
+    WheelDescription {
+        new_radius_mm: 60.0,
+        min_radius_mm: 45.0,
+        width_mm: 20.0,
+        surface_speed_m_s: 100.0,
+        spin_up_s: 2.0,
+        max_surface_speed_m_s: None,
+        max_speed_rad_s: None,
+        grinding_ratio: None,
+        unbalance_mm: 0.0,
     }
 }
 
