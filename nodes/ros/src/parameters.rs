@@ -447,30 +447,17 @@ impl Parameters {
     }
 }
 
+/// Longest name that is compared with others (bytes): the time for a comparison grows with the square.
+const MAX_COMPARED: usize = 200;
+
 /// Refuses a name, with the nearest that exists.
 fn undeclared<'a>(name: &str, known: impl Iterator<Item = &'a String>) -> String {
-    let nearest = known.map(|known| (distance(name, known), known)).min();
+    let known = known.filter(|_| name.len() <= MAX_COMPARED);
+    let nearest = known.map(|known| (strsim::levenshtein(name, known), known)).min();
     match nearest.filter(|(distance, _)| *distance <= 1 + name.len() / 4) {
         Some((_, nearest)) => format!("parameter '{name}' is not declared; did you mean '{nearest}'?"),
         None => format!("parameter '{name}' is not declared"),
     }
-}
-
-/// Edits from one name to the other. Names that are too long to be meant are far from all others.
-fn distance(one: &str, other: &str) -> usize {
-    if one.len() > 200 {
-        return usize::MAX;
-    }
-    let mut row: Vec<usize> = (0..=other.len()).collect();
-    for (i, a) in one.bytes().enumerate() {
-        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
-        for (j, b) in other.bytes().enumerate() {
-            let substituted = diagonal + usize::from(a != b);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(diagonal + 1).min(row[j] + 1);
-        }
-    }
-    row[other.len()]
 }
 
 #[cfg(test)]
@@ -491,6 +478,8 @@ mod tests {
         let text = undeclared("work_sped_rpm", known.iter());
         assert_eq!(text, "parameter 'work_sped_rpm' is not declared; did you mean 'work_speed_rpm'?");
         assert_eq!(undeclared("nobody", known.iter()), "parameter 'nobody' is not declared");
+        let long = "x".repeat(MAX_COMPARED + 1);
+        assert_eq!(undeclared(&long, [long.clone() + "y"].iter()), format!("parameter '{long}' is not declared"));
     }
 
     #[test]
