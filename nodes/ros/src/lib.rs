@@ -23,7 +23,7 @@
 //! # Example
 //!
 //! All callbacks of a node run on the thread that spins it. The repository has a longer example with service, action and life cycle:
-//! `nodes/ros/examples/homing_axis.rs`.
+//! `nodes/ros/examples/homing_axis`.
 //!
 //! ```no_run
 //! use camwright_msgs::std_msgs::msg::String as Text;
