@@ -190,7 +190,7 @@ fn settings_come_from_the_goal_then_the_parameters_then_the_file() {
     };
     let file = duration(&[]);
     let node = cell.planner.node();
-    let set = |value: ParameterValue| node.parameters().set(node, "work_speed_rpm", value);
+    let set = |value: ParameterValue| node.parameters().set("work_speed_rpm", value);
     set(ParameterValue::Double(30.0)).expect("a setting");
     let slower = duration(&[]);
     assert!((slower - file - 56.0).abs() < 1.0, "56 turns take a second longer each: {file} s, {slower} s");
@@ -237,10 +237,10 @@ fn every_switch_of_the_patent_is_a_parameter() {
         before = now;
     };
     for (name, value, key) in switches {
-        node.parameters().set(node, name, value).expect("a setting");
+        node.parameters().set(name, value).expect("a setting");
         is_as_in_the_file(name, vec![key.to_owned()]);
     }
-    node.parameters().set(node, "phases_deg", ParameterValue::DoubleArray(phases.into())).expect("a setting");
+    node.parameters().set("phases_deg", ParameterValue::DoubleArray(phases.into())).expect("a setting");
     let lobes = phases.iter().enumerate().map(|(lobe, phase)| format!("lobes.{lobe}.phase_deg={phase:?}")).collect();
     is_as_in_the_file("phases_deg", lobes);
     cell.stop();

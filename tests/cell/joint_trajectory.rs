@@ -165,8 +165,7 @@ fn what_is_refused_is_refused_before_anything_moves_and_the_log_says_why() {
         assert!(!follower.send(goal).accepted(), "{words}");
         log.line(&["axis_interpolator/follow_joint_trajectory rejected", words]);
     }
-    let set =
-        |value| cell.interpolator.node().parameters().set(cell.interpolator.node(), "allow_partial_joints_goal", value);
+    let set = |value| cell.interpolator.node().parameters().set("allow_partial_joints_goal", value);
     set(ParameterValue::Bool(false)).expect("it may change");
     assert!(!follower.send(goal(good())).accepted());
     log.line(&["rejected", "c_axis is not named, and allow_partial_joints_goal is false"]);
@@ -239,8 +238,7 @@ fn a_tolerance_that_is_broken_ends_the_goal_with_joint_amount_and_time() {
 
     // The defaults are parameters, and -1 takes them away.
     let node = cell.interpolator.node();
-    let set =
-        |name: &str, value| node.parameters().set(node, name, ParameterValue::Double(value)).expect("in its range");
+    let set = |name: &str, value| node.parameters().set(name, ParameterValue::Double(value)).expect("in its range");
     set("constraints.z_axis.trajectory", 1e-5);
     let (status, code, _) = result(&follower.send(fast(&[], &[], 0.0)));
     assert_eq!((status, code), (GoalStatus::Aborted, Codes::PATH_TOLERANCE_VIOLATED));

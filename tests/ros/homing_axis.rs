@@ -1,4 +1,4 @@
-//! The example of `camwright_ros`, `nodes/ros/examples/homing_axis.rs`, driven by a client.
+//! The example of `camwright_ros`, `nodes/ros/examples/homing_axis`, driven by a client.
 
 use crate::example;
 use crate::support::{Domain, PATIENCE};

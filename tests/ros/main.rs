@@ -2,8 +2,7 @@
 
 #[path = "../support/cell.rs"]
 mod cell;
-#[path = "../../nodes/ros/examples/homing_axis.rs"]
-#[allow(dead_code, reason = "the example runs its main function")]
+#[path = "../../nodes/ros/examples/homing_axis/axis.rs"]
 mod example;
 #[path = "../support/mod.rs"]
 mod support;

@@ -386,7 +386,7 @@ fn simulated_time_comes_from_a_real_clock_topic() {
         follower.now_ns() == 12_000_000_345
     });
     let parameters = follower.parameters();
-    parameters.set(&follower, "use_sim_time", ParameterValue::Bool(false)).expect("allowed");
+    parameters.set("use_sim_time", ParameterValue::Bool(false)).expect("allowed");
     assert!(follower.now_ns() > 1_700_000_000_000_000_000);
 }
 

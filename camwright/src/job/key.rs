@@ -1,74 +1,53 @@
 //! Names of the settings and parts of a job, for errors.
 
+use crate::math::named::named;
 use alloc::string::String;
 use core::fmt;
 
-macro_rules! job_keys {
-    ($($name:ident = $text:literal,)*) => {
-        /// Setting of a grinding job with a range of its own. It displays with the unit of the core.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-        pub enum JobKey {
-            $($name,)*
-        }
-
-        impl JobKey {
-            #[must_use]
-            pub const fn name(self) -> &'static str {
-                match self {
-                    $(Self::$name => $text,)*
-                }
-            }
-        }
-    };
-}
-
-job_keys! {
-    TotalInfeed = "total_infeed_mm",
-    InfeedPerBlock = "infeed_per_block_mm",
-    WorkSpeed = "work_speed_rad_s",
-    FootprintSpeed = "footprint_speed_mm_s",
-    RemovalRate = "removal_rate_mm2_s",
-    Power = "power_w_mm",
-    SpecificEnergy = "specific_energy_j_mm3",
-    Rubbing = "rubbing_n_mm2",
-    ReferenceFootprintSpeed = "reference.footprint_speed_mm_s",
-    ReferenceDepth = "reference.depth_mm",
-    ReferenceEquivalentDiameter = "reference.equivalent_diameter_mm",
-    SparkOutTurns = "spark_out_turns",
-    SparkOutUntil = "spark_out_until_n",
-    Phase = "phase_rad",
-    Width = "width_mm",
-    RapidAdvance = "rapid_advance_mm",
-    RapidSpeed = "rapid_speed_mm_s",
-    RetractClearance = "retract_clearance_mm",
-    Stock = "stock_mm",
-    CBetweenLobesMargin = "c_between_lobes.margin_s",
-    WheelPowerMost = "wheel_power.most_w",
-    WheelPowerSpecificEnergy = "wheel_power.specific_energy_j_mm3",
-    WheelPowerRubbing = "wheel_power.rubbing_n_mm2",
-    Clearance = "clearance_mm",
-    DryRunStandOff = "dry_run.stand_off_mm",
-    RawPart = "raw_part",
-    WheelRadius = "wheel_radius_mm",
-    HomeX = "home.x_mm",
-    HomeZ = "home.z_mm",
-    PartPhase = "part_phase_rad",
-    RunoutCorrectionHarmonics = "runout_correction.harmonics",
-    RunoutCorrectionAllowance = "runout_correction.allowance_mm",
-    MeasureStockSpeed = "measure_stock.speed_rad_s",
-    MeasureStockMargin = "measure_stock.margin_mm",
-    FormCompensationGain = "form_compensation.gain",
-    FormCompensationHarmonics = "form_compensation.harmonics",
-    FormCompensationMost = "form_compensation.most_mm",
-    FormCompensationMostSlope = "form_compensation.most_slope_mm_rad",
-    IdentificationPush = "identification.push_mm",
-    IdentificationPushSpeed = "identification.push_speed_mm_s",
-    IdentificationMostForce = "identification.most_n",
-}
-
-impl fmt::Display for JobKey {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
+named! {
+    /// Setting of a grinding job with a range of its own. It displays with the unit of the core.
+    JobKey {
+        TotalInfeed = "total_infeed_mm",
+        InfeedPerBlock = "infeed_per_block_mm",
+        WorkSpeed = "work_speed_rad_s",
+        FootprintSpeed = "footprint_speed_mm_s",
+        RemovalRate = "removal_rate_mm2_s",
+        Power = "power_w_mm",
+        SpecificEnergy = "specific_energy_j_mm3",
+        Rubbing = "rubbing_n_mm2",
+        ReferenceFootprintSpeed = "reference.footprint_speed_mm_s",
+        ReferenceDepth = "reference.depth_mm",
+        ReferenceEquivalentDiameter = "reference.equivalent_diameter_mm",
+        SparkOutTurns = "spark_out_turns",
+        SparkOutUntil = "spark_out_until_n",
+        Phase = "phase_rad",
+        Width = "width_mm",
+        RapidAdvance = "rapid_advance_mm",
+        RapidSpeed = "rapid_speed_mm_s",
+        RetractClearance = "retract_clearance_mm",
+        Stock = "stock_mm",
+        CBetweenLobesMargin = "c_between_lobes.margin_s",
+        WheelPowerMost = "wheel_power.most_w",
+        WheelPowerSpecificEnergy = "wheel_power.specific_energy_j_mm3",
+        WheelPowerRubbing = "wheel_power.rubbing_n_mm2",
+        Clearance = "clearance_mm",
+        DryRunStandOff = "dry_run.stand_off_mm",
+        RawPart = "raw_part",
+        WheelRadius = "wheel_radius_mm",
+        HomeX = "home.x_mm",
+        HomeZ = "home.z_mm",
+        PartPhase = "part_phase_rad",
+        RunoutCorrectionHarmonics = "runout_correction.harmonics",
+        RunoutCorrectionAllowance = "runout_correction.allowance_mm",
+        MeasureStockSpeed = "measure_stock.speed_rad_s",
+        MeasureStockMargin = "measure_stock.margin_mm",
+        FormCompensationGain = "form_compensation.gain",
+        FormCompensationHarmonics = "form_compensation.harmonics",
+        FormCompensationMost = "form_compensation.most_mm",
+        FormCompensationMostSlope = "form_compensation.most_slope_mm_rad",
+        IdentificationPush = "identification.push_mm",
+        IdentificationPushSpeed = "identification.push_speed_mm_s",
+        IdentificationMostForce = "identification.most_n",
     }
 }
 

@@ -21,6 +21,7 @@ pub mod hermite;
 pub(crate) mod hermite_exact;
 pub mod hull;
 pub(crate) mod jet;
+pub(crate) mod named;
 pub(crate) mod noise;
 pub mod periodic_cubic;
 pub mod periodic_spline;

@@ -24,6 +24,7 @@ use crate::cam::surface::Surface;
 use crate::job::turning::{TurningJob, TurningSpeed};
 use crate::machine::description::{Axis, InsertDescription, MachineDescription};
 use crate::math::hermite::{HermiteError, HermiteSpline, Knot};
+use crate::math::named::named;
 use crate::math::units::{TURN_RAD, rpm_from_rad_s};
 use crate::math::work::WorkBudget;
 use crate::motion::plan::{Command, Phase, Plan, SegmentKind, SpiralSegment};
@@ -49,6 +50,19 @@ const MAX_KNOTS: u32 = 1_000_000;
 /// to a tenth of them.
 pub const MAX_SURFACE_LOOKS: u64 = 50_000_000;
 
+named! {
+    /// Number of a turning job with a range of its own.
+    TurningKey {
+        Begin = "the z at which turning begins",
+        End = "the z at which turning ends",
+        BarRadius = "the bar's radius (mm)",
+        Clearance = "the clearance (mm)",
+        RapidSpeed = "the rapid speed (mm/s)",
+        PartZero = "z where Z is 0 (mm)",
+        Stock = "the stock (mm)",
+    }
+}
+
 /// Why a part cannot be turned.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum TurningError {
@@ -61,7 +75,7 @@ pub enum TurningError {
     TurnsBackwards,
     /// A number out of its range.
     #[error("{what} is {value}, it must be {allowed}")]
-    OutOfRange { what: &'static str, value: f64, allowed: String },
+    OutOfRange { what: TurningKey, value: f64, allowed: String },
     /// The insert finds no path.
     #[error("pass {pass}: {source}")]
     Path {
@@ -236,25 +250,25 @@ fn check(job: &TurningJob) -> Result<(), TurningError> {
     let (low_mm, high_mm) = job.range_mm();
     let design = job.surface.bounds(low_mm, high_mm);
     for (what, value, is_right, allowed) in [
-        ("the z at which turning begins", from_mm, within(from_mm), range.clone()),
-        ("the z at which turning ends", to_mm, within(to_mm) && (to_mm - from_mm).abs() > 0.0, range),
-        ("the bar's radius (mm)", job.bar_radius_mm, is_length(job.bar_radius_mm), positive()),
-        ("the clearance (mm)", job.clearance_mm, is_length(job.clearance_mm), positive()),
+        (TurningKey::Begin, from_mm, within(from_mm), range.clone()),
+        (TurningKey::End, to_mm, within(to_mm) && (to_mm - from_mm).abs() > 0.0, range),
+        (TurningKey::BarRadius, job.bar_radius_mm, is_length(job.bar_radius_mm), positive()),
+        (TurningKey::Clearance, job.clearance_mm, is_length(job.clearance_mm), positive()),
         (
-            "the rapid speed (mm/s)",
+            TurningKey::RapidSpeed,
             job.rapid_speed_mm_s,
             job.rapid_speed_mm_s > 0.0 && job.rapid_speed_mm_s.is_finite(),
             String::from("above 0"),
         ),
-        ("z where Z is 0 (mm)", job.part_zero_mm, job.part_zero_mm.is_finite(), String::from("finite")),
+        (TurningKey::PartZero, job.part_zero_mm, job.part_zero_mm.is_finite(), String::from("finite")),
         (
-            "the bar's radius (mm)",
+            TurningKey::BarRadius,
             job.bar_radius_mm,
             job.bar_radius_mm >= design.largest_mm,
             alloc::format!("at least {:.4} mm, the part's largest radius", design.largest_mm),
         ),
         (
-            "the stock (mm)",
+            TurningKey::Stock,
             job.passes.stock_mm,
             job.passes.stock_mm >= job.bar_radius_mm - design.least_mm,
             alloc::format!(

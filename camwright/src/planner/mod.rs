@@ -55,7 +55,7 @@ pub use correct::{PlannedCorrection, decide_corrections, plan_corrections};
 pub use dress_now::{DressNowError, plan_dress};
 pub use error::{Leaving, Needed, PlanError};
 pub use identify::identify;
-pub use lathe::{MAX_SURFACE_LOOKS, PlannedPass, PlannedTurning, TurningError, plan_turning};
+pub use lathe::{MAX_SURFACE_LOOKS, PlannedPass, PlannedTurning, TurningError, TurningKey, plan_turning};
 pub use lobe::{LobeDesign, PlannedLobe, designs};
 pub use logged::{Contact, ContactFrom, NotCorrected, rests_rad};
 pub use measure::{MeasuredJob, PlannedMeasuring, Skipped, measured_stocks, plan_measured_job, plan_measuring};

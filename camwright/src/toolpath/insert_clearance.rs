@@ -17,6 +17,7 @@
 
 use crate::cam::surface::Surface;
 use crate::machine::description::InsertDescription;
+use crate::math::named::named;
 use crate::math::units::{TURN_RAD, deg_from_rad, rad_from_deg, wrap_turn};
 use crate::toolpath::insert_path::InsertPath;
 use alloc::string::String;
@@ -24,12 +25,24 @@ use alloc::vec::Vec;
 use core::f64::consts::FRAC_PI_2;
 use thiserror::Error;
 
+named! {
+    /// Number that the clearance of an insert depends on.
+    InsertClearanceKey {
+        Relief = "the relief",
+        MinClearance = "the least clearance",
+        MinApproach = "the least angle to the rake face",
+        Depth = "the depth of the flank",
+        Begin = "the z to begin at",
+        SurfaceRadius = "a radius of the surface",
+    }
+}
+
 /// Why an insert cannot stand where it should.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum InsertClearanceError {
     /// A number that is none, or out of its range.
     #[error("{what} is {value}, it must be {allowed}")]
-    BadNumber { what: &'static str, value: f64, allowed: &'static str },
+    BadNumber { what: InsertClearanceKey, value: f64, allowed: &'static str },
     /// The flank touches the surface beside the edge.
     #[error(
         "with the insert {} the flank clears the surface by {clearance_deg:.2} deg, it must be at least \
@@ -251,15 +264,15 @@ impl ClearanceMap {
                 Err(InsertClearanceError::BadNumber { what, value, allowed: "0 rad up to a quarter turn" })
             }
         };
-        quarter("the relief", flank.relief_rad)?;
-        quarter("the least clearance", flank.least_clearance_rad)?;
-        quarter("the least angle to the rake face", flank.least_approach_rad)?;
+        quarter(InsertClearanceKey::Relief, flank.relief_rad)?;
+        quarter(InsertClearanceKey::MinClearance, flank.least_clearance_rad)?;
+        quarter(InsertClearanceKey::MinApproach, flank.least_approach_rad)?;
         if !(0.0..=1000.0).contains(&flank.depth_mm) {
-            let (what, value) = ("the depth of the flank", flank.depth_mm);
+            let (what, value) = (InsertClearanceKey::Depth, flank.depth_mm);
             return Err(InsertClearanceError::BadNumber { what, value, allowed: "0 to 1000 mm" });
         }
         if !(from_mm.is_finite() && to_mm.is_finite() && from_mm <= to_mm) {
-            let what = "the z to begin at";
+            let what = InsertClearanceKey::Begin;
             return Err(InsertClearanceError::BadNumber {
                 what,
                 value: from_mm,
@@ -279,7 +292,7 @@ impl ClearanceMap {
         let least = spots.iter().copied().fold(spots[0], |a, b| if b.radius < a.radius { b } else { a });
         // A radius that is none, beyond the ends of a cone, has no place in any order.
         if spots.iter().any(|spot| !(spot.radius > 0.0 && spot.radius.is_finite())) {
-            let (what, value) = ("a radius of the surface", least.radius);
+            let (what, value) = (InsertClearanceKey::SurfaceRadius, least.radius);
             return Err(InsertClearanceError::BadNumber { what, value, allowed: "above 0 and finite" });
         }
         let low = [

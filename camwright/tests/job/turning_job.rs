@@ -13,7 +13,7 @@ use camwright::machine::persistent_state::LastingState;
 use camwright::machine::reference::{cam_grinder, lathe};
 use camwright::math::units::TURN_RAD;
 use camwright::motion::plan::SegmentKind;
-use camwright::planner::{PlannedTurning, TurningError, plan_turning};
+use camwright::planner::{PlannedTurning, TurningError, TurningKey, plan_turning};
 use camwright::simulation::Machine;
 use camwright::simulation::rehearsal::rehearse;
 use camwright::simulation::turned_part::{FormMap, PartGrid, TurnedPart};
@@ -144,14 +144,14 @@ fn a_part_that_this_machine_cannot_turn_is_refused_with_its_reason() {
         );
     }
     for (job, what) in [
-        (TurningJob { bar_radius_mm: 22.0, ..cam() }, "the bar's radius (mm)"),
-        (TurningJob { bar_radius_mm: f64::NAN, ..cam() }, "the bar's radius (mm)"),
-        (TurningJob { turned_mm: (LENGTH_MM + 1.0, 0.0), ..cam() }, "the z at which turning begins"),
-        (TurningJob { turned_mm: (1.0, 1.0), ..cam() }, "the z at which turning ends"),
-        (TurningJob { clearance_mm: 0.0, ..cam() }, "the clearance (mm)"),
-        (TurningJob { rapid_speed_mm_s: -1.0, ..cam() }, "the rapid speed (mm/s)"),
-        (TurningJob { part_zero_mm: f64::INFINITY, ..cam() }, "z where Z is 0 (mm)"),
-        (TurningJob { passes: Passes { stock_mm: 3.0, ..cam().passes }, ..cam() }, "the stock (mm)"),
+        (TurningJob { bar_radius_mm: 22.0, ..cam() }, TurningKey::BarRadius),
+        (TurningJob { bar_radius_mm: f64::NAN, ..cam() }, TurningKey::BarRadius),
+        (TurningJob { turned_mm: (LENGTH_MM + 1.0, 0.0), ..cam() }, TurningKey::Begin),
+        (TurningJob { turned_mm: (1.0, 1.0), ..cam() }, TurningKey::End),
+        (TurningJob { clearance_mm: 0.0, ..cam() }, TurningKey::Clearance),
+        (TurningJob { rapid_speed_mm_s: -1.0, ..cam() }, TurningKey::RapidSpeed),
+        (TurningJob { part_zero_mm: f64::INFINITY, ..cam() }, TurningKey::PartZero),
+        (TurningJob { passes: Passes { stock_mm: 3.0, ..cam().passes }, ..cam() }, TurningKey::Stock),
     ] {
         match refused(&job, &machine) {
             TurningError::OutOfRange { what: found, .. } => assert_eq!(found, what),

@@ -7,8 +7,8 @@
 //! acknowledged it. So what is executed depends on ticks alone, never on when messages arrive.
 
 use super::engine_messages::{Command, Ended, FromEngine, JobEnds, Made, News, ToEngine, Tracking};
+use super::next_trajectory::NextTrajectory;
 use super::receipts::Receipts;
-use super::trajectory_replacement::Succession;
 use camwright::interpolator::{Event, Interpolator, Outcome, Request, StartError, State, Status, TickInputs};
 use camwright::machine::alarm::AlarmKind;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
@@ -56,7 +56,7 @@ pub(super) struct Engine {
     /// Orders that must be acknowledged before setpoints of their ticks may leave.
     pub(super) unacknowledged: Receipts,
     requests: [Option<Request>; REQUESTS],
-    pub(super) succession: Succession,
+    pub(super) next_trajectory: NextTrajectory,
     /// A motion that begins when the axes stand still.
     waiting: Option<(Made, JobEnds)>,
     /// A motion that begins with the machine's next message, at pace fast when the machine attends to it; and since when it waits.
@@ -111,7 +111,7 @@ impl Engine {
             sequence: 0,
             unacknowledged: Receipts::default(),
             requests: [None; REQUESTS],
-            succession: Succession::default(),
+            next_trajectory: NextTrajectory::default(),
             waiting: None,
             attending: None,
             known_alarms: [0; 16],
@@ -142,7 +142,7 @@ impl Engine {
                 ToEngine::Request(request) => self.ask(request),
                 ToEngine::Foresee { soonest } => self.foresee(soonest),
                 ToEngine::Splice(made) => self.take_successor(made),
-                ToEngine::StayOn => self.succession = Succession::None,
+                ToEngine::StayOn => self.next_trajectory = NextTrajectory::None,
                 ToEngine::MachineLost => self.lose_machine(),
                 ToEngine::Query { tick } => {
                     let told = self.interpolator.desired_at(tick).copied();
@@ -284,7 +284,7 @@ impl Engine {
         if let Some(finished) = self.interpolator.take_finished() {
             self.send(FromEngine::Done(finished));
         }
-        self.succession = Succession::None;
+        self.next_trajectory = NextTrajectory::None;
         if let Some(running) = self.running.take() {
             let (first_tick, counts) = (running.first_tick, seen.counts);
             let ended = Ended { outcome: Outcome::Failed(number), first_tick, last_tick: seen.tick, counts };
@@ -406,7 +406,7 @@ impl Engine {
             }
             self.succeed();
             let bound = self.unacknowledged.last_tick();
-            let last = seen.credit_tick.min(bound).min(self.succession.last_tick());
+            let last = seen.credit_tick.min(bound).min(self.next_trajectory.last_tick());
             if self.next_tick > last {
                 return;
             }
@@ -513,7 +513,7 @@ impl Engine {
         }
         self.running = None;
         self.unacknowledged.clear();
-        self.succession = Succession::None;
+        self.next_trajectory = NextTrajectory::None;
         if seen.has_alarms || matches!(outcome, Outcome::Failed(_)) {
             self.interpolator.resync(seen.counts);
             if let Some(finished) = self.interpolator.take_finished() {

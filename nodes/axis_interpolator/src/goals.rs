@@ -1,7 +1,7 @@
 //! The goal that has command of the axes: a plan, a homing, a trajectory.
 
 use super::engine_messages::Ended;
-use super::{manual, setup_goals};
+use super::goal_end::{self, GoalEnd, close};
 use camwright::interpolator::tolerance::Stretch;
 use camwright::interpolator::{Outcome, Probed, SearchStep, Status};
 use camwright::machine::alarm::AlarmKind;
@@ -248,15 +248,15 @@ impl Served {
             }
             Some(Goal::Probe(goal)) => {
                 let result = ProbeResult { success, message, alarm, ..ProbeResult::default() };
-                setup_goals::end_probe(&goal, ended.outcome, self.probed, result, machine);
+                goal_end::end_probe(&goal, ended.outcome, self.probed, result, machine);
             }
             Some(Goal::Jog(goal)) => {
                 let axis = Axis::from_joint(&goal.goal().joint);
                 let at = |axis: Axis| si_from_counts(machine.axis(axis).scale, ended.counts[axis.index()]);
                 let result = JogResult { success, message, alarm, position: axis.map_or(0.0, at) };
-                manual::end_jog(&goal, ended.outcome, self.was_let_go, result);
+                goal_end::end_jog(&goal, ended.outcome, self.was_let_go, result);
             }
-            Some(Goal::Wheel(responder, turns)) => manual::end_wheel(responder, turns, ended.outcome, message),
+            Some(Goal::Wheel(responder, turns)) => goal_end::end_wheel(responder, turns, ended.outcome, message),
             Some(Goal::Topic) | None => {}
         }
         *self = Self::default();
@@ -286,25 +286,6 @@ impl Served {
     }
 }
 
-/// How a goal ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum GoalEnd {
-    Succeeded,
-    Canceled,
-    Aborted,
-}
-
-impl GoalEnd {
-    pub(super) fn close<A: camwright_msgs::Action>(self, goal: &GoalHandle<A>, result: A::Result) {
-        // False where the goal has ended already, which then is its end.
-        let _first_end = match self {
-            GoalEnd::Succeeded => goal.succeed(result),
-            GoalEnd::Canceled => goal.canceled(result),
-            GoalEnd::Aborted => goal.abort(result),
-        };
-    }
-}
-
 /// What has command, and for which node.
 pub(super) fn by(what: &str, client: &str) -> String {
     format!("{what} by {client}")
@@ -314,15 +295,6 @@ pub(super) fn by(what: &str, client: &str) -> String {
 pub(super) fn refuse_trajectory(goal: &GoalHandle<FollowJointTrajectory>, reason: &str) {
     let (error_code, error_string) = (FollowJointTrajectoryResult::INVALID_GOAL, reason.to_owned());
     goal.abort(FollowJointTrajectoryResult { error_code, error_string });
-}
-
-pub(super) fn close<A: camwright_msgs::Action>(goal: &GoalHandle<A>, outcome: Outcome, result: A::Result) {
-    let end = match outcome {
-        Outcome::Completed => GoalEnd::Succeeded,
-        Outcome::Cancelled => GoalEnd::Canceled,
-        Outcome::Failed(_) | Outcome::OutOfTolerance(_) => GoalEnd::Aborted,
-    };
-    end.close(goal, result);
 }
 
 fn step_name(step: SearchStep) -> &'static str {

@@ -2,10 +2,12 @@
 
 mod engine;
 mod engine_messages;
+mod goal_end;
 mod goals;
 mod health;
 mod joint_trajectory;
 mod manual;
+mod next_trajectory;
 mod partners;
 mod plan_goal;
 mod plans;

@@ -3,13 +3,13 @@
 //! A jog that has no distance goes on while somebody holds it: while messages come on `~/hold_to_run`. They are waited for in ticks of the
 //! machine, so that a jog ends whoever else has stopped: who held it, the network, this node's other threads.
 
-use super::goals::{Goal, GoalEnd, by};
+use super::goals::{Goal, by};
 use super::{Shared, lock};
-use camwright::interpolator::{Outcome, Request};
+use camwright::interpolator::Request;
 use camwright::machine::description::Axis;
 use camwright_files::convert::motion_record::MotionRecord;
 use camwright_files::convert::{core_from_si, si_from_counts};
-use camwright_msgs::camwright_msgs::action::{Jog, JogFeedback, JogGoal, JogResult};
+use camwright_msgs::camwright_msgs::action::{Jog, JogFeedback, JogGoal};
 use camwright_msgs::camwright_msgs::msg::MachineStream;
 use camwright_msgs::std_msgs::msg::Empty;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse};
@@ -124,31 +124,6 @@ impl Shared {
         lock(&self.served).begin(Goal::Wheel(responder, turns), name, String::new());
         self.begin_or_refuse(Ok(MotionRecord::Wheel(turns)));
     }
-}
-
-/// How a jog ended, for its client.
-pub(super) fn end_jog(goal: &GoalHandle<Jog>, outcome: Outcome, was_let_go: bool, result: JogResult) {
-    let text = match (outcome, was_let_go) {
-        (Outcome::Completed, _) if goal.goal().distance != 0.0 => Some("it has gone its distance"),
-        (Outcome::Completed, _) => Some("it stands at its soft limit"),
-        (Outcome::Cancelled, true) => Some("it was let go of, and rests"),
-        _ => None,
-    };
-    match text {
-        Some(text) => GoalEnd::Succeeded.close(goal, JogResult { success: true, message: text.to_owned(), ..result }),
-        None => super::goals::close(goal, outcome, result),
-    }
-}
-
-/// What the wheel's service answers.
-pub(super) fn end_wheel(responder: Responder<SetBool>, turns: bool, outcome: Outcome, text: String) {
-    let success = outcome == Outcome::Completed;
-    let message = match (success, turns) {
-        (true, true) => "the wheel has its speed".to_owned(),
-        (true, false) => "the wheel rests".to_owned(),
-        (false, _) => text,
-    };
-    responder.send(&SetBoolResponse { success, message });
 }
 
 /// The service `~/wheel`.

@@ -1,15 +1,15 @@
 //! Set-up work: the actions `~/home`, `~/move_to` and `~/probe`. A move or a probe that cannot be is accepted and aborted, because a
 //! rejection carries no reason.
 
-use super::goals::{Goal, by, close};
+use super::goals::{Goal, by};
 use super::{Shared, lock};
-use camwright::interpolator::{Outcome, Probed, Request};
+use camwright::interpolator::Request;
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::machine::setpoint::Input;
 use camwright_files::convert::machine_report::input_named;
 use camwright_files::convert::motion_record::{MotionRecord, MoveRecord, ProbeRecord};
-use camwright_files::convert::{core_from_si, mm_from_m, si_from_counts};
-use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, MoveTo, MoveToGoal, Probe, ProbeGoal, ProbeResult};
+use camwright_files::convert::{core_from_si, mm_from_m};
+use camwright_msgs::camwright_msgs::action::{Home, HomeGoal, MoveTo, MoveToGoal, Probe, ProbeGoal};
 use camwright_ros::{ActionHandler, GoalDecision, GoalHandle, GoalId};
 use std::sync::Arc;
 
@@ -136,52 +136,5 @@ impl Shared {
             reads: goal.correct_zero.then(|| (mm_from_m(goal.true_position), mm_from_m(goal.most_correction))),
             from: *lock(&self.rest_counts),
         })))
-    }
-}
-
-/// A probe has ended, and the axes rest.
-pub(super) fn end_probe(
-    goal: &GoalHandle<Probe>,
-    outcome: Outcome,
-    probed: Option<Probed>,
-    mut result: ProbeResult,
-    machine: &MachineDescription,
-) {
-    let Some(axis) = Axis::from_joint(&goal.goal().joint) else { return close(goal, outcome, result) };
-    let scale = machine.axis(axis).scale;
-    let si = |counts: i64| si_from_counts(scale, counts);
-    let input = &goal.goal().input;
-    result.already_there = probed == Some(Probed::AlreadyThere);
-    let (latch, off, correction) = match probed {
-        Some(Probed::Found { latch, correction }) => (Some(latch), correction, correction),
-        Some(Probed::TooFarOff { latch, off }) => (Some(latch), off, 0),
-        Some(Probed::Missed | Probed::AlreadyThere) | None => (None, 0, 0),
-    };
-    if let Some(latch) = latch {
-        (result.found, result.tick) = (true, latch.tick);
-        (result.position, result.off, result.correction) = (si(latch.counts), si(off), si(correction));
-    }
-    if outcome != Outcome::Completed {
-        return close(goal, outcome, result);
-    }
-    let verb = if goal.goal().until_open { "open" } else { "close" };
-    let failed = match probed {
-        Some(Probed::Found { .. }) => None,
-        Some(Probed::TooFarOff { off, .. }) => Some(format!(
-            "the edge is off by {:.6} m, more than the {:.6} m by which the zero may be corrected; it stays as it was",
-            si(off),
-            goal.goal().most_correction
-        )),
-        Some(Probed::Missed) if goal.goal().may_miss => None,
-        Some(Probed::Missed) => Some(format!("{} went to its target and {input} did not {verb}", axis.joint())),
-        Some(Probed::AlreadyThere) => Some(format!("{input} does not {verb}: it is so already; nothing moved")),
-        None => Some("the probe did not tell what it found".to_owned()),
-    };
-    match failed {
-        None => close(goal, outcome, result),
-        Some(message) => {
-            // False where the goal has ended already, which then is its end.
-            let _first_end = goal.abort(ProbeResult { success: false, message, ..result });
-        }
     }
 }

@@ -2,27 +2,8 @@
 
 use super::engine::Engine;
 use super::engine_messages::{Foresight, FromEngine, Made};
+use super::next_trajectory::NextTrajectory;
 use camwright::interpolator::{Foreseen, StartError};
-
-/// What takes the place of the trajectory in execution.
-#[derive(Debug, Default)]
-pub(super) enum Succession {
-    #[default]
-    None,
-    /// Something does from this tick on, or it turns out that it cannot.
-    Awaited(u64),
-    Ready(u64, Made),
-}
-
-impl Succession {
-    /// Last tick that may be computed before it is known what comes next.
-    pub(super) fn last_tick(&self) -> u64 {
-        match self {
-            Succession::None => u64::MAX,
-            Succession::Awaited(tick) | Succession::Ready(tick, _) => tick - 1,
-        }
-    }
-}
 
 impl Engine {
     /// Looks ahead as far as it takes to make the trajectory that comes next; if it takes longer, what was sent still ends in a stop.
@@ -37,15 +18,15 @@ impl Engine {
             _ => Foresight::Over,
         };
         if let Foresight::At(tick, _) = foresight {
-            self.succession = Succession::Awaited(tick);
+            self.next_trajectory = NextTrajectory::Awaited(tick);
         }
         self.send(FromEngine::Foreseen(foresight));
     }
 
     /// Takes what was made for the tick that was foreseen.
     pub(super) fn take_successor(&mut self, made: Made) {
-        match self.succession {
-            Succession::Awaited(tick) => self.succession = Succession::Ready(tick, made),
+        match self.next_trajectory {
+            NextTrajectory::Awaited(tick) => self.next_trajectory = NextTrajectory::Ready(tick, made),
             // The motion before it has ended otherwise meanwhile.
             _ => self.send(FromEngine::NotSpliced(StartError::MovesOtherwise, made)),
         }
@@ -53,11 +34,11 @@ impl Engine {
 
     /// At the tick that was foreseen the one takes the place of the other.
     pub(super) fn succeed(&mut self) {
-        let due = matches!(&self.succession, Succession::Ready(tick, _) if *tick == self.next_tick);
+        let due = matches!(&self.next_trajectory, NextTrajectory::Ready(tick, _) if *tick == self.next_tick);
         if !due {
             return;
         }
-        let Succession::Ready(tick, made) = std::mem::take(&mut self.succession) else { return };
+        let NextTrajectory::Ready(tick, made) = std::mem::take(&mut self.next_trajectory) else { return };
         let Made { motion, record } = made;
         // A hold or a cancel that came meanwhile means the one in execution.
         let outcome = if self.is_disturbed() {

@@ -23,6 +23,9 @@ pub const RECORD_NAME: &str = "rosbag2";
 /// Key of that record that holds the YAML text.
 pub const RECORD_KEY: &str = "serialized_metadata";
 
+/// Key of the custom data that every bag of this recorder has.
+pub(super) const RECORDER_VERSION: &str = "camwright.version";
+
 /// One topic and how many of its messages the bag holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TopicEntry {

@@ -10,10 +10,9 @@ use mcap::sans_io::indexed_reader::{IndexedReadEvent, IndexedReader, IndexedRead
 use mcap::{McapError, Summary};
 
 use super::channels::{Channels, DefinitionRoom, storage_files, topic_of};
-use super::metadata::{self, BagMetadata};
+use super::metadata::{self, BagMetadata, RECORDER_VERSION};
 use super::numbers::{Numbers, Told};
 use super::records::{RECORD_LIMIT, Records, last_metadata_record, open_file, read_summary, tolerant};
-use super::writer::OURS;
 use super::{BagError, Topic};
 
 /// One message of a bag.
@@ -134,7 +133,7 @@ impl Bag {
 
     /// For each topic whose messages may come again: that none has come. Other recorders number in other ways, or not at all.
     fn latched_numbers(&self) -> Vec<Option<Numbers>> {
-        let is_ours = self.custom_data.contains_key(OURS);
+        let is_ours = self.custom_data.contains_key(RECORDER_VERSION);
         self.topics.iter().map(|topic| (is_ours && topic.is_latched()).then(Numbers::default)).collect()
     }
 

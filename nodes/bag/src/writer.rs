@@ -6,13 +6,11 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::latched::{Kept, Latched};
-use super::metadata::{BagMetadata, FileEntry, NO_START_NS, TopicEntry, VERSION};
+use super::metadata::{BagMetadata, FileEntry, NO_START_NS, RECORDER_VERSION, TopicEntry, VERSION};
 use super::preset::Preset;
 use super::storage_file::StorageFile;
 use super::{BagError, Message, Topic};
 
-/// The key of the custom data that tells a bag of ours.
-pub(super) const OURS: &str = "camwright.version";
 /// The key under which a bag tells how many latched messages it has more than once.
 pub(super) const REPEATED: &str = "camwright.repeated_total";
 /// The smallest log time: a message at 0 makes viewers refuse the whole bag.
@@ -141,7 +139,7 @@ impl BagWriter {
     fn fill(directory: &Path, options: &WriterOptions) -> Result<Self, BagError> {
         let current = StorageFile::create(directory, file_name(directory, 0)?, options.preset)?;
         let mut custom_data = options.custom_data.clone();
-        custom_data.insert(OURS.into(), env!("CARGO_PKG_VERSION").into());
+        custom_data.insert(RECORDER_VERSION.into(), env!("CARGO_PKG_VERSION").into());
         custom_data.insert("camwright.target".into(), format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS));
         custom_data.insert("camwright.outcome".into(), "open".into());
         custom_data.insert("camwright.lost_total".into(), "0".into());

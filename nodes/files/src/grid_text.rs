@@ -9,7 +9,7 @@
 
 use super::{ConfigError, Place};
 use camwright::cam::surface::grid::Grid;
-use camwright::cam::surface::{Surface, SurfaceError};
+use camwright::cam::surface::{Surface, SurfaceError, SurfaceKey};
 use camwright::math::units::rad_from_deg;
 use std::io::{self, Write};
 use std::path::Path;
@@ -128,7 +128,7 @@ fn at_line(path: &Path, error: &SurfaceError, lines: &Lines) -> ConfigError {
         SurfaceError::BadRadius { row, .. }
         | SurfaceError::ZNotIncreasing { row, .. }
         | SurfaceError::NotClosed { row, .. } => lines.rows.get(*row).copied(),
-        SurfaceError::UnevenAzimuth { .. } | SurfaceError::Count { what: "azimuths", .. } => Some(lines.head),
+        SurfaceError::UnevenAzimuth { .. } | SurfaceError::Count { what: SurfaceKey::Azimuths, .. } => Some(lines.head),
         _ => None,
     };
     let text = error.to_string();

@@ -13,7 +13,7 @@ use camwright::cam::lift::LengthUnit;
 use camwright::cam::surface::cams::CamAlong;
 use camwright::cam::surface::mesh::{MeshReading, surface_of};
 use camwright::cam::surface::solid::{Along, Harmonic, Solid};
-use camwright::cam::surface::{Surface, SurfaceError};
+use camwright::cam::surface::{Surface, SurfaceError, SurfaceKey};
 use camwright::math::units::rad_from_deg;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Deserializer, Visitor};
@@ -350,15 +350,15 @@ fn read_mesh(
 fn solid_key(error: &SurfaceError) -> &'static str {
     match error {
         SurfaceError::NoLength { .. } => "surface.to_mm",
-        SurfaceError::BadNumber { what, .. } => match *what {
-            "the z at which the part begins" => "surface.from_mm",
-            "the z at which the part ends" => "surface.to_mm",
-            "the radius of the cylinder" | "the radius of the eccentric" => "surface.radius_mm",
-            "the eccentricity" => "surface.eccentricity_mm",
-            "the azimuth of the eccentric" | "the azimuth of the first half axis" => "surface.azimuth_deg",
-            "the first half axis" => "surface.first_mm",
-            "the second half axis" => "surface.second_mm",
-            "the mean radius" => "surface.mean_mm",
+        SurfaceError::BadNumber { what, .. } => match what {
+            SurfaceKey::Begin => "surface.from_mm",
+            SurfaceKey::End => "surface.to_mm",
+            SurfaceKey::CylinderRadius | SurfaceKey::EccentricRadius => "surface.radius_mm",
+            SurfaceKey::Eccentricity => "surface.eccentricity_mm",
+            SurfaceKey::EccentricAzimuth | SurfaceKey::HalfAxisAzimuth => "surface.azimuth_deg",
+            SurfaceKey::FirstHalfAxis => "surface.first_mm",
+            SurfaceKey::SecondHalfAxis => "surface.second_mm",
+            SurfaceKey::MeanRadius => "surface.mean_mm",
             _ => "surface.waves",
         },
         SurfaceError::Count { .. } => "surface.waves",
@@ -435,10 +435,10 @@ fn cam_key(cams: &[CamFile], error: &SurfaceError) -> String {
         }
         SurfaceError::BadNumber { what, .. } => {
             let is_bad = |value: f64| !(value.is_finite() && value.abs() <= 1e5);
-            let at = match *what {
-                "the phase of a cam" => found(&|cam| is_bad(rad_from_deg(cam.phase_deg))).map(|i| cam(i, "phase_deg")),
-                "the z at which a cam begins" => found(&|cam| is_bad(cam.from_mm)).map(|i| cam(i, "from_mm")),
-                "the z at which a cam ends" => found(&|cam| is_bad(cam.to_mm)).map(|i| cam(i, "to_mm")),
+            let at = match what {
+                SurfaceKey::CamPhase => found(&|cam| is_bad(rad_from_deg(cam.phase_deg))).map(|i| cam(i, "phase_deg")),
+                SurfaceKey::CamBegin => found(&|cam| is_bad(cam.from_mm)).map(|i| cam(i, "from_mm")),
+                SurfaceKey::CamEnd => found(&|cam| is_bad(cam.to_mm)).map(|i| cam(i, "to_mm")),
                 _ => None,
             };
             at.unwrap_or_else(|| "surface.cams".into())

@@ -1,7 +1,7 @@
 //! What every job that runs has in common, whatever it makes: who asked for it, its plans on their way through the interpolator, its end.
 
-use super::identify::{self, Waiting};
-use super::job_slot::Course;
+use super::asker::{self, Asker};
+use super::course::{Course, Event};
 use super::lobe_ticks::LobeTicks;
 use super::partners::Identity;
 use super::{Shared, lock};
@@ -9,12 +9,12 @@ use camwright::machine::alarm::AlarmKind;
 use camwright_files::convert::plan::{phase_from, phase_name};
 use camwright_files::fault_file::JobFault;
 use camwright_msgs::camwright_msgs::action::{
-    ExecutePlan, ExecutePlanFeedback, ExecutePlanGoal, ExecutePlanResult, RunJob, RunJobFeedback, RunJobResult,
+    ExecutePlan, ExecutePlanFeedback, ExecutePlanGoal, ExecutePlanResult, RunJobFeedback, RunJobResult,
 };
 use camwright_msgs::camwright_msgs::msg::{JobStatus, JournalStiffness, PlanPage};
 use camwright_msgs::camwright_msgs::srv::{IdentifyStiffnessResponse, InjectFaultRequest};
 use camwright_planning::AnyPrepared;
-use camwright_ros::{ClientGoal, GoalHandle, GoalStatus};
+use camwright_ros::{ClientGoal, GoalStatus};
 use std::sync::{Arc, Mutex, mpsc};
 use std::time::{Duration, Instant};
 
@@ -26,14 +26,6 @@ const STOPPING: Duration = Duration::from_secs(60);
 const WATCH: Duration = Duration::from_millis(200);
 /// How long it may be out of sight: longer than a discovery hiccup.
 const OUT_OF_SIGHT: Duration = Duration::from_secs(5);
-
-/// What a running job is told.
-#[derive(Debug)]
-pub(super) enum Event {
-    Cancel,
-    /// The interpolator has ended the plan.
-    Ended(GoalStatus, ExecutePlanResult),
-}
 
 /// How a job ended that did not reach its end.
 pub(super) enum Failure {
@@ -47,17 +39,6 @@ impl Failure {
     pub(super) fn still(reason: &str) -> Self {
         Self::Failed(format!("{reason}; nothing moved"))
     }
-}
-
-/// Who asked for the job, and is told how it ends.
-#[derive(Debug, Clone)]
-pub(super) enum Asker {
-    /// A client of `~/run_job`.
-    Goal(GoalHandle<RunJob>),
-    /// One of `~/identify_stiffness`.
-    Stiffness(Waiting),
-    /// The cell, for a part of its run; it follows the board.
-    Cell,
 }
 
 /// What of a job one plan is (s, as predicted).
@@ -138,7 +119,7 @@ impl Execution {
             (Asker::Stiffness(waiting), _) => {
                 let success = result.success && journals.len() == result.lobes.len();
                 let message = result.message;
-                identify::answer(&waiting, &IdentifyStiffnessResponse { success, message, journals });
+                asker::answer(&waiting, &IdentifyStiffnessResponse { success, message, journals });
             }
         }
     }

@@ -1,8 +1,8 @@
 //! Measuring the stiffness of the machine on the journals of a job, and telling what is kept: `~/identify_stiffness`, `~/get_stiffness`.
 
-use super::execution::Asker;
-use super::job_slot::Course;
-use super::services::deferred;
+use super::asker::{Asker, Waiting, answer};
+use super::course::Course;
+use super::deferred::deferred;
 use super::{Shared, lock, settings};
 use camwright::gauging::stiffness::Measured;
 use camwright_files::convert::{m_from_mm, mm_from_m};
@@ -17,9 +17,6 @@ use camwright_ros::{Responder, RosError, ServiceHandle};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
 
-/// Who asked for the stiffness, until he has his answer.
-pub(super) type Waiting = Arc<Mutex<Option<Responder<IdentifyStiffness>>>>;
-
 pub(super) fn offer(shared: &Arc<Shared>) -> Result<[ServiceHandle; 2], RosError> {
     let this = Arc::clone(shared);
     let identify = shared.node.service_deferred::<IdentifyStiffness>(
@@ -32,13 +29,6 @@ pub(super) fn offer(shared: &Arc<Shared>) -> Result<[ServiceHandle; 2], RosError
     let failed = |message| GetStiffnessResponse { message, ..GetStiffnessResponse::default() };
     let get = deferred::<GetStiffness>(shared, "~/get_stiffness", get_stiffness, failed)?;
     Ok([identify, get])
-}
-
-/// Answers who waits, once.
-pub(super) fn answer(waiting: &Waiting, response: &IdentifyStiffnessResponse) {
-    if let Some(responder) = lock(waiting).take() {
-        responder.send(response);
-    }
 }
 
 fn refuse(waiting: &Waiting, message: String) {

@@ -1,7 +1,9 @@
 //! The one job there can be: from a goal's request to its thread.
 
+use super::asker::Asker;
 use super::cell::Told;
-use super::execution::{Asker, Event, Execution};
+use super::course::{Course, Event};
+use super::execution::Execution;
 use super::grinding_run::GrindingRun;
 use super::turning_run::TurningRun;
 use super::{Shared, lock, settings};
@@ -13,7 +15,6 @@ use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal, RunJobResult};
 use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus};
 use camwright_planning::{self as planning, AnyPrepared};
 use camwright_ros::{ActionHandler, GoalDecider, GoalDecision, GoalHandle, GoalId, RosError};
-use std::fmt;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
@@ -21,30 +22,6 @@ use std::time::Duration;
 
 /// How long the machine and the interpolator may take to be there when a job is to run.
 const MEETING: Duration = Duration::from_secs(5);
-
-/// What the planner is doing about running jobs.
-#[derive(Debug, Default)]
-pub(super) enum Course {
-    #[default]
-    Idle,
-    /// A goal is being decided on.
-    Deciding(String),
-    /// A goal was accepted; its thread is about to start.
-    Prepared(Box<AnyPrepared>),
-    /// A job runs; its thread listens here.
-    Running(String, mpsc::Sender<Event>),
-}
-
-impl fmt::Display for Course {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Course::Idle => f.write_str("idle"),
-            Course::Deciding(job) => write!(f, "job {job} is being planned"),
-            Course::Prepared(prepared) => write!(f, "job {} is about to start", prepared.name()),
-            Course::Running(job, _) => write!(f, "job {job} is running"),
-        }
-    }
-}
 
 /// A job that `load_job` planned, and what it was planned with.
 #[derive(Debug)]

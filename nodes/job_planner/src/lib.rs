@@ -3,8 +3,11 @@
 //! The executor thread only takes requests and answers. Files are read and jobs planned on a worker thread; a job that
 //! runs has a thread of its own, which loads the blanks, hands the plan to the axis interpolator, and measures the part.
 
+mod asker;
 mod board;
 mod cell;
+mod course;
+mod deferred;
 mod execution;
 mod gauged_run;
 mod gaugings;
@@ -45,8 +48,9 @@ use camwright_ros::{
 use camwright_scene as scene;
 use camwright_threads::supervised::injected;
 use cell::{Cell, Told};
+use course::Course;
 use gaugings::Gaugings;
-use job_slot::{Course, Loaded, RunHandler};
+use job_slot::{Loaded, RunHandler};
 use learned::LearnedStore;
 use lobe_forms::LobeForms;
 use parts::Parts;

@@ -1,8 +1,7 @@
 //! Set-up work of the planner: dress now, touch off, find the part's phase. Each is a sequence of goals of the axis interpolator, on a
 //! thread of its own, and holds the one place that a job has; `~/stop` ends it.
 
-use super::execution::Event;
-use super::job_slot::Course;
+use super::course::{Course, Event};
 use super::loading::NotPutIn;
 use super::{Shared, lock};
 use camwright::machine::description::{Axis, MachineDescription};

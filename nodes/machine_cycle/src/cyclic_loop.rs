@@ -1,10 +1,11 @@
 //! The machine's cyclic thread: one tick after the other, at the pace of the clock or of the setpoints.
 
 use super::area_order::AreaOrder;
+use super::bounds::{Bounds, PENDING_COMMANDS};
 use super::faults::Faults;
 use super::keyframes::Keyframes;
 use super::messages::{Inbound, Order, Outbound, TimedCommand};
-use super::pacing::{Moment, Pacing, Slip, Step};
+use super::pacing::{Moment, Pace, Pacing, Slip, Step};
 use super::partners::Partners;
 use super::stream_state::StreamState;
 use camwright::machine::alarm::{AlarmKind, Severity};
@@ -15,17 +16,14 @@ use camwright::simulation::tick_report::{MotionState, TickReport};
 use camwright::simulation::work_area::LoadingRefused;
 use camwright::simulation::{Machine, MachineCommand, ResetRefused};
 use camwright_files::convert::time::TickClock;
-use camwright_threads::drops::Drops;
 use camwright_threads::ring::{Receiver, Sender, Waker};
 use camwright_threads::silence::HEARTBEAT;
 use camwright_threads::supervised::injected;
 use camwright_threads::system_time::system_time_ns;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// Commands that may wait for their tick.
-pub const PENDING_COMMANDS: usize = 32;
 /// Wall time of an idle tick at pace fast: ticks then only show that the machine lives.
 const FAST_IDLE_TICK: Duration = Duration::from_millis(10);
 
@@ -37,45 +35,6 @@ const ENDING: Duration = Duration::from_millis(800);
 const JITTER_TRIALS: u32 = 500;
 /// Ticks within which every axis has come to rest, whatever it did before.
 const LONGEST_STOP_TICKS: u64 = 20_000;
-
-/// How ticks follow each other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Pace {
-    /// With the wall clock; a missing setpoint is an underrun.
-    Realtime,
-    /// With the setpoints; a missing one is waited for.
-    Fast,
-}
-
-/// What other threads tell the ticker without a message.
-#[derive(Debug, Default)]
-pub struct Bounds {
-    /// A recording is active.
-    pub recording: AtomicBool,
-    /// Last tick that is in the bag.
-    pub recorded_tick: AtomicU64,
-    /// Messages of the recorder so far.
-    pub recorder_messages: AtomicU64,
-    /// Telemetry that was dropped.
-    pub drops: Drops,
-    /// The node is ending.
-    pub stop: AtomicBool,
-    /// For diagnostics: the last tick, ticks that began more than a period late, active alarms that stop motion.
-    pub tick: AtomicU64,
-    pub late_ticks: AtomicU64,
-    /// By how much the latest of them was late since that was asked last (µs).
-    pub worst_late_us: AtomicU64,
-    /// Ticks between the arrival of a chunk and its first setpoint's, the least since that was asked last.
-    pub least_lead_ticks: AtomicU64,
-    pub alarms: AtomicU64,
-    /// Somebody sends setpoints, which are executed.
-    pub in_motion: AtomicBool,
-    /// Slips of the machine's time against the system clock since the start, and by how much it is behind now (µs).
-    pub slips: AtomicU64,
-    pub behind_us: AtomicI64,
-    /// Longest time that the cycle was kept waiting since the start (µs).
-    pub longest_pause_us: AtomicU64,
-}
 
 /// The cyclic thread's own state.
 #[derive(Debug)]

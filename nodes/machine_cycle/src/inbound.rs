@@ -1,7 +1,8 @@
 //! What the cyclic thread takes between two ticks: chunks, commands, faults, resets, parts, and who works door and chuck.
 
 use super::area_order::AreaOrder;
-use super::cyclic_loop::{PENDING_COMMANDS, Ticker};
+use super::bounds::PENDING_COMMANDS;
+use super::cyclic_loop::Ticker;
 use super::messages::{Inbound, Order, Outbound, Taken, TimedCommand};
 use super::part::{BarRefused, LobeRefused};
 use super::stream_state::StreamState;

@@ -2,11 +2,13 @@
 
 pub mod active_alarms;
 pub mod area_order;
+pub mod bounds;
 pub mod commands;
 pub mod cyclic_loop;
 pub mod faults;
 pub mod inbound;
 pub mod input_record;
+mod keyframe_writing;
 pub mod keyframes;
 pub mod lasting_record;
 pub mod messages;
@@ -16,4 +18,5 @@ pub mod pacing;
 pub mod part;
 pub mod partners;
 pub mod replay;
+mod silent_partners;
 pub mod stream_state;

@@ -18,6 +18,15 @@ const SLIP_TICKS: i64 = 50;
 /// Ticks without credit and without a message before ticks are made up for: longer than a message is under way.
 const QUIET_TICKS: u32 = 200;
 
+/// How ticks follow each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pace {
+    /// With the wall clock; a missing setpoint is an underrun.
+    Realtime,
+    /// With the setpoints; a missing one is waited for.
+    Fast,
+}
+
 /// What the cycle sees before a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Moment {

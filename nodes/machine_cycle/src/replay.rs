@@ -2,13 +2,15 @@
 
 use super::active_alarms::ActiveAlarms;
 use super::area_order::AreaOrder;
+use super::bounds::Bounds;
 use super::commands;
-use super::cyclic_loop::{Bounds, Pace, Ticker};
+use super::cyclic_loop::Ticker;
 use super::faults::asked_fault;
 use super::input_record::{BeginRecord, FORMAT, alarm_of, lobe_of, record};
 use super::keyframes::FORM as FORM_OF_KEYFRAMES;
 use super::messages::{Inbound, Outbound};
 use super::output_digest::{OutputDigest, Told};
+use super::pacing::Pace;
 use super::part::RawBar;
 use super::stream_state::StreamState;
 use camwright::machine::description::MachineDescription;

@@ -5,7 +5,7 @@
 //! that much later in effect.
 
 use camwright::machine::description::MachineDescription;
-use camwright_machine_cycle::cyclic_loop::Bounds;
+use camwright_machine_cycle::bounds::Bounds;
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use camwright_ros::{Node, diagnostic_status};
 use std::sync::atomic::Ordering;

@@ -20,13 +20,14 @@ use camwright_files::convert::time::TickClock;
 use camwright_files::locate::locate;
 use camwright_files::machine_file;
 use camwright_files::machine_state_file;
+use camwright_machine_cycle::bounds::Bounds;
 use camwright_machine_cycle::commands;
-use camwright_machine_cycle::cyclic_loop::Pace;
-use camwright_machine_cycle::cyclic_loop::{Bounds, Ticker};
+use camwright_machine_cycle::cyclic_loop::Ticker;
 use camwright_machine_cycle::faults::asked_fault;
 use camwright_machine_cycle::input_record::estop_request;
 use camwright_machine_cycle::keyframes::Keyframes;
 use camwright_machine_cycle::messages::{AskedFault, Inbound, Outbound};
+use camwright_machine_cycle::pacing::Pace;
 use camwright_machine_cycle::part::Snapshot;
 use camwright_msgs::camwright_msgs::msg::{
     MachineCommand as CommandMessage, MachineDescription as DescriptionMessage, MachineStream, RecorderStatus,

@@ -8,6 +8,7 @@
 
 mod feed;
 mod http;
+mod known;
 mod listening;
 mod seats;
 mod status;
@@ -17,8 +18,9 @@ mod words;
 use camwright_ros::running::NodeError;
 use camwright_ros::{Node, NodeOptions, RosArgs, SpinThread, Subscription};
 use camwright_threads::supervised::Supervisor;
-use feed::{Feed, Known};
+use feed::Feed;
 use http::Server;
+use known::Known;
 pub(crate) use status::Status;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::sync::Arc;

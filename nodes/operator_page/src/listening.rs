@@ -1,6 +1,7 @@
 //! What the page listens to.
 
-use super::feed::{Feed, Heard, Known};
+use super::feed::Feed;
+use super::known::{Heard, Known};
 use camwright_msgs::Message;
 use camwright_msgs::camwright_msgs::msg::{
     InterpolatorState, LobeForm, MachineAlarms, MachineDescription, PartLobe, PlanPage,

@@ -1,6 +1,6 @@
 //! What the page and `camwright status` show, as JSON: units of the shop, each in its key.
 
-use super::feed::Known;
+use super::known::Known;
 use super::words::{self, SILENCE, Tone, Word};
 use camwright::math::units::{deg_from_rad, rpm_from_rad_s};
 use camwright_files::convert::plan::{phase_from, phase_name};

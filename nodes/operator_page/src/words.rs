@@ -1,6 +1,6 @@
 //! The one word that says what the cell does, and whether what it made is good.
 
-use super::feed::Known;
+use super::known::Known;
 use camwright::motion::plan::Phase;
 use camwright_files::convert::plan::{phase_from, phase_name};
 use camwright_msgs::camwright_msgs::msg::{Alarm, InterpolatorState, JobStatus, MachineStream};

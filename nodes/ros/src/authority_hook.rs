@@ -1,36 +1,14 @@
 //! Authority over a node: decides which requests of others are executed.
 
-use super::node::Node;
 use super::participant_entities::Guid;
 use camwright_msgs::Service;
 use serde_json::Value;
 use std::any::Any;
-use std::sync::Arc;
 
 /// Decides on requests to a node.
 pub trait Authority: Send + Sync {
     /// Returns why a request is refused; none where it is executed. `sender` is the writer that sent it, whatever the request says.
     fn refusal(&self, service: &str, request: &dyn Any, sender: &Guid) -> Option<String>;
-}
-
-impl Node {
-    /// Lets an authority decide on every request from now on, parameters and life cycle included. The first one stays.
-    pub fn set_authority(&self, authority: Arc<dyn Authority>) {
-        let _the_first_stays = self.authority().set(authority);
-    }
-
-    /// Returns why a request is refused, and logs it.
-    pub(super) fn refusal(&self, service: &str, request: &dyn Any, sender: &Guid) -> Option<String> {
-        let reason = self.authority().get()?.refusal(service, request, sender)?;
-        let who = self.who(sender);
-        self.warn_once(&format!("{service} refused to {who}"), &format!("{service} refused to {who}: {reason}"));
-        Some(reason)
-    }
-
-    /// Returns true where a participant, or that of an endpoint, has said which nodes it has, and has not left.
-    pub fn knows_participant(&self, guid: &Guid) -> bool {
-        self.graph().knows_participant(guid)
-    }
 }
 
 /// The response to a refused request: no success, and the reason where the type has a field for it.

@@ -23,7 +23,7 @@
 //! # Example
 //!
 //! All callbacks of a node run on the thread that spins it. The repository has a longer example with service, action and life cycle:
-//! `nodes/ros/examples/homing_axis.rs`.
+//! `nodes/ros/examples/homing_axis`.
 //!
 //! ```no_run
 //! use camwright_msgs::std_msgs::msg::String as Text;
@@ -84,10 +84,12 @@ mod raw_requests;
 mod reader_depth;
 mod repeated_warnings;
 mod reply_pace;
+mod rosout;
 mod rtps_messages;
 mod sample_info;
 mod services;
 mod shutdown;
+mod sim_time;
 mod telemetry;
 mod topics;
 mod type_description;

@@ -19,10 +19,14 @@ use super::clock::to_time;
 use super::error::RosError;
 use super::level::Level;
 use super::names::Names;
-use super::node::{Node, WeakNode};
-use super::qos::Qos;
-use super::topics::Publisher;
 use camwright_threads::system_time::system_time_ns;
+
+/// Publishes the lines of a logger.
+pub(super) trait Outlet: Send + Sync {
+    /// Time of a line.
+    fn now_ns(&self) -> i64;
+    fn publish(&self, log: &Log) -> Result<(), RosError>;
+}
 
 struct Inner {
     name: String,
@@ -31,7 +35,7 @@ struct Inner {
     usual: Level,
     console: bool,
     rosout: bool,
-    outlet: Mutex<Option<(Publisher<Log>, WeakNode)>>,
+    outlet: Mutex<Option<Arc<dyn Outlet>>>,
 }
 
 /// A node's logger. Clones are the same logger.
@@ -71,17 +75,21 @@ impl Logger {
         }
     }
 
-    /// Connects the logger to `/rosout`.
-    pub(super) fn attach(&self, node: &Node) -> Result<(), RosError> {
-        if self.inner.rosout {
-            let publisher = node.publisher("/rosout", &Qos::rosout())?;
-            *self.outlet() = Some((publisher, node.downgrade()));
-        }
+    /// Returns true if the arguments ask for `/rosout`.
+    pub(super) fn uses_rosout(&self) -> bool {
+        self.inner.rosout
+    }
+
+    pub(super) fn connect(&self, outlet: Arc<dyn Outlet>) {
+        *self.outlet() = Some(outlet);
+    }
+
+    /// Makes this the logger of threads that entered none, unless another node's is.
+    pub(super) fn serve_process(&self) {
         let mut first = FIRST.lock().unwrap_or_else(PoisonError::into_inner);
         if first.is_none() {
             *first = Some(self.clone());
         }
-        Ok(())
     }
 
     pub(super) fn detach(&self) {
@@ -93,7 +101,7 @@ impl Logger {
         }
     }
 
-    fn outlet(&self) -> std::sync::MutexGuard<'_, Option<(Publisher<Log>, WeakNode)>> {
+    fn outlet(&self) -> std::sync::MutexGuard<'_, Option<Arc<dyn Outlet>>> {
         self.inner.outlet.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -153,12 +161,11 @@ impl Logger {
             return;
         }
         let outlet = self.outlet().clone();
-        let node = outlet.as_ref().and_then(|(_, node)| node.upgrade());
-        let now_ns = node.as_ref().map_or_else(system_time_ns, Node::now_ns);
+        let now_ns = outlet.as_ref().map_or_else(system_time_ns, |outlet| outlet.now_ns());
         if self.inner.console {
             print(level, now_ns, &self.inner.name, text);
         }
-        if let Some((publisher, _)) = outlet {
+        if let Some(outlet) = outlet {
             let log = Log {
                 stamp: to_time(now_ns),
                 level: level as u8,
@@ -168,7 +175,7 @@ impl Logger {
                 function: origin.function.to_string(),
                 line: origin.line,
             };
-            if let Err(error) = publisher.publish(&log) {
+            if let Err(error) = outlet.publish(&log) {
                 // Not through the logger: that would come back here.
                 print(Level::Warn, now_ns, &self.inner.name, &error.to_string());
             }

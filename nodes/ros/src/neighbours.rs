@@ -43,6 +43,11 @@ impl Node {
         self.graph().who(guid)
     }
 
+    /// Returns true where a participant, or that of an endpoint, has said which nodes it has, and has not left.
+    pub fn knows_participant(&self, guid: &Guid) -> bool {
+        self.graph().knows_participant(guid)
+    }
+
     /// Number of known publishers on a topic.
     ///
     /// # Errors

@@ -1,6 +1,7 @@
 //! A node: one participant, one executor, and what every ROS 2 node has.
 
 use std::{
+    any::Any,
     fmt,
     sync::{Arc, Mutex, OnceLock, PoisonError},
     thread::JoinHandle,
@@ -11,7 +12,7 @@ use camwright_msgs::builtin_interfaces;
 use rustdds::{DomainParticipant, QosPolicies, RTPSEntity, Topic, TopicKind};
 
 use super::authority_hook::Authority;
-use super::clock::TimeSource;
+use super::clock::RosClock;
 use super::delay::{DelayInjection, DelaySource};
 use super::discovery::{Graph, Guid};
 use super::error::RosError;
@@ -46,18 +47,18 @@ pub(super) struct NodeInner {
     pub(super) graph: Arc<Graph>,
     pub(super) loopback: Arc<Loopback>,
     pub(super) logger: Logger,
-    pub(super) parameters: OnceLock<Parameters>,
-    pub(super) clock: OnceLock<TimeSource>,
+    pub(super) parameters: Parameters,
+    pub(super) clock: Arc<RosClock>,
     pub(super) beside: Arc<Beside>,
     pub(super) delay_injection: Option<DelayInjection>,
     pub(super) writer_window: WriterWindow,
     pub(super) load: Arc<Load>,
-    pub(super) warnings: RepeatedWarnings,
+    pub(super) warnings: Arc<RepeatedWarnings>,
     pub(super) authority: OnceLock<Arc<dyn Authority>>,
     pub(super) next_delay: Mutex<u64>,
     pub(super) watch: Mutex<Option<watchdog::Watch>>,
     pub(super) crate_side: Mutex<Option<CrateSide>>,
-    pub(super) retained: Mutex<Vec<Box<dyn std::any::Any + Send>>>,
+    pub(super) retained: Mutex<Vec<Box<dyn Any + Send>>>,
     pub(super) supervisor: Supervisor,
 }
 
@@ -106,7 +107,7 @@ impl Node {
     /// Keeps an endpoint, a timer or anything else until [`Node::shutdown`].
     ///
     /// A clone of the node in a retained callback keeps the node alive: call [`Node::shutdown`] then, a drop is not enough.
-    pub fn retain(&self, endpoint: impl std::any::Any + Send) {
+    pub fn retain(&self, endpoint: impl Any + Send) {
         self.inner.retained.lock().unwrap_or_else(PoisonError::into_inner).push(Box::new(endpoint));
     }
 
@@ -134,18 +135,24 @@ impl Node {
     /// Warns once of what is refused again and again. Repetitions of `kind` within five seconds are counted and reported together.
     #[track_caller]
     pub fn warn_once(&self, kind: &str, text: &str) {
-        if self.inner.warnings.is_first(self, kind) {
-            self.inner.logger.warn(text);
-        }
+        self.inner.warnings.warn(kind, text);
     }
 
-    pub(super) fn warnings(&self) -> &RepeatedWarnings {
-        &self.inner.warnings
+    /// Lets an authority decide on every request from now on, parameters and life cycle included. The first one stays.
+    pub fn set_authority(&self, authority: Arc<dyn Authority>) {
+        let _the_first_stays = self.inner.authority.set(authority);
     }
 
-    /// Decides on the requests of others; empty: all are executed.
-    pub(super) fn authority(&self) -> &OnceLock<Arc<dyn Authority>> {
-        &self.inner.authority
+    /// Returns why a request is refused, and logs it.
+    pub(super) fn refusal(&self, service: &str, request: &dyn Any, sender: &Guid) -> Option<String> {
+        let reason = self.inner.authority.get()?.refusal(service, request, sender)?;
+        let who = self.graph().who(sender);
+        self.warn_once(&format!("{service} refused to {who}"), &format!("{service} refused to {who}: {reason}"));
+        Some(reason)
+    }
+
+    pub(super) fn clock(&self) -> &Arc<RosClock> {
+        &self.inner.clock
     }
 
     pub(super) fn loopback(&self) -> &Arc<Loopback> {
@@ -219,7 +226,7 @@ impl Node {
     }
 
     pub fn parameters(&self) -> &Parameters {
-        self.inner.parameters.get().expect("Node::new returns only after declaring them")
+        &self.inner.parameters
     }
 
     pub fn logger(&self) -> &Logger {
@@ -234,7 +241,7 @@ impl Node {
 
     /// ROS time in ns: the system clock (since 1970), or what `/clock` last said if `use_sim_time` is set (0 before the first).
     pub fn now_ns(&self) -> i64 {
-        self.inner.clock.get().map_or_else(camwright_threads::system_time::system_time_ns, TimeSource::now_ns)
+        self.inner.clock.now_ns()
     }
 
     /// ROS time as a message; see [`Node::now_ns`].

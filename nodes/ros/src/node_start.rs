@@ -7,7 +7,6 @@ use camwright_threads::supervised::Supervisor;
 use rustdds::{DomainParticipant, RTPSEntity};
 
 use super::args::RosArgs;
-use super::clock::TimeSource;
 use super::delay::DelayInjection;
 use super::discovery::Graph;
 use super::error::RosError;
@@ -26,7 +25,7 @@ use super::participant_entities::ParticipantEntities;
 use super::qos::{Qos, WriterWindow};
 use super::repeated_warnings::RepeatedWarnings;
 use super::shutdown::{EXIT_FAILED, Shutdown};
-use super::{logger_services, type_description};
+use super::{logger_services, parameter_services, rosout, sim_time, type_description};
 
 /// Time for discovery between a new participant and running ones, before it announces its first endpoint.
 ///
@@ -109,6 +108,8 @@ impl Node {
 
         raise_descriptor_limit();
         args.unsupported().refuse().map_err(&failed)?;
+        let overrides = args.overrides_for(names.node(), &fully_qualified);
+        let parameters = Parameters::declare(parameters, &overrides)?;
         // One participant per node: status events go to a single reader per participant.
         let participant::Guarded { participant, vitals, gate } =
             participant::build(args.domain_id(), args.discovery_range()).map_err(failed)?;
@@ -132,17 +133,17 @@ impl Node {
         let node = Node {
             inner: Arc::new(NodeInner {
                 names,
-                executor,
                 loopback: Loopback::new(&graph),
                 graph,
-                logger,
-                parameters: OnceLock::new(),
-                clock: OnceLock::new(),
+                parameters,
+                clock: Arc::default(),
                 beside: Arc::new(beside),
                 delay_injection,
                 writer_window,
                 load: Arc::default(),
-                warnings: RepeatedWarnings::default(),
+                warnings: RepeatedWarnings::new(&executor, &logger),
+                logger,
+                executor,
                 authority: OnceLock::new(),
                 next_delay: Mutex::new(0),
                 watch: Mutex::new(Some(watch)),
@@ -154,15 +155,18 @@ impl Node {
         let logger = node.logger().clone();
         node.supervisor().on_fault(move |fault| logger.error(fault));
         node.watch_graph(&participant, gate)?;
-        node.logger().attach(&node)?;
+        rosout::connect(&node)?;
+        node.logger().serve_process();
         if let Some(warning) = args.unsupported().warning() {
             static ONCE: Once = Once::new();
             ONCE.call_once(|| node.logger().warn(&warning));
         }
-        let parameters = Parameters::declare(&node, parameters, &args)?;
-        let _ = node.inner.parameters.set(parameters);
-        let _ = node.inner.clock.set(TimeSource::new(&node)?);
-        node.parameters().offer_services(&node)?;
+        for unknown in overrides.iter().filter(|o| o.explicit && node.parameters().get(&o.name).is_none()) {
+            node.logger().warn(&format!("parameter '{}' was given but is not known to this node", unknown.name));
+        }
+        parameter_services::publish_events(&node)?;
+        sim_time::follow_parameter(&node)?;
+        parameter_services::offer(&node)?;
         type_description::offer(&node)?;
         logger_services::offer(&node)?;
         Ok(node)

@@ -1,6 +1,6 @@
 //! The six parameter services and `/parameter_events`.
 
-use std::{collections::BTreeSet, sync::OnceLock};
+use std::{collections::BTreeSet, sync::Arc};
 
 use camwright_msgs::rcl_interfaces::{
     msg::{
@@ -15,45 +15,52 @@ use camwright_msgs::rcl_interfaces::{
 };
 
 use super::{
+    clock::{RosClock, to_time},
     error::RosError,
-    node::{Node, WeakNode, private},
+    logging::Logger,
+    node::{Node, private},
     parameter_value::ParameterValue,
-    parameters::{Parameter, ParameterRange, Parameters},
+    parameters::{Parameter, ParameterChanges, ParameterRange, Parameters},
     qos::Qos,
     topics::Publisher,
 };
 
-pub(super) struct ParameterEvents {
+struct ParameterEvents {
     publisher: Publisher<ParameterEvent>,
-    name: OnceLock<String>,
+    node: String,
+    clock: Arc<RosClock>,
+    logger: Logger,
 }
 
 impl ParameterEvents {
-    pub(super) fn new(node: &Node) -> Result<Self, RosError> {
-        let publisher = node.publisher("/parameter_events", &Qos::parameter_events())?;
-        Ok(ParameterEvents { publisher, name: OnceLock::new() })
-    }
-
-    pub(super) fn publish(
-        &self,
-        node: &Node,
-        declared: &[(String, ParameterValue)],
-        changed: &[(String, ParameterValue)],
-    ) {
-        let list = |values: &[(String, ParameterValue)]| {
+    fn publish(&self, declared: &ParameterChanges, changed: &ParameterChanges) {
+        let list = |values: &ParameterChanges| {
             values.iter().map(|(name, value)| ParameterMsg { name: name.clone(), value: to_msg(value) }).collect()
         };
         let event = ParameterEvent {
-            stamp: node.now(),
-            node: self.name.get_or_init(|| node.fully_qualified_name()).clone(),
+            stamp: to_time(self.clock.now_ns()),
+            node: self.node.clone(),
             new_parameters: list(declared),
             changed_parameters: list(changed),
             ..Default::default()
         };
         if let Err(error) = self.publisher.publish(&event) {
-            node.logger().warn(&error.to_string());
+            self.logger.warn(&error.to_string());
         }
     }
+}
+
+/// Publishes the declared parameters, and every change from now on.
+pub(super) fn publish_events(node: &Node) -> Result<(), RosError> {
+    let events = ParameterEvents {
+        publisher: node.publisher("/parameter_events", &Qos::parameter_events())?,
+        node: node.fully_qualified_name(),
+        clock: Arc::clone(node.clock()),
+        logger: node.logger().clone(),
+    };
+    events.publish(&node.parameters().all(), &[]);
+    node.parameters().publish_changes(move |changes| events.publish(&[], changes));
+    Ok(())
 }
 
 fn to_msg(value: &ParameterValue) -> ValueMsg {
@@ -131,14 +138,10 @@ fn list(names: &[String], prefixes: &[String], depth: u64) -> ListParametersResu
     ListParametersResult { names, prefixes: prefixes.into_iter().collect() }
 }
 
-fn set(parameters: &Parameters, node: &WeakNode, wanted: Vec<ParameterMsg>) -> SetParametersResult {
-    let outcome = node.upgrade().ok_or_else(|| "the node is leaving".to_string()).and_then(|node| {
-        let changes = wanted
-            .into_iter()
-            .map(|parameter| Ok((parameter.name.clone(), from_msg(&parameter.name, parameter.value)?)))
-            .collect::<Result<Vec<_>, String>>()?;
-        parameters.set_all(&node, changes)
-    });
+fn set(parameters: &Parameters, wanted: Vec<ParameterMsg>) -> SetParametersResult {
+    let changes =
+        wanted.into_iter().map(|parameter| Ok((parameter.name.clone(), from_msg(&parameter.name, parameter.value)?)));
+    let outcome = changes.collect::<Result<Vec<_>, String>>().and_then(|changes| parameters.set_all(changes));
     match outcome {
         Ok(()) => SetParametersResult { successful: true, reason: String::new() },
         Err(reason) => SetParametersResult { successful: false, reason },
@@ -149,7 +152,8 @@ fn set(parameters: &Parameters, node: &WeakNode, wanted: Vec<ParameterMsg>) -> S
 ///
 /// `list_parameters` leaves out optional parameters without a value. `ros2 param dump` writes a null for each, which neither
 /// `ros2 param load` nor a node that is started with the file accepts.
-pub(super) fn offer(parameters: &Parameters, node: &Node) -> Result<(), RosError> {
+pub(super) fn offer(node: &Node) -> Result<(), RosError> {
+    let parameters = node.parameters();
     let qos = Qos::parameters();
 
     let store = parameters.clone();
@@ -165,16 +169,16 @@ pub(super) fn offer(parameters: &Parameters, node: &Node) -> Result<(), RosError
         GetParameterTypesResponse { types }
     })?);
 
-    let (store, weak) = (parameters.clone(), node.downgrade());
+    let store = parameters.clone();
     node.retain(node.service_with::<SetParameters>(&private("set_parameters"), &qos, move |request| {
-        let results = request.parameters.into_iter().map(|parameter| set(&store, &weak, vec![parameter])).collect();
+        let results = request.parameters.into_iter().map(|parameter| set(&store, vec![parameter])).collect();
         SetParametersResponse { results }
     })?);
 
-    let (store, weak) = (parameters.clone(), node.downgrade());
+    let store = parameters.clone();
     let name = private("set_parameters_atomically");
     node.retain(node.service_with::<SetParametersAtomically>(&name, &qos, move |request| {
-        SetParametersAtomicallyResponse { result: set(&store, &weak, request.parameters) }
+        SetParametersAtomicallyResponse { result: set(&store, request.parameters) }
     })?);
 
     let store = parameters.clone();

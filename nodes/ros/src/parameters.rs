@@ -3,13 +3,13 @@
 use std::{
     collections::BTreeMap,
     fmt,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError},
 };
 
-use super::{
-    args::RosArgs, clock::USE_SIM_TIME, error::RosError, node::Node, parameter_services::ParameterEvents,
-    parameter_value::ParameterValue,
-};
+use super::{args::NodeOverride, error::RosError, parameter_value::ParameterValue};
+
+/// Name of the parameter that selects simulated time.
+pub(super) const USE_SIM_TIME: &str = "use_sim_time";
 
 /// Name of the parameter by which nodes of Jazzy offer `~/get_type_description`.
 pub(super) const START_TYPE_DESCRIPTION_SERVICE: &str = "start_type_description_service";
@@ -242,6 +242,7 @@ pub type ParameterChanges = [(String, ParameterValue)];
 
 type Validator = Box<dyn Fn(&Parameters, &ParameterChanges) -> Result<(), String> + Send>;
 type Follower = Box<dyn Fn(&ParameterChanges) + Send>;
+type Publication = Box<dyn Fn(&ParameterChanges) + Send + Sync>;
 
 struct Entry {
     declaration: Parameter,
@@ -258,7 +259,7 @@ struct Inner {
     entries: Mutex<BTreeMap<String, Entry>>,
     /// Also orders changes: validators, store and followers see one change after the other.
     hooks: Mutex<Hooks>,
-    events: ParameterEvents,
+    publication: OnceLock<Publication>,
 }
 
 /// A node's parameters. Clones are the same store.
@@ -275,19 +276,13 @@ impl fmt::Debug for Parameters {
 
 impl Parameters {
     /// Declares a node's parameters and those every node has, with the overrides of the command line.
-    pub(super) fn declare(node: &Node, mut declarations: Vec<Parameter>, args: &RosArgs) -> Result<Self, RosError> {
+    pub(super) fn declare(mut declarations: Vec<Parameter>, overrides: &[NodeOverride]) -> Result<Self, RosError> {
         declarations.push(
             Parameter::bool(USE_SIM_TIME, false).describe("take the time from /clock instead of from the system"),
         );
         declarations.push(
             Parameter::bool(START_TYPE_DESCRIPTION_SERVICE, true).describe("offer ~/get_type_description").read_only(),
         );
-        let overrides = args.overrides_for(node.name(), &node.fully_qualified_name());
-        for stray in &overrides {
-            if stray.explicit && !declarations.iter().any(|declaration| declaration.name == stray.name) {
-                node.logger().warn(&format!("parameter '{}' was given but is not known to this node", stray.name));
-            }
-        }
         let mut entries = BTreeMap::new();
         for declaration in declarations {
             let refuse = |reason: String| RosError::Parameter { name: declaration.name.clone(), reason };
@@ -300,14 +295,13 @@ impl Parameters {
                 return Err(RosError::Parameter { name, reason: "is declared twice".into() });
             }
         }
-        let events = ParameterEvents::new(node)?;
-        let declared: Vec<_> = entries.iter().map(|(name, entry)| (name.clone(), entry.value.clone())).collect();
-        events.publish(node, &declared, &[]);
-        Ok(Parameters { inner: Arc::new(Inner { entries: Mutex::new(entries), hooks: Mutex::default(), events }) })
+        let entries = Mutex::new(entries);
+        Ok(Parameters { inner: Arc::new(Inner { entries, hooks: Mutex::default(), publication: OnceLock::new() }) })
     }
 
-    pub(super) fn offer_services(&self, node: &Node) -> Result<(), RosError> {
-        super::parameter_services::offer(self, node)
+    /// Calls `publication` after every change and its followers.
+    pub(super) fn publish_changes(&self, publication: impl Fn(&ParameterChanges) + Send + Sync + 'static) {
+        let _the_first_stays = self.inner.publication.set(Box::new(publication));
     }
 
     fn entries(&self) -> MutexGuard<'_, BTreeMap<String, Entry>> {
@@ -411,13 +405,13 @@ impl Parameters {
     ///
     /// # Errors
     /// The change is rejected, with the reason.
-    pub fn set(&self, node: &Node, name: &str, value: ParameterValue) -> Result<(), RosError> {
-        self.set_all(node, vec![(name.to_string(), value)])
+    pub fn set(&self, name: &str, value: ParameterValue) -> Result<(), RosError> {
+        self.set_all(vec![(name.to_string(), value)])
             .map_err(|reason| RosError::Parameter { name: name.to_string(), reason })
     }
 
     /// Changes all parameters or none, and publishes one event.
-    pub(super) fn set_all(&self, node: &Node, changes: Vec<(String, ParameterValue)>) -> Result<(), String> {
+    pub(super) fn set_all(&self, changes: Vec<(String, ParameterValue)>) -> Result<(), String> {
         let hooks = self.hooks();
         {
             let entries = self.entries();
@@ -446,35 +440,24 @@ impl Parameters {
             follower(&changes);
         }
         drop(hooks);
-        self.inner.events.publish(node, &[], &changes);
+        if let Some(publish) = self.inner.publication.get() {
+            publish(&changes);
+        }
         Ok(())
     }
 }
 
+/// Longest name that is compared with others (bytes): the time for a comparison grows with the square.
+const MAX_COMPARED: usize = 200;
+
 /// Refuses a name, with the nearest that exists.
 fn undeclared<'a>(name: &str, known: impl Iterator<Item = &'a String>) -> String {
-    let nearest = known.map(|known| (distance(name, known), known)).min();
+    let known = known.filter(|_| name.len() <= MAX_COMPARED);
+    let nearest = known.map(|known| (strsim::levenshtein(name, known), known)).min();
     match nearest.filter(|(distance, _)| *distance <= 1 + name.len() / 4) {
         Some((_, nearest)) => format!("parameter '{name}' is not declared; did you mean '{nearest}'?"),
         None => format!("parameter '{name}' is not declared"),
     }
-}
-
-/// Edits from one name to the other. Names that are too long to be meant are far from all others.
-fn distance(one: &str, other: &str) -> usize {
-    if one.len() > 200 {
-        return usize::MAX;
-    }
-    let mut row: Vec<usize> = (0..=other.len()).collect();
-    for (i, a) in one.bytes().enumerate() {
-        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
-        for (j, b) in other.bytes().enumerate() {
-            let substituted = diagonal + usize::from(a != b);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(diagonal + 1).min(row[j] + 1);
-        }
-    }
-    row[other.len()]
 }
 
 #[cfg(test)]
@@ -495,6 +478,8 @@ mod tests {
         let text = undeclared("work_sped_rpm", known.iter());
         assert_eq!(text, "parameter 'work_sped_rpm' is not declared; did you mean 'work_speed_rpm'?");
         assert_eq!(undeclared("nobody", known.iter()), "parameter 'nobody' is not declared");
+        let long = "x".repeat(MAX_COMPARED + 1);
+        assert_eq!(undeclared(&long, [long.clone() + "y"].iter()), format!("parameter '{long}' is not declared"));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What the links of a machine are drawn as and weigh. Where the machine file gives a size it is kept; the rest is there to be looked at.
 
 use super::Frames;
-use super::tree::{Inertial, Link, SPINDLE_HEIGHT, Solid, Visual};
+use super::link::{Inertial, Link, SPINDLE_HEIGHT, Solid, Visual};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::machine::fixture::Extent;
 use camwright_files::convert::m_from_mm;

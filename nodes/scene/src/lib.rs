@@ -11,11 +11,13 @@
 
 mod bodies;
 mod frames;
+mod link;
 mod markers;
 mod solids;
 pub mod tree;
 mod urdf;
 
 pub use frames::{FRAME_PREFIX, Frames, frames_of, parameter, prefix};
+pub use link::{Inertial, Link, Solid, Visual};
 pub use markers::{Colour, Place, error_ring, gone, outline, rings, solid, text, wheel};
-pub use tree::{Inertial, Joint, Limit, Link, Motion, Solid, Tree, Visual};
+pub use tree::{Joint, Limit, Motion, Tree};

@@ -2,6 +2,7 @@
 
 use super::Frames;
 use super::bodies;
+use super::link::{Link, SPINDLE_HEIGHT};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::math::units::TURN_RAD;
 use camwright_files::convert::machine_description::WHEEL_JOINT;
@@ -10,9 +11,6 @@ use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::geometry_msgs::msg::{Quaternion, Transform, TransformStamped, Vector3};
 use camwright_msgs::std_msgs::msg::Header;
 use std::f64::consts::FRAC_PI_2;
-
-/// Height of the spindle's axis above the floor (m).
-pub(super) const SPINDLE_HEIGHT: f64 = 1.05;
 
 /// A machine as links and joints, in m, rad, kg, N.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,47 +23,6 @@ pub struct Tree {
     pub links: Vec<Link>,
     /// Its joints; each hangs below a link that stands before its child.
     pub joints: Vec<Joint>,
-}
-
-/// A body, or none.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Link {
-    /// Name, which is that of its frame.
-    pub name: String,
-    /// What it is drawn as.
-    pub visuals: Vec<Visual>,
-    /// What it weighs; none where nothing moves it.
-    pub inertial: Option<Inertial>,
-}
-
-/// A solid of one colour in the frame of its link.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Visual {
-    pub solid: Solid,
-    pub at: [f64; 3],
-    /// Red, green, blue, opacity (0..1).
-    pub colour: [f64; 4],
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Solid {
-    /// Its edges along X, Y, Z.
-    Box([f64; 3]),
-    /// A cylinder along Z.
-    AlongZ { radius: f64, length: f64 },
-    /// A cylinder along Y.
-    AlongY { radius: f64, length: f64 },
-}
-
-/// Mass and its moments about the middle, along X, Y, Z.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Inertial {
-    /// Mass (kg).
-    pub mass: f64,
-    /// Its middle in the frame of the link.
-    pub at: [f64; 3],
-    /// Moments (kg m²).
-    pub moments: [f64; 3],
 }
 
 /// What lies between two links.

@@ -1,6 +1,7 @@
 //! The tree as a URDF.
 
-use super::tree::{Inertial, Joint, Limit, Link, Motion, Solid, Tree, Visual};
+use super::link::{Inertial, Link, Solid, Visual};
+use super::tree::{Joint, Limit, Motion, Tree};
 use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write;
 

@@ -1,6 +1,6 @@
 //! Cams along z: contours from lift tables, each over a length of the part, and one blending into the next.
 
-use super::{SurfaceError, SurfacePoint};
+use super::{SurfaceError, SurfaceKey, SurfacePoint};
 use crate::cam::contour::Contour;
 use crate::cam::motion_law::MotionLaw;
 use crate::math::periodic_spline::{PeriodicSpline, Sample};
@@ -50,14 +50,14 @@ pub(super) struct CamStack {
 impl CamStack {
     pub(super) fn new(cams: &[CamAlong<'_>]) -> Result<Self, SurfaceError> {
         if cams.is_empty() || cams.len() > MOST {
-            return Err(SurfaceError::Count { what: "cams", count: cams.len(), least: 1, most: MOST });
+            return Err(SurfaceError::Count { what: SurfaceKey::Cams, count: cams.len(), least: 1, most: MOST });
         }
         let mut stack: Vec<Cam> = Vec::with_capacity(cams.len());
         for (index, cam) in cams.iter().enumerate() {
             for (what, value) in [
-                ("the phase of a cam", cam.phase_rad),
-                ("the z at which a cam begins", cam.from_mm),
-                ("the z at which a cam ends", cam.to_mm),
+                (SurfaceKey::CamPhase, cam.phase_rad),
+                (SurfaceKey::CamBegin, cam.from_mm),
+                (SurfaceKey::CamEnd, cam.to_mm),
             ] {
                 if !value.is_finite() || value.abs() > 1e5 {
                     return Err(SurfaceError::BadNumber { what, value, allowed: "within ±1e5" });
@@ -129,7 +129,7 @@ fn outline(cam: &CamAlong<'_>, index: usize) -> Result<PeriodicSpline, SurfaceEr
     let mut knots = KNOTS.0;
     let mut at_knots = values(knots, 0.0);
     loop {
-        let bad = |_| SurfaceError::BadNumber { what: "a radius of a cam", value: f64::NAN, allowed: "finite" };
+        let bad = |_| SurfaceError::BadNumber { what: SurfaceKey::CamRadius, value: f64::NAN, allowed: "finite" };
         let spline = PeriodicSpline::interpolate(&at_knots).map_err(bad)?;
         let between = values(knots, 0.5);
         let error_mm = between.iter().enumerate().fold(0.0_f64, |most, (i, radius)| {

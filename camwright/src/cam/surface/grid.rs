@@ -3,7 +3,7 @@
 //! Along z the spline is the cubic through its rows whose third derivative does not jump at the second row from either end ("not a
 //! knot"), so that cubics come back exactly; beyond its ends it goes on along its tangent.
 
-use super::{SurfaceError, SurfacePoint};
+use super::{SurfaceError, SurfaceKey, SurfacePoint};
 use crate::math::periodic_spline::{PeriodicSpline, Weights};
 use crate::math::units::{TURN_RAD, deg_from_rad};
 use alloc::vec;
@@ -71,11 +71,11 @@ impl GridSpline {
             let fits = (least..=most).contains(&count);
             if fits { Ok(()) } else { Err(SurfaceError::Count { what, count, least, most }) }
         };
-        count("azimuths", columns, ANGLES)?;
-        count("rows", rows, ROWS)?;
+        count(SurfaceKey::Azimuths, columns, ANGLES)?;
+        count(SurfaceKey::Rows, rows, ROWS)?;
         check_radii(grid)?;
         let angles = columns_of_a_turn(grid)?;
-        count("azimuths", angles, ANGLES)?;
+        count(SurfaceKey::Azimuths, angles, ANGLES)?;
         check_z(&grid.z_mm)?;
         let level_mm = grid.radii_mm[0];
         let mut nodes = Vec::with_capacity(angles * rows);
@@ -179,7 +179,7 @@ fn check_radii(grid: &Grid) -> Result<(), SurfaceError> {
 fn check_z(z_mm: &[f64]) -> Result<(), SurfaceError> {
     for (row, z) in z_mm.iter().enumerate() {
         if !z.is_finite() || z.abs() > LARGEST_MM {
-            return Err(SurfaceError::BadNumber { what: "z of a row", value: *z, allowed: "within ±1e5 mm" });
+            return Err(SurfaceError::BadNumber { what: SurfaceKey::RowZ, value: *z, allowed: "within ±1e5 mm" });
         }
         if row > 0 && z - z_mm[row - 1] < 1e-9 {
             return Err(SurfaceError::ZNotIncreasing { row, z_mm: *z, previous_mm: z_mm[row - 1] });

@@ -6,7 +6,7 @@
 //! what the corners then lie off the grid's spline is added in the same way until they lie on it.
 
 use super::grid::Grid;
-use super::{Surface, SurfaceError};
+use super::{Surface, SurfaceError, SurfaceKey};
 use crate::math::range::least_and_most;
 use crate::math::units::{TURN_RAD, deg_from_rad, wrap_turn};
 use alloc::vec;
@@ -166,11 +166,11 @@ fn is_side(triangle: &Triangle, flat_mm: f64) -> bool {
 fn faces_of(triangles: &[Triangle]) -> Result<Vec<[Corner; 3]>, SurfaceError> {
     let count = triangles.len();
     if !(4..=MAX_TRIANGLES).contains(&count) {
-        return Err(SurfaceError::Count { what: "triangles", count, least: 4, most: MAX_TRIANGLES });
+        return Err(SurfaceError::Count { what: SurfaceKey::Triangles, count, least: 4, most: MAX_TRIANGLES });
     }
     let numbers = || triangles.iter().flatten().flatten();
     if let Some(value) = numbers().find(|value| !value.is_finite() || value.abs() > LARGEST_MM) {
-        let what = "a coordinate of the mesh";
+        let what = SurfaceKey::MeshCoordinate;
         return Err(SurfaceError::BadNumber { what, value: *value, allowed: "within ±1e5 mm" });
     }
     let z = triangles.iter().flatten().map(|corner| corner[2]);
@@ -202,12 +202,7 @@ fn faces_of(triangles: &[Triangle]) -> Result<Vec<[Corner; 3]>, SurfaceError> {
         }
     }
     if faces.is_empty() {
-        return Err(SurfaceError::Count {
-            what: "triangles beside end faces",
-            count: 0,
-            least: 4,
-            most: MAX_TRIANGLES,
-        });
+        return Err(SurfaceError::Count { what: SurfaceKey::SideTriangles, count: 0, least: 4, most: MAX_TRIANGLES });
     }
     Ok(faces)
 }

@@ -15,8 +15,11 @@
 
 pub mod cams;
 pub mod grid;
+mod key;
 pub mod mesh;
 pub mod solid;
+
+pub use key::SurfaceKey;
 
 use crate::math::jet::Jet;
 use crate::math::units::{TURN_RAD, deg_from_rad};
@@ -30,7 +33,7 @@ use thiserror::Error;
 pub enum SurfaceError {
     /// A number that describes the surface is out of its range.
     #[error("{what} is {value}, it must be {allowed}")]
-    BadNumber { what: &'static str, value: f64, allowed: &'static str },
+    BadNumber { what: SurfaceKey, value: f64, allowed: &'static str },
     /// The ends of the part are not in order.
     #[error("the part ends at z = {to_mm} mm, it must end above z = {from_mm} mm, where it begins")]
     NoLength {
@@ -42,7 +45,7 @@ pub enum SurfaceError {
     /// Too few, or too many, of something.
     #[error("{count} {what}, there must be {least} to {most}")]
     Count {
-        what: &'static str,
+        what: SurfaceKey,
         /// How many were given.
         count: usize,
         least: usize,
@@ -277,7 +280,7 @@ impl Surface {
     }
 
     fn checked(shape: Shape, from_mm: f64, to_mm: f64) -> Result<Self, SurfaceError> {
-        for (what, value) in [("the z at which the part begins", from_mm), ("the z at which the part ends", to_mm)] {
+        for (what, value) in [(SurfaceKey::Begin, from_mm), (SurfaceKey::End, to_mm)] {
             if !value.is_finite() || value.abs() > LONGEST_MM {
                 return Err(SurfaceError::BadNumber { what, value, allowed: "within ±1e5 mm" });
             }

@@ -1,6 +1,6 @@
 //! Solids by formula.
 
-use super::SurfaceError;
+use super::{SurfaceError, SurfaceKey};
 use crate::math::jet::Jet;
 use alloc::vec::Vec;
 
@@ -82,7 +82,7 @@ const MAX_HARMONICS: usize = 256;
 /// Largest radius (mm).
 const LARGEST_MM: f64 = 1e5;
 
-fn positive(what: &'static str, value: f64) -> Result<(), SurfaceError> {
+fn positive(what: SurfaceKey, value: f64) -> Result<(), SurfaceError> {
     if value.is_finite() && value > 0.0 && value <= LARGEST_MM {
         Ok(())
     } else {
@@ -90,7 +90,7 @@ fn positive(what: &'static str, value: f64) -> Result<(), SurfaceError> {
     }
 }
 
-fn finite(what: &'static str, number: Along) -> Result<(), SurfaceError> {
+fn finite(what: SurfaceKey, number: Along) -> Result<(), SurfaceError> {
     if number.is_finite() {
         return Ok(());
     }
@@ -102,33 +102,38 @@ impl Solid {
     /// Sees to it that its numbers make sense by themselves.
     pub(super) fn check(&self) -> Result<(), SurfaceError> {
         match self {
-            Solid::Cylinder { radius_mm } => positive("the radius of the cylinder", *radius_mm),
+            Solid::Cylinder { radius_mm } => positive(SurfaceKey::CylinderRadius, *radius_mm),
             Solid::Eccentric { radius_mm, eccentricity_mm, azimuth_rad } => {
-                positive("the radius of the eccentric", *radius_mm)?;
+                positive(SurfaceKey::EccentricRadius, *radius_mm)?;
                 if !(0.0..*radius_mm).contains(eccentricity_mm) {
-                    let (what, value) = ("the eccentricity", *eccentricity_mm);
+                    let (what, value) = (SurfaceKey::Eccentricity, *eccentricity_mm);
                     return Err(SurfaceError::BadNumber { what, value, allowed: "at least 0 and below the radius" });
                 }
-                finite("the azimuth of the eccentric", Along::constant(*azimuth_rad))
+                finite(SurfaceKey::EccentricAzimuth, Along::constant(*azimuth_rad))
             }
             Solid::EllipticCone { first_mm, second_mm, azimuth_rad } => {
-                finite("the first half axis", *first_mm)?;
-                finite("the second half axis", *second_mm)?;
-                finite("the azimuth of the first half axis", Along::constant(*azimuth_rad))
+                finite(SurfaceKey::FirstHalfAxis, *first_mm)?;
+                finite(SurfaceKey::SecondHalfAxis, *second_mm)?;
+                finite(SurfaceKey::HalfAxisAzimuth, Along::constant(*azimuth_rad))
             }
             Solid::Lobed { mean_mm, harmonics } => {
-                finite("the mean radius", *mean_mm)?;
+                finite(SurfaceKey::MeanRadius, *mean_mm)?;
                 if harmonics.len() > MAX_HARMONICS {
                     let count = harmonics.len();
-                    return Err(SurfaceError::Count { what: "harmonics", count, least: 0, most: MAX_HARMONICS });
+                    return Err(SurfaceError::Count {
+                        what: SurfaceKey::Harmonics,
+                        count,
+                        least: 0,
+                        most: MAX_HARMONICS,
+                    });
                 }
                 for harmonic in harmonics {
                     if !(1..=MAX_WAVES).contains(&harmonic.waves) {
-                        let (what, value) = ("the number of waves", f64::from(harmonic.waves));
+                        let (what, value) = (SurfaceKey::Waves, f64::from(harmonic.waves));
                         return Err(SurfaceError::BadNumber { what, value, allowed: "1 to 720" });
                     }
-                    finite("the amplitude of a wave", harmonic.amplitude_mm)?;
-                    finite("the phase of a wave", harmonic.phase_rad)?;
+                    finite(SurfaceKey::WaveAmplitude, harmonic.amplitude_mm)?;
+                    finite(SurfaceKey::WavePhase, harmonic.phase_rad)?;
                 }
                 Ok(())
             }

@@ -20,6 +20,7 @@ mod cells;
 mod contact;
 mod cusp;
 mod hollow;
+mod key;
 mod passes;
 mod rates;
 mod spindle;
@@ -27,6 +28,7 @@ mod varied;
 
 pub use cusp::Cusp;
 pub use hollow::Hollow;
+pub use key::InsertPathKey;
 pub use passes::{Pass, PassStep, Passes, cusp_mm};
 pub use rates::{AxisLimits, PathRates, PathUse, Rates, SpeedBound, SpindleSpeed};
 pub use spindle::{BoundShare, SpindleLaw};
@@ -48,7 +50,7 @@ use thiserror::Error;
 pub enum InsertPathError {
     /// A number that is none, or out of its range.
     #[error("{what} is {value}, it must be {allowed}")]
-    BadNumber { what: &'static str, value: f64, allowed: &'static str },
+    BadNumber { what: InsertPathKey, value: f64, allowed: &'static str },
     /// The rake plane does not cut the surface as it must.
     #[error(transparent)]
     Section(#[from] RakeSectionError),
@@ -220,22 +222,22 @@ impl PathRequest {
         let bad = |what, value, allowed| Err(InsertPathError::BadNumber { what, value, allowed });
         let r = self.insert_radius_mm;
         if !(r > 0.0 && r <= LARGEST_INSERT_MM) {
-            return bad("the radius of the insert", r, "above 0 and up to 1000 mm");
+            return bad(InsertPathKey::InsertRadius, r, "above 0 and up to 1000 mm");
         }
         let (Feed::AlongZ(feed) | Feed::AlongCurve(feed)) = self.feed;
         if !(feed > 0.0 && feed <= r) {
-            return bad("the feed per turn", feed, "above 0 and no more than the radius of the insert");
+            return bad(InsertPathKey::Feed, feed, "above 0 and no more than the radius of the insert");
         }
         if !(self.stock_mm >= 0.0 && self.stock_mm <= LARGEST_INSERT_MM) {
-            return bad("the stock", self.stock_mm, "0 to 1000 mm");
+            return bad(InsertPathKey::Stock, self.stock_mm, "0 to 1000 mm");
         }
         if !(180..=3600).contains(&self.angles) {
-            return bad("the number of angles a turn", f64::from(self.angles), "180 to 3600");
+            return bad(InsertPathKey::Angles, f64::from(self.angles), "180 to 3600");
         }
         if !self.start_rad.is_finite() || self.start_rad.abs() > 1e6 {
-            return bad("the angle to begin at", self.start_rad, "within ±1e6 rad");
+            return bad(InsertPathKey::StartAngle, self.start_rad, "within ±1e6 rad");
         }
-        for (what, value) in [("the z to begin at", self.from_mm), ("the z to end at", self.to_mm)] {
+        for (what, value) in [(InsertPathKey::Begin, self.from_mm), (InsertPathKey::End, self.to_mm)] {
             if !value.is_finite() || value.abs() > 1e6 {
                 return bad(what, value, "within ±1e6 mm");
             }
@@ -455,7 +457,7 @@ impl InsertPath {
 
 fn spline(start: f64, step: f64, knots: Vec<[f64; 3]>) -> Result<UniformHermite, InsertPathError> {
     UniformHermite::new(start, step, knots).map_err(|_| InsertPathError::BadNumber {
-        what: "a knot of the path",
+        what: InsertPathKey::Knot,
         value: f64::NAN,
         allowed: "finite",
     })

@@ -6,7 +6,7 @@
 //! pass takes besides. The first pass meets the bar, which is no parallel: it takes at most its depth where the stock is at least what the bar
 //! stands beyond the part, as a turning job must say, and less, or nothing, elsewhere.
 
-use super::{Feed, InsertPath, InsertPathError, PathRequest};
+use super::{Feed, InsertPath, InsertPathError, InsertPathKey, PathRequest};
 use crate::cam::surface::Surface;
 use alloc::vec::Vec;
 
@@ -59,18 +59,18 @@ impl Passes {
     pub fn stocks_mm(&self) -> Result<Vec<f64>, InsertPathError> {
         let bad = |what, value, allowed| Err(InsertPathError::BadNumber { what, value, allowed });
         if !(self.stock_mm >= 0.0 && self.stock_mm.is_finite()) {
-            return bad("the stock", self.stock_mm, "at least 0 and finite");
+            return bad(InsertPathKey::Stock, self.stock_mm, "at least 0 and finite");
         }
         if !(self.finish_mm >= 0.0 && self.finish_mm <= self.stock_mm) {
-            return bad("the stock for finishing", self.finish_mm, "at least 0 and no more than the whole stock");
+            return bad(InsertPathKey::FinishingStock, self.finish_mm, "at least 0 and no more than the whole stock");
         }
         if !(self.deepest_mm > 0.0 && self.deepest_mm.is_finite()) {
-            return bad("the depth of a roughing pass", self.deepest_mm, "above 0");
+            return bad(InsertPathKey::RoughingDepth, self.deepest_mm, "above 0");
         }
         let rough = self.stock_mm - self.finish_mm;
         let passes = libm::ceil(rough / self.deepest_mm - 1e-9).max(0.0);
         if passes > MOST {
-            return bad("the number of roughing passes", passes, "up to 1000");
+            return bad(InsertPathKey::RoughingPasses, passes, "up to 1000");
         }
         #[allow(clippy::cast_possible_truncation, reason = "it was bounded")]
         let passes = passes as u32;

@@ -1,6 +1,6 @@
 //! What a path asks of the axes, and how fast the spindle may turn.
 
-use super::{InsertPath, InsertPathError, ZLaw};
+use super::{InsertPath, InsertPathError, InsertPathKey, ZLaw};
 use crate::machine::description::MotionLimits;
 use crate::math::differences::{Extreme, largest_derivatives};
 use crate::math::uniform_hermite::UniformHermite;
@@ -127,15 +127,17 @@ impl InsertPath {
     /// The fastest constant speed, for the magnitudes that [`Self::rates`] says.
     pub(super) fn fastest_at(&self, rates: &PathRates, limits: &AxisLimits) -> Result<SpindleSpeed, InsertPathError> {
         if !(limits.spindle_rad_s > 0.0 && limits.spindle_rad_s.is_finite()) {
-            let (what, value) = ("the fastest speed of the spindle", limits.spindle_rad_s);
+            let (what, value) = (InsertPathKey::MaxSpindleSpeed, limits.spindle_rad_s);
             return Err(InsertPathError::BadNumber { what, value, allowed: "above 0 and finite" });
         }
         let mut best =
             SpindleSpeed { rad_s: limits.spindle_rad_s, bound: SpeedBound::Spindle, at_rad: self.x().start() };
         for (axis, rates, limits) in [("x_axis", rates.x, limits.x), ("z_axis", rates.z, limits.z)] {
-            for (what, value) in
-                [("velocity", limits.velocity), ("acceleration", limits.acceleration), ("jerk", limits.jerk)]
-            {
+            for (what, value) in [
+                (InsertPathKey::Velocity, limits.velocity),
+                (InsertPathKey::Acceleration, limits.acceleration),
+                (InsertPathKey::Jerk, limits.jerk),
+            ] {
                 if !(value > 0.0 && value.is_finite()) {
                     return Err(InsertPathError::BadNumber { what, value, allowed: "above 0 and finite" });
                 }
@@ -171,7 +173,7 @@ impl InsertPath {
     /// A speed that is not a positive number; the first limit that is exceeded, with value, bound and place.
     pub fn keeps(&self, spindle_rad_s: f64, limits: &AxisLimits) -> Result<PathUse, InsertPathError> {
         if !(spindle_rad_s > 0.0 && spindle_rad_s <= limits.spindle_rad_s) {
-            let (what, allowed) = ("the speed of the spindle", "above 0 and within the spindle's limit");
+            let (what, allowed) = (InsertPathKey::SpindleSpeed, "above 0 and within the spindle's limit");
             return Err(InsertPathError::BadNumber { what, value: spindle_rad_s, allowed });
         }
         let scale = self.x_range_mm().1.abs().max(1.0);

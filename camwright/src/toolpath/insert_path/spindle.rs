@@ -4,7 +4,7 @@
 //! of the whole path these are bounds wherever on the path the part stands, so the ramp is proven without walking it. Its speed is
 //! ω₁(3u² − 2u³) over u = t/T, which one quintic over time holds exactly; T is the shortest that keeps all bounds.
 
-use super::{AxisLimits, InsertPath, InsertPathError, SpeedBound, SpindleSpeed};
+use super::{AxisLimits, InsertPath, InsertPathError, InsertPathKey, SpeedBound, SpindleSpeed};
 use crate::machine::description::MotionLimits;
 use crate::math::hermite::{HermiteError, HermiteSpline, Knot};
 use alloc::vec;
@@ -61,10 +61,10 @@ impl InsertPath {
         c: MotionLimits,
     ) -> Result<SpindleLaw, InsertPathError> {
         for (what, value) in [
-            ("the speed of the spindle", spindle_rad_s),
-            ("the velocity limit of C", c.velocity),
-            ("the acceleration limit of C", c.acceleration),
-            ("the jerk limit of C", c.jerk),
+            (InsertPathKey::SpindleSpeed, spindle_rad_s),
+            (InsertPathKey::CVelocity, c.velocity),
+            (InsertPathKey::CAcceleration, c.acceleration),
+            (InsertPathKey::CJerk, c.jerk),
         ] {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(InsertPathError::BadNumber { what, value, allowed: "above 0 and finite" });
@@ -79,7 +79,7 @@ impl InsertPath {
         let way = self.x().end() - self.x().start();
         for _ in 0..MAX_TRIES {
             let Some(ramp_s) = ramp_s(rad_s, &slides, limits, &c) else {
-                let (what, value) = ("the time in which the spindle runs up", f64::INFINITY);
+                let (what, value) = (InsertPathKey::RunUpTime, f64::INFINITY);
                 return Err(InsertPathError::BadNumber {
                     what,
                     value,
@@ -99,7 +99,7 @@ impl InsertPath {
                 }
                 knots.push(knot(2.0 * ramp_s + plateau_s, way, 0.0));
                 let bad = |_: HermiteError| InsertPathError::BadNumber {
-                    what: "the time of the spindle",
+                    what: InsertPathKey::SpindleTime,
                     value: ramp_s,
                     allowed: "finite",
                 };
@@ -115,7 +115,7 @@ impl InsertPath {
             }
             rad_s *= 0.9;
         }
-        let (what, allowed) = ("the length of the path (rad)", "long enough to run up and stop on");
+        let (what, allowed) = (InsertPathKey::Length, "long enough to run up and stop on");
         Err(InsertPathError::BadNumber { what, value: way, allowed })
     }
 }

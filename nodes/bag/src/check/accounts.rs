@@ -2,8 +2,9 @@
 
 use super::report::Report;
 use super::walk::Walk;
+use crate::metadata::RECORDER_VERSION;
 use crate::metadata::{self, BagMetadata, NO_START_NS};
-use crate::writer::{OURS, REPEATED};
+use crate::writer::REPEATED;
 
 const PLACE: &str = metadata::FILE_NAME;
 const CUSTOM: &str = "custom_data";
@@ -101,7 +102,7 @@ fn differences(report: &mut Report, yaml: &BagMetadata, record: &BagMetadata) {
     ];
     let keys: Vec<&str> = differs.iter().filter(|(_, differs)| *differs).map(|(key, _)| *key).collect();
     // Recorders that split leave in each file what they knew when it was closed.
-    if !keys.is_empty() && (yaml.files.len() == 1 || yaml.custom_data.contains_key(OURS)) {
+    if !keys.is_empty() && (yaml.files.len() == 1 || yaml.custom_data.contains_key(RECORDER_VERSION)) {
         let keys = keys.join(", ");
         report.warning(PLACE, format!("it differs from the metadata record within the last file in {keys}"));
     }
@@ -110,7 +111,7 @@ fn differences(report: &mut Report, yaml: &BagMetadata, record: &BagMetadata) {
 /// What the recorder itself said about the run.
 fn run_as_told(walk: &Walk, report: &mut Report, yaml: Option<&BagMetadata>) {
     let Some(told) = walk.record.as_ref().or(yaml).map(|m| m.custom_data.clone()) else { return };
-    let is_ours = told.contains_key(OURS);
+    let is_ours = told.contains_key(RECORDER_VERSION);
     let lost: u64 = match told.get("camwright.lost_total").map(|lost| lost.parse()) {
         Some(Ok(lost)) => lost,
         Some(Err(_)) => {

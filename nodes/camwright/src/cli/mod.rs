@@ -8,6 +8,7 @@ mod check;
 mod check_machine;
 mod drives;
 mod output;
+mod pace;
 mod page;
 mod plan;
 mod plan_turned;

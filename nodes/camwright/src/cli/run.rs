@@ -2,6 +2,7 @@
 
 use super::bag_room;
 use super::batch::Batch;
+use super::pace::PaceArg;
 use super::run_cell::Cell;
 use super::run_client::Client;
 use super::run_report::Report;
@@ -19,7 +20,7 @@ use camwright_ros::authority::{Command, TakeOptions};
 use camwright_ros::running::NodeError;
 use camwright_ros::{GoalStatus, RosArgs, RosLayer, Shutdown};
 use camwright_threads::supervised;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -45,13 +46,13 @@ pub(super) struct RunArgs {
     job: Option<String>,
     /// Ticks follow the wall clock, or go as fast as they can.
     #[arg(long, value_enum, default_value_t = PaceArg::Fast)]
-    pub(super) pace: PaceArg,
+    pace: PaceArg,
     /// Directory of the bag, which must not exist; default: bags/<job>_<time>.
     #[arg(long, value_name = "DIR")]
     bag: Option<PathBuf>,
     /// Set a key of the job, for example `infeed.total_mm=0.72` or `lobes.I1.phase_deg=75`; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub(super) set: Vec<String>,
+    set: Vec<String>,
     /// Set a key of the machine, for example `x_axis.drive.kv_1_s=150`; may be repeated.
     #[arg(long = "set-machine", value_name = "KEY=VALUE")]
     set_machine: Vec<String>,
@@ -82,12 +83,6 @@ pub(super) struct RunArgs {
     /// Print the result as JSON on standard output.
     #[arg(long)]
     json: bool,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum PaceArg {
-    Realtime,
-    Fast,
 }
 
 /// Entry point.
@@ -176,7 +171,7 @@ impl Request {
         if self.args.attach {
             return Ok(None);
         }
-        bag_room::announce(self.read.as_ref(), &self.args, &self.bag)
+        bag_room::announce(self.read.as_ref(), self.args.pace, self.args.parts, &self.bag)
     }
 
     /// Starts a cell in this process, unless the job is for one that runs already.

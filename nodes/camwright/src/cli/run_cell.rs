@@ -1,6 +1,6 @@
 //! The whole cell in the process of `camwright run`.
 
-use super::run::PaceArg;
+use super::pace::PaceArg;
 use camwright_axis_interpolator::AxisInterpolator;
 use camwright_job_planner::JobPlanner;
 use camwright_machine_sim::MachineSim;

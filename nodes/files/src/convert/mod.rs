@@ -13,8 +13,11 @@ pub mod gauge;
 pub mod job_files;
 pub mod keyframes;
 pub mod pages;
+mod phase;
 pub mod plan;
 mod plan_segment;
+mod plan_splines;
+mod segment_reader;
 pub mod setpoints;
 pub mod time;
 

@@ -1,13 +1,11 @@
 //! Plans as pages of at most 32 kB, and back.
 
-pub(super) use super::pages::count;
-use super::pages::{SEGMENTS_PER_PAGE, VALUES_PER_PAGE, are_complete, split};
-pub use super::plan_segment::{phase_from, phase_name};
-use super::plan_segment::{segment_from, segment_to};
-use super::{m_from_mm, mm_from_m};
+use super::pages::{SEGMENTS_PER_PAGE, VALUES_PER_PAGE, are_complete, count, split};
+pub use super::phase::{phase_from, phase_name};
+use super::plan_segment::segment_to;
+use super::plan_splines::{SplineIds, SplineIndices, join_pieces, splines_to};
+use super::segment_reader::segment_from;
 use camwright::machine::description::MachineDescription;
-use camwright::math::hermite::{HermiteSpline, Knot};
-use camwright::math::periodic_spline::PeriodicSpline;
 use camwright::motion::plan::{Half, Plan};
 use camwright_msgs::camwright_msgs::msg::{PlanHeader, PlanPage, PlanSegment, PlanSpline};
 use sha2::{Digest, Sha256};
@@ -54,14 +52,7 @@ pub struct Provenance {
 /// A plan as pages; every page carries the plan's hash.
 #[must_use]
 pub fn pages_from_plan(plan: &Plan, provenance: &Provenance) -> Vec<PlanPage> {
-    let splines: Vec<(u8, Vec<f64>)> = plan
-        .paths
-        .iter()
-        .map(|path| (PlanSpline::PERIODIC_PATH, path.coefficients().iter().map(|c| m_from_mm(*c)).collect()))
-        .chain(plan.ratios.iter().map(|ratio| (PlanSpline::PERIODIC_RATIO, ratio.coefficients().to_vec())))
-        .chain(plan.time_laws.iter().map(|law| (PlanSpline::TIME_LAW, quadruples(law, |rad| rad))))
-        .chain(plan.angle_laws.iter().map(|law| (PlanSpline::ANGLE_LAW, quadruples(law, m_from_mm))))
-        .collect();
+    let splines = splines_to(plan);
     let header = PlanHeader {
         job: plan.job.clone(),
         half: plan.half as u8,
@@ -74,8 +65,9 @@ pub fn pages_from_plan(plan: &Plan, provenance: &Provenance) -> Vec<PlanPage> {
         duration: plan.duration_s,
         duration_with_indexing: plan.duration_with_indexing_s,
     };
+    let ids = SplineIds::new(plan);
     let segments: Vec<PlanSegment> =
-        (0..).zip(&plan.segments).map(|(index, segment)| segment_to(plan, index, segment)).collect();
+        (0..).zip(&plan.segments).map(|(index, segment)| segment_to(ids, index, segment)).collect();
     let mut pages = vec![PlanPage { header: vec![header], ..PlanPage::default() }];
     let pieces = split(&segments, SEGMENTS_PER_PAGE);
     pages.extend(pieces.map(|piece| PlanPage { segments: piece.items.to_vec(), ..PlanPage::default() }));
@@ -110,13 +102,6 @@ fn add_to_pages(pages: &mut Vec<PlanPage>, spline: PlanSpline) {
     }
 }
 
-fn quadruples(law: &HermiteSpline, convert: impl Fn(f64) -> f64) -> Vec<f64> {
-    law.knots()
-        .iter()
-        .flat_map(|knot| [knot.at, convert(knot.value), convert(knot.first), convert(knot.second)])
-        .collect()
-}
-
 /// SHA-256 over the content of pages without their hashes, in page order.
 fn content_hash(pages: &[PlanPage]) -> String {
     let mut hasher = Sha256::new();
@@ -146,7 +131,7 @@ pub fn plan_from_pages(pages: &[PlanPage], machine: &MachineDescription) -> Resu
         return Err(PlanPagesError::HashMismatch { claimed: hash, found });
     }
     let header = ordered[0].header.first().cloned().ok_or_else(|| incomplete("page 0 has no header".into()))?;
-    let splines = collect_splines(&ordered, &header).map_err(&incomplete)?;
+    let splines = join_pieces(&ordered, &header).map_err(&incomplete)?;
     let invalid = |what: String| PlanPagesError::Invalid { hash: hash.clone(), what };
     let mut plan = Plan {
         job: header.job.clone(),
@@ -163,12 +148,9 @@ pub fn plan_from_pages(pages: &[PlanPage], machine: &MachineDescription) -> Resu
         duration_with_indexing_s: header.duration_with_indexing,
         ..Plan::default()
     };
-    let mut place = Vec::with_capacity(splines.len());
-    for (id, (kind, values)) in splines.into_iter().enumerate() {
-        place.push(add_spline(&mut plan, kind, values).map_err(|what| invalid(format!("spline {id}: {what}")))?);
-    }
+    let splines = SplineIndices::add_to(&mut plan, splines).map_err(&invalid)?;
     for message in ordered.iter().flat_map(|page| &page.segments) {
-        let segment = segment_from(message, &place, &plan, machine)
+        let segment = segment_from(message, &splines, &plan, machine)
             .map_err(|what| invalid(format!("segment {}: {what}", message.index)))?;
         plan.segments.push(segment);
     }
@@ -178,71 +160,12 @@ pub fn plan_from_pages(pages: &[PlanPage], machine: &MachineDescription) -> Resu
     Ok((plan, header))
 }
 
-fn collect_splines(pages: &[PlanPage], header: &PlanHeader) -> Result<Vec<(u8, Vec<f64>)>, String> {
-    let mut splines: Vec<(u8, Vec<f64>)> = Vec::new();
-    for piece in pages.iter().flat_map(|page| &page.splines) {
-        let id = piece.id as usize;
-        if id == splines.len() && piece.offset == 0 {
-            splines.push((piece.kind, piece.values.clone()));
-        } else if id + 1 == splines.len() && piece.offset as usize == splines[id].1.len() && piece.kind == splines[id].0
-        {
-            splines[id].1.extend_from_slice(&piece.values);
-        } else {
-            return Err(format!("spline {id}: piece at {} is out of order", piece.offset));
-        }
-        if splines[id].1.len() > piece.total as usize {
-            return Err(format!("spline {id}: more than its {} values", piece.total));
-        }
-    }
-    if splines.len() != header.spline_count as usize {
-        return Err(format!("{} of {} splines are here", splines.len(), header.spline_count));
-    }
-    Ok(splines)
-}
-
-/// Where a spline of the messages went in the plan: its kind and its index there.
-pub(super) type SplinePlace = (u8, usize);
-
-fn add_spline(plan: &mut Plan, kind: u8, values: Vec<f64>) -> Result<SplinePlace, String> {
-    let knots = |values: &[f64], convert: fn(f64) -> f64| -> Result<HermiteSpline, String> {
-        let knots = values
-            .chunks(4)
-            .map(|quad| match *quad {
-                [at, value, first, second] => {
-                    Ok(Knot { at, value: convert(value), first: convert(first), second: convert(second) })
-                }
-                _ => Err(format!("{} values are not quadruples", values.len())),
-            })
-            .collect::<Result<_, _>>()?;
-        HermiteSpline::new(knots).map_err(|error| error.to_string())
-    };
-    match kind {
-        PlanSpline::PERIODIC_PATH => {
-            let coefficients = values.into_iter().map(mm_from_m).collect();
-            plan.paths.push(PeriodicSpline::from_coefficients(coefficients).map_err(|error| error.to_string())?);
-            Ok((kind, plan.paths.len() - 1))
-        }
-        PlanSpline::PERIODIC_RATIO => {
-            plan.ratios.push(PeriodicSpline::from_coefficients(values).map_err(|error| error.to_string())?);
-            Ok((kind, plan.ratios.len() - 1))
-        }
-        PlanSpline::TIME_LAW => {
-            plan.time_laws.push(knots(&values, |rad| rad)?);
-            Ok((kind, plan.time_laws.len() - 1))
-        }
-        PlanSpline::ANGLE_LAW => {
-            plan.angle_laws.push(knots(&values, mm_from_m)?);
-            Ok((kind, plan.angle_laws.len() - 1))
-        }
-        other => Err(format!("its kind is {other}")),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use camwright::machine::description::Axis;
     use camwright::machine::reference::cam_grinder;
+    use camwright::math::hermite::{HermiteSpline, Knot};
     use camwright::motion::plan::{AxisTarget, Phase, Segment, SegmentKind, SpiralSegment};
 
     /// A spiral with a move before it; its laws, longer than a page.

@@ -3,7 +3,7 @@
 use super::Shared;
 use super::controller::{Brain, Cause, Reason};
 use super::devices::Asked;
-use super::production::{Phase, Run};
+use super::run::{Phase, Run};
 use crate::settings;
 use camwright::cell::packml::{Command, Mode};
 use camwright_msgs::camwright_msgs::msg::InterpolatorState;

@@ -1,10 +1,10 @@
 //! The cell thread: what it knows of jobs, machine and robot, and how that moves the state of the cell.
 
 use super::devices::{Asked, Devices};
-use super::production::Run;
 use super::publisher::Telling;
+use super::run::Run;
 use super::{Shared, Told, lock};
-use crate::job_slot::Course;
+use crate::course::Course;
 use camwright::cell::loading::Handshake;
 use camwright::cell::packml::{Command, State, Unit};
 use camwright_msgs::camwright_msgs::msg::{InterpolatorState, JobStatus, LoaderState, MachineCounters, WorkArea};

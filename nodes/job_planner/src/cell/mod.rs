@@ -13,6 +13,8 @@ mod controller;
 mod devices;
 mod production;
 mod publisher;
+mod run;
+mod state_messages;
 
 use super::{Shared, lock, wait_for};
 use camwright_msgs::camwright_msgs::msg::{InterpolatorState, JobStatus, LoaderState, MachineCounters, WorkArea};

@@ -2,6 +2,7 @@
 
 use super::controller::{Brain, Cause, Reason};
 use super::devices::Asked;
+use super::run::Phase;
 use super::{Shared, lock};
 use crate::settings;
 use camwright::cell::loading::{Goal, Handshake, LoaderSeen, Order, Progress, Request, Seen, Step, Timeouts, Wait};
@@ -11,44 +12,9 @@ use camwright_files::convert::mm_from_m;
 use camwright_msgs::camwright_msgs::msg::{JobStatus, WorkArea};
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerResponse};
 use camwright_planning::FORM_TOLERANCE_MM;
-use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
-
-/// What a run needs next.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Phase {
-    /// A raw part in the chuck.
-    Part,
-    Begin,
-    Job,
-    Empty,
-    End,
-}
-
-/// A run of parts.
-#[derive(Debug, Clone)]
-pub(super) struct Run {
-    pub(super) job: String,
-    pub(super) overrides: Vec<String>,
-    /// How many parts; 0: until it is stopped.
-    pub(super) wanted: u32,
-    pub(super) done: u32,
-    /// A robot puts the parts in.
-    pub(super) loads: bool,
-    pub(super) phase: Phase,
-}
-
-impl fmt::Display for Run {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = if self.job.is_empty() { "the loaded job" } else { &self.job };
-        match self.wanted {
-            0 => write!(f, "{name}, {} parts done", self.done),
-            wanted => write!(f, "{name}, {} of {wanted} parts done", self.done),
-        }
-    }
-}
 
 /// Where a message says that a door or a chuck is.
 fn place(number: u8) -> Place {
@@ -317,7 +283,7 @@ impl Brain {
         }
         let course = lock(&shared.course);
         match &*course {
-            crate::job_slot::Course::Idle => {}
+            crate::course::Course::Idle => {}
             other => return other.to_string(),
         }
         self.motion.as_ref().map_or_else(String::new, |motion| motion.holder.clone())

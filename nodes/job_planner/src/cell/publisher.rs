@@ -1,10 +1,6 @@
-//! What the cell says of itself: `~/cell_state`, and `~/loading` where the machine has a door and a chuck.
+//! Topics of the cell: `~/cell_state`, and `~/loading` where the machine has a door and a chuck.
 
-use super::Shared;
-use super::controller::Brain;
-use camwright::cell::loading::Handshake;
 use camwright_msgs::Message;
-use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::{CellState, LoadingState};
 use camwright_ros::{Node, Publisher, Qos, RosError};
 use std::time::{Duration, Instant};
@@ -14,14 +10,14 @@ const PERIOD: Duration = Duration::from_secs(1);
 
 /// A latched topic, and what was said on it last.
 #[derive(Debug)]
-struct Said<M: Message> {
+pub(super) struct Said<M: Message> {
     publisher: Publisher<M>,
     last: Option<(M, Instant)>,
 }
 
 impl<M: Message + PartialEq> Said<M> {
     /// Says what is new, or what was said long ago. `plain` is the message without what changes all the time.
-    fn say(&mut self, plain: M, whole: impl FnOnce(M) -> M) -> Result<(), RosError> {
+    pub(super) fn say(&mut self, plain: M, whole: impl FnOnce(M) -> M) -> Result<(), RosError> {
         if self.last.as_ref().is_some_and(|(last, at)| *last == plain && at.elapsed() < PERIOD) {
             return Ok(());
         }
@@ -33,9 +29,8 @@ impl<M: Message + PartialEq> Said<M> {
 /// The topics of the cell.
 #[derive(Debug)]
 pub(super) struct Telling {
-    node: Node,
-    state: Said<CellState>,
-    loading: Said<LoadingState>,
+    pub(super) state: Said<CellState>,
+    pub(super) loading: Said<LoadingState>,
 }
 
 impl Telling {
@@ -44,76 +39,6 @@ impl Telling {
         let latched = Qos::latched(1);
         let state = Said { publisher: node.publisher("~/cell_state", &latched)?, last: None };
         let loading = Said { publisher: node.publisher("~/loading", &latched)?, last: None };
-        Ok(Self { node: node.clone(), state, loading })
-    }
-}
-
-impl Brain {
-    /// Says what has changed.
-    pub(super) fn tell(&mut self, shared: &Shared) {
-        let state = self.cell_state(shared);
-        let loading = self.area.is_some().then(|| self.loading_state(shared));
-        let now_s = self.now_s();
-        let unit = self.unit;
-        let left_s = self.handshake.as_ref().map_or(Some(0.0), |handshake| handshake.timeout_left_s(now_s));
-        let stamp: Time = self.telling.node.now();
-        let at = stamp.clone();
-        let told = self.telling.state.say(state, |state| CellState {
-            stamp: at,
-            time_in_state: unit.time_in_state_s(now_s),
-            accumulated: unit.accumulated_s(now_s),
-            ..state
-        });
-        let told = told.and_then(|()| match loading {
-            Some(loading) => self.telling.loading.say(loading, |loading| LoadingState {
-                stamp,
-                timeout_left: left_s.unwrap_or(-1.0),
-                ..loading
-            }),
-            None => Ok(()),
-        });
-        if let Err(error) = told {
-            shared.node.logger().warn(&error.to_string());
-        }
-    }
-
-    fn cell_state(&self, shared: &Shared) -> CellState {
-        let (state, mode) = (self.unit.state(), self.unit.mode());
-        let (wanted, done) = self.parts;
-        CellState {
-            state: state as u8,
-            state_name: state.name().to_owned(),
-            mode: mode as u8,
-            mode_name: mode.name().to_owned(),
-            substate: self.substate.clone(),
-            stop_reason: self.reason.text.clone(),
-            alarm: self.reason.alarm,
-            remedy: self.reason.remedy.clone(),
-            job: self.job.clone(),
-            holder: self.holder(shared),
-            parts_wanted: wanted,
-            parts_done: done,
-            life: self.counters.life.clone(),
-            shift: self.counters.shift.clone(),
-            ..CellState::default()
-        }
-    }
-
-    fn loading_state(&self, shared: &Shared) -> LoadingState {
-        let area = self.area.clone().unwrap_or_default();
-        let asks = matches!(self.unit.state(), camwright::cell::packml::State::Suspended);
-        let handshake = self.handshake.as_ref();
-        LoadingState {
-            request: handshake.filter(|_| asks).map_or(LoadingState::NONE, |handshake| handshake.request() as u8),
-            step: self.step().to_owned(),
-            door: area.door,
-            chuck: area.chuck,
-            part_present: area.part_present,
-            clear_to_enter: handshake.is_some_and(Handshake::clear_to_enter),
-            robot_in_work_area: self.is_inside(),
-            robot_is_heard: self.heard(shared).is_some(),
-            message: self.substate.clone(),
-            ..LoadingState::default()
-        }
+        Ok(Self { state, loading })
     }
 }

@@ -3,9 +3,9 @@
 use super::clearance_map;
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::planner::plan_check::{PlanCheckError, PlanFault};
-use camwright::planner::{PlanError, TurningError};
-use camwright::toolpath::insert_clearance::{InsertClearanceError, beside_centre};
-use camwright::toolpath::insert_path::{Feed, InsertPathError};
+use camwright::planner::{PlanError, TurningError, TurningKey};
+use camwright::toolpath::insert_clearance::{InsertClearanceError, InsertClearanceKey, beside_centre};
+use camwright::toolpath::insert_path::{Feed, InsertPathError, InsertPathKey};
 use camwright::toolpath::rake_section::RakeSectionError;
 use camwright_files::ConfigError;
 use camwright_files::turning_file::TurnedJob;
@@ -38,15 +38,14 @@ fn cause(job: &TurnedJob, machine: &MachineDescription, error: &TurningError) ->
     match error {
         TurningError::NotALathe => job_key("machine"),
         TurningError::TurnsBackwards => Cause::Machine("rotation_sense"),
-        TurningError::OutOfRange { what, .. } => job_key(match *what {
-            "the z at which turning begins" => "turned.from_mm",
-            "the z at which turning ends" => "turned.to_mm",
-            "the bar's radius (mm)" => "bar_radius_mm",
-            "the clearance (mm)" => "clearance_mm",
-            "the rapid speed (mm/s)" => "rapid_speed_mm_s",
-            "z where Z is 0 (mm)" => "part_zero_mm",
-            "the stock (mm)" => "roughing.stock_mm",
-            _ => "",
+        TurningError::OutOfRange { what, .. } => job_key(match what {
+            TurningKey::Begin => "turned.from_mm",
+            TurningKey::End => "turned.to_mm",
+            TurningKey::BarRadius => "bar_radius_mm",
+            TurningKey::Clearance => "clearance_mm",
+            TurningKey::RapidSpeed => "rapid_speed_mm_s",
+            TurningKey::PartZero => "part_zero_mm",
+            TurningKey::Stock => "roughing.stock_mm",
         }),
         TurningError::Passes(source) => path_cause(job, usize::MAX, source),
         TurningError::Path { pass, source } => path_cause(job, *pass, source),
@@ -95,16 +94,16 @@ fn path_cause(job: &TurnedJob, pass: usize, error: &InsertPathError) -> Cause {
         Feed::AlongCurve(_) => format!("{of}.along_curve_mm"),
     };
     match error {
-        InsertPathError::BadNumber { what, .. } => match *what {
-            "the radius of the insert" => Cause::Machine("insert.radius_mm"),
-            "the feed per turn" => Cause::Job(feed),
-            "the stock" => job_key("roughing.stock_mm"),
-            "the stock for finishing" => job_key("roughing.leaves_mm"),
-            "the depth of a roughing pass" | "the number of roughing passes" => job_key("roughing.deepest_mm"),
-            "the number of angles a turn" => job_key("angles_per_turn"),
-            "the z to begin at" => job_key("turned.from_mm"),
-            "the z to end at" => job_key("turned.to_mm"),
-            "the speed of the spindle" => job_key("spindle.rpm"),
+        InsertPathError::BadNumber { what, .. } => match what {
+            InsertPathKey::InsertRadius => Cause::Machine("insert.radius_mm"),
+            InsertPathKey::Feed => Cause::Job(feed),
+            InsertPathKey::Stock => job_key("roughing.stock_mm"),
+            InsertPathKey::FinishingStock => job_key("roughing.leaves_mm"),
+            InsertPathKey::RoughingDepth | InsertPathKey::RoughingPasses => job_key("roughing.deepest_mm"),
+            InsertPathKey::Angles => job_key("angles_per_turn"),
+            InsertPathKey::Begin => job_key("turned.from_mm"),
+            InsertPathKey::End => job_key("turned.to_mm"),
+            InsertPathKey::SpindleSpeed => job_key("spindle.rpm"),
             _ => job_key("turned"),
         },
         InsertPathError::Section(RakeSectionError::Misses { .. }) => Cause::Machine(HEIGHT),
@@ -122,7 +121,9 @@ fn clearance_cause(job: &TurnedJob, machine: &MachineDescription, error: &Insert
     let insert = machine.insert.as_ref();
     let heights = insert.and_then(|insert| clearance_map(job, insert).ok()?.heights().ok());
     match (error, heights) {
-        (InsertClearanceError::BadNumber { what: "the relief", .. }, _) => Cause::Machine("insert.relief_deg"),
+        (InsertClearanceError::BadNumber { what: InsertClearanceKey::Relief, .. }, _) => {
+            Cause::Machine("insert.relief_deg")
+        }
         (InsertClearanceError::BadNumber { .. } | InsertClearanceError::NoHeight { .. }, _) | (_, None) => {
             job_key("surface")
         }

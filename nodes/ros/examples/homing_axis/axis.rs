@@ -1,13 +1,10 @@
-//! A simulated axis as a managed node: publisher, service, action, life cycle and parameters.
-//!
-//! `cargo run -p camwright_ros --example homing_axis -- --ros-args -p speed:=0.1`
+//! The axis: publisher, service, action, life cycle and parameters.
 
 use camwright_msgs::camwright_msgs::action::{Home, HomeFeedback, HomeResult};
 use camwright_msgs::std_msgs::msg::Float64;
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerResponse};
-use camwright_ros::running::{self, NodeError, autostart};
+use camwright_ros::running::{NodeError, autostart};
 use camwright_ros::{GoalHandle, LifecycleCallbacks, Node, NodeOptions, Parameter, Qos, RosArgs, SpinThread};
-use std::process::ExitCode;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -77,9 +74,4 @@ pub(crate) fn start(args: &RosArgs) -> Result<(Node, SpinThread), NodeError> {
     let spin = node.spin_in_thread()?;
     autostart::begin(&node, &lifecycle);
     Ok((node, spin))
-}
-
-fn main() -> ExitCode {
-    // Reads the arguments, starts the node, waits for Ctrl-C, and stops within two seconds.
-    running::main("homing_axis", Duration::from_secs(2), start, |(node, _spin)| node.shutdown())
 }

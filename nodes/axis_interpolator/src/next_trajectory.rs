@@ -1,0 +1,23 @@
+//! The trajectory that follows the one in execution without a stop.
+
+use super::engine_messages::Made;
+
+/// Trajectory that replaces the one in execution.
+#[derive(Debug, Default)]
+pub(super) enum NextTrajectory {
+    #[default]
+    None,
+    /// One is being made for this tick.
+    Awaited(u64),
+    Ready(u64, Made),
+}
+
+impl NextTrajectory {
+    /// Last tick that may be computed before it is known what comes next.
+    pub(super) fn last_tick(&self) -> u64 {
+        match self {
+            NextTrajectory::None => u64::MAX,
+            NextTrajectory::Awaited(tick) | NextTrajectory::Ready(tick, _) => tick - 1,
+        }
+    }
+}

@@ -1,0 +1,9 @@
+//! Argument `--pace`.
+
+use clap::ValueEnum;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum PaceArg {
+    Realtime,
+    Fast,
+}

@@ -1,0 +1,28 @@
+//! The client that asked for a job.
+
+use super::lock;
+use camwright_msgs::camwright_msgs::action::RunJob;
+use camwright_msgs::camwright_msgs::srv::{IdentifyStiffness, IdentifyStiffnessResponse};
+use camwright_ros::{GoalHandle, Responder};
+use std::sync::{Arc, Mutex};
+
+/// Who asked for the stiffness, until he has his answer.
+pub(super) type Waiting = Arc<Mutex<Option<Responder<IdentifyStiffness>>>>;
+
+/// Who asked for the job, and is told how it ends.
+#[derive(Debug, Clone)]
+pub(super) enum Asker {
+    /// A client of `~/run_job`.
+    Goal(GoalHandle<RunJob>),
+    /// One of `~/identify_stiffness`.
+    Stiffness(Waiting),
+    /// The cell, for a part of its run; it follows the board.
+    Cell,
+}
+
+/// Answers who waits, once.
+pub(super) fn answer(waiting: &Waiting, response: &IdentifyStiffnessResponse) {
+    if let Some(responder) = lock(waiting).take() {
+        responder.send(response);
+    }
+}

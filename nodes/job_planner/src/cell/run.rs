@@ -1,0 +1,37 @@
+//! A run of parts, and how far it is.
+
+use std::fmt;
+
+/// What a run needs next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Phase {
+    /// A raw part in the chuck.
+    Part,
+    Begin,
+    Job,
+    Empty,
+    End,
+}
+
+/// A run of parts.
+#[derive(Debug, Clone)]
+pub(super) struct Run {
+    pub(super) job: String,
+    pub(super) overrides: Vec<String>,
+    /// How many parts; 0: until it is stopped.
+    pub(super) wanted: u32,
+    pub(super) done: u32,
+    /// A robot puts the parts in.
+    pub(super) loads: bool,
+    pub(super) phase: Phase,
+}
+
+impl fmt::Display for Run {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = if self.job.is_empty() { "the loaded job" } else { &self.job };
+        match self.wanted {
+            0 => write!(f, "{name}, {} parts done", self.done),
+            wanted => write!(f, "{name}, {} of {wanted} parts done", self.done),
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! The job under way: its stage, and the events for its thread.
+
+use camwright_msgs::camwright_msgs::action::ExecutePlanResult;
+use camwright_planning::AnyPrepared;
+use camwright_ros::GoalStatus;
+use std::fmt;
+use std::sync::mpsc;
+
+/// What a running job is told.
+#[derive(Debug)]
+pub(super) enum Event {
+    Cancel,
+    /// The interpolator has ended the plan.
+    Ended(GoalStatus, ExecutePlanResult),
+}
+
+/// What the planner is doing about running jobs.
+#[derive(Debug, Default)]
+pub(super) enum Course {
+    #[default]
+    Idle,
+    /// A goal is being decided on.
+    Deciding(String),
+    /// A goal was accepted; its thread is about to start.
+    Prepared(Box<AnyPrepared>),
+    /// A job runs; its thread listens here.
+    Running(String, mpsc::Sender<Event>),
+}
+
+impl fmt::Display for Course {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Course::Idle => f.write_str("idle"),
+            Course::Deciding(job) => write!(f, "job {job} is being planned"),
+            Course::Prepared(prepared) => write!(f, "job {} is about to start", prepared.name()),
+            Course::Running(job, _) => write!(f, "job {job} is running"),
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! Values that the cyclic thread and the rest of the node share without a message.
+
+use camwright_threads::drops::Drops;
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64};
+
+/// Commands that may wait for their tick.
+pub const PENDING_COMMANDS: usize = 32;
+
+/// What other threads tell the ticker without a message.
+#[derive(Debug, Default)]
+pub struct Bounds {
+    /// A recording is active.
+    pub recording: AtomicBool,
+    /// Last tick that is in the bag.
+    pub recorded_tick: AtomicU64,
+    /// Messages of the recorder so far.
+    pub recorder_messages: AtomicU64,
+    /// Telemetry that was dropped.
+    pub drops: Drops,
+    /// The node is ending.
+    pub stop: AtomicBool,
+    /// For diagnostics: the last tick, ticks that began more than a period late, active alarms that stop motion.
+    pub tick: AtomicU64,
+    pub late_ticks: AtomicU64,
+    /// By how much the latest of them was late since that was asked last (µs).
+    pub worst_late_us: AtomicU64,
+    /// Ticks between the arrival of a chunk and its first setpoint's, the least since that was asked last.
+    pub least_lead_ticks: AtomicU64,
+    pub alarms: AtomicU64,
+    /// Somebody sends setpoints, which are executed.
+    pub in_motion: AtomicBool,
+    /// Slips of the machine's time against the system clock since the start, and by how much it is behind now (µs).
+    pub slips: AtomicU64,
+    pub behind_us: AtomicI64,
+    /// Longest time that the cycle was kept waiting since the start (µs).
+    pub longest_pause_us: AtomicU64,
+}

@@ -1,0 +1,50 @@
+//! Keyframes of the cyclic thread: when one is due, and its writing.
+
+use super::cyclic_loop::Ticker;
+use super::keyframes::{Keyframes, MAX_MOVING, Room, SLACK};
+use super::messages::Outbound;
+use camwright::math::snapshot::{Kept, Tape};
+
+impl Ticker {
+    /// With keyframes from now on.
+    pub fn with_keyframes(mut self, keyframes: Keyframes) -> Self {
+        self.keyframes = keyframes;
+        if self.keyframes.period_s > 0.0 {
+            self.keyframes.room = Some(Room::of(0));
+            self.keyframes.due = self.keyframes.ticks();
+        }
+        self.measure_keyframe();
+        self
+    }
+
+    /// A part was taken: there is room for it. Called where allocating is allowed, at rest.
+    pub fn measure_keyframe(&mut self) {
+        let mut tape = Tape::measuring();
+        if self.keyframes.period_s <= 0.0 || self.keep(&mut tape).is_err() {
+            return;
+        }
+        self.keyframes.size = tape.octets();
+        if let Some(room) = self.keyframes.room.as_mut().filter(|room| room.octets.len() < tape.octets() + SLACK) {
+            *room = Room::of(tape.octets());
+        }
+    }
+
+    /// A tick is over: writes a keyframe if one is due.
+    pub fn write_keyframe(&mut self) {
+        let tick = self.machine.tick();
+        if self.keyframes.period_s <= 0.0 || tick < self.keyframes.due {
+            return;
+        }
+        let rests = self.machine.is_at_rest() && !self.buffer.has_setpoints();
+        if self.keyframes.by_the_clock && self.keyframes.size > MAX_MOVING && !rests {
+            return;
+        }
+        let Some(mut room) = self.keyframes.room.take() else { return };
+        let mut tape = Tape::writing(&mut room.octets);
+        let written = self.keep(&mut tape);
+        room.written = written.map(|()| tape.octets()).map_err(|error| (error, tape.place()));
+        let ticks = self.keyframes.ticks().max(1);
+        self.keyframes.due = (tick / ticks + 1).saturating_mul(ticks);
+        self.send(Outbound::Keyframe(room));
+    }
+}
