@@ -175,6 +175,11 @@ impl AxisState {
         slide + self.servo.tool_ahead()
     }
 
+    /// True position (mm or rad).
+    pub(crate) fn true_value(&self) -> f64 {
+        self.true_position() / self.counts_per_unit
+    }
+
     /// How far its structure is ahead of the slide (mm or rad), and how fast that grows (1/s).
     pub(crate) fn swing(&self) -> (f64, f64) {
         let (ahead, growth) = self.servo.swing();

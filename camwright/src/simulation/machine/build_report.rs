@@ -1,7 +1,6 @@
-//! What a tick tells.
+//! Builds the tick report.
 
 use super::Machine;
-use crate::machine::alarm::Severity;
 use crate::machine::description::Axis;
 use crate::machine::setpoint::{Input, Latch};
 use crate::math::fixed_list::FixedList;
@@ -12,8 +11,8 @@ use crate::simulation::workpiece::Removal;
 impl Machine {
     pub(super) fn motion(&self, has_setpoint: bool) -> MotionState {
         let at_rest = self.is_at_rest();
-        let needs_reset = self.alarms.iter().any(|alarm| alarm.kind.entry().severity > Severity::Warning);
-        match (needs_reset, at_rest, self.powered) {
+        let needs_reset = self.supervision.is_stopping();
+        match (needs_reset, at_rest, self.power.is_on()) {
             (true, true, _) => MotionState::Fault,
             (true, false, _) => MotionState::Stopping,
             (false, _, false) => MotionState::Off,
@@ -23,23 +22,24 @@ impl Machine {
     }
 
     pub(super) fn io(&self) -> IoState {
-        let position = |axis: Axis| self.axes[axis.index()].true_position();
-        let closed = |axis: Axis| self.overtravel[axis.index()].closed(position(axis));
+        let process = self.process_levels();
+        let level = |input: Input| self.inputs.level(input, &self.axes, process);
+        let closed = |axis: Axis| self.axis_watch.closed(axis, &self.axes);
         let ((overtravel_x_min, overtravel_x_max), (overtravel_z_min, overtravel_z_max)) =
             (closed(Axis::X), closed(Axis::Z));
         IoState {
-            origin: self.level(Input::Origin),
-            stations: (0..self.stations.len().min(64))
-                .fold(0, |word, i| word | u64::from(self.level(Input::Station(i))) << i),
-            others: (0..).zip(Input::OTHERS).fold(0, |word, (i, input)| word | u8::from(self.level(input)) << i),
+            origin: level(Input::Origin),
+            stations: (0..self.inputs.station_count().min(64))
+                .fold(0, |word, i| word | u64::from(level(Input::Station(i))) << i),
+            others: (0..).zip(Input::OTHERS).fold(0, |word, (i, input)| word | u8::from(level(input)) << i),
             overtravel_x_min,
             overtravel_x_max,
             overtravel_z_min,
             overtravel_z_max,
-            estop: self.estop,
-            drives_on: self.powered,
-            wheel_running: self.wheel.is_running(),
-            part_present: self.work_area.map_or(self.has_part(), |area| area.part_present()),
+            estop: self.power.is_estop_pressed(),
+            drives_on: self.power.is_on(),
+            wheel_running: self.wheel.spindle().is_running(),
+            part_present: self.work_area.map_or(self.workholding.has_part(), |area| area.part_present()),
         }
     }
 
@@ -51,7 +51,7 @@ impl Machine {
         gauge_mm: [Option<f64>; 2],
     ) -> TickReport {
         let cycle_time_s = self.description.cycle_time_s();
-        let forces = self.cutting_forces();
+        let (forces, dead) = (self.cutting_forces(), self.power.dead());
         TickReport {
             tick: self.tick,
             axes: core::array::from_fn(|i| {
@@ -65,19 +65,19 @@ impl Machine {
                     following_error: axis.following_error(),
                     is_at_rest: axis.is_at_rest(),
                     is_homed: axis.homed,
-                    is_powered: !self.dead[i],
+                    is_powered: !dead[i],
                 }
             }),
             latches,
             io: self.io(),
-            raised: core::mem::take(&mut self.raised),
+            raised: self.supervision.take_raised(),
             motion: self.motion(has_setpoint),
             lobe,
             removal,
             turned,
-            normal_force_n: self.force_n,
+            normal_force_n: self.contact.force_n(),
             gauge_mm,
-            wheel_rad_s: self.wheel_rad_s(),
+            wheel_rad_s: self.wheel.rad_s(&self.lasting),
             work_area: self.work_area(),
         }
     }

@@ -1,19 +1,20 @@
-//! Inputs, encoders and gauges that cannot be as they are.
+//! Switches and marks that the axes pass, and supervision of inputs that contradict each other.
 
-use super::Machine;
+use super::probes::KeyWay;
+use super::supervision::Supervision;
 use crate::machine::alarm::AlarmKind;
-use crate::machine::description::{AXIS_COUNT, Axis, Homing};
+use crate::machine::description::{AXIS_COUNT, Axis, Homing, MachineDescription};
 use crate::machine::setpoint::{Input, Latch};
 use crate::math::fixed_list::FixedList;
 use crate::math::snapshot::{Kept, Tape, TapeError};
 use crate::math::units::TURN_RAD;
 use crate::simulation::axis::{AxisState, Span};
-use crate::simulation::fault::{GaugeFault, ORIGIN_TOLERANCE_RAD};
+use crate::simulation::fault::ORIGIN_TOLERANCE_RAD;
 use crate::simulation::sensors::{OriginDetector, StationSwitch};
 use crate::simulation::tick_report::MAX_LATCHES;
-use crate::simulation::workpiece::Removal;
+use alloc::vec::Vec;
 
-/// How far from its edges a switch must show what the table's position says (mm): dogs are set by hand.
+/// Distance from its edges at which a switch must show what the table's position implies (mm): dogs are set by hand.
 const SWITCH_TOLERANCE_MM: f64 = 1.0;
 /// Ticks for which a level may be wrong: filters of inputs take as long.
 const WRONG_TICKS: u32 = 3;
@@ -21,31 +22,26 @@ const WRONG_TICKS: u32 = 3;
 const BOUNCES: u32 = 3;
 /// A window of bounces (s).
 const BOUNCE_S: f64 = 0.02;
-/// Jump of an encoder beyond what acceleration explains (counts): rounding of three readings, and noise.
-const JUMP_COUNTS: f64 = 20.0;
-/// The same reading so often is suspicious.
-const STUCK_READINGS: u32 = 100;
-/// Depth that must have been cut all round meanwhile, for a gauge without noise (mm), besides two steps of its reading.
-const STUCK_DEPTH_MM: f64 = 5.0e-4;
 
-/// What a slide is homed on.
+/// Home switch and index marks of a slide.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct References {
-    pub(super) switch: StationSwitch,
+struct References {
+    switch: StationSwitch,
     marks: Option<OriginDetector>,
 }
 
 impl Kept for References {
     fn keep(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
         let Self { switch, marks } = self;
-        tape.field("switch", |tape| switch.keep(tape))?;
-        tape.field("marks", |tape| marks.as_mut().map_or(Ok(()), |marks| marks.keep(tape)))
+        fields!(tape: switch);
+        equipment!(tape: marks);
+        Ok(())
     }
 }
 
 impl References {
     /// A switch that stays closed from where it closes to the end of the travel, and the marks of the encoder.
-    pub(super) fn new(homing: &Homing, hysteresis_mm: f64, axis: &AxisState) -> Self {
+    fn new(homing: &Homing, hysteresis_mm: f64, axis: &AxisState) -> Self {
         let per_mm = axis.counts_per_unit;
         let at = axis.scale.counts(homing.switch_mm) as f64;
         // No travel is longer.
@@ -59,9 +55,9 @@ impl References {
     }
 }
 
-/// What is remembered of one switch.
+/// History of one station's switch.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct SwitchWatch {
+struct SwitchWatch {
     wrong_ticks: u32,
     level: Option<bool>,
     /// Reading of the table where it closed last (counts).
@@ -72,35 +68,127 @@ pub(super) struct SwitchWatch {
 
 crate::kept!(SwitchWatch { wrong_ticks, level, closed_at, edges, first_edge_tick } on {});
 
-/// What is remembered of the gauge.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct GaugeWatch {
-    pub(super) fault: Option<GaugeFault>,
-    pub(super) last: [Option<f64>; 2],
-    /// How often each was the same, how far C turned meanwhile (rad), and the area cut after the first turn of it (mm²).
-    same: [u32; 2],
-    turned_rad: [f64; 2],
-    cut_mm2: [f64; 2],
+/// Levels of the inputs that no axis closes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ProcessLevels {
+    pub(super) steady_force: bool,
+    pub(super) wheel_contact: bool,
+    pub(super) key_way: bool,
 }
 
-crate::kept!(GaugeWatch { fault, last, same, turned_rad, cut_mm2 } on {});
+/// Edges and alarms of a tick in progress.
+pub(super) struct Sensing<'a> {
+    pub(super) tick: u64,
+    pub(super) axes: &'a [AxisState; AXIS_COUNT],
+    pub(super) latches: &'a mut FixedList<Latch, MAX_LATCHES>,
+    pub(super) supervision: &'a mut Supervision,
+}
 
-impl Machine {
+impl Sensing<'_> {
+    /// Latches the reading at an edge; without a position, the one at the end of the servo step.
+    pub(super) fn latch(&mut self, input: Input, rising: bool, position: Option<f64>) {
+        let axis = input.axis();
+        let state = &self.axes[axis.index()];
+        let counts = state.reading_at(position.unwrap_or_else(|| state.true_position()));
+        self.latches.push(Latch { tick: self.tick, input, rising, axis, counts });
+    }
+
+    fn raise(&mut self, kind: AlarmKind, value: f64, bound: f64) {
+        self.supervision.raise(self.tick, kind, value, bound);
+    }
+}
+
+/// Inputs along the axes.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Inputs {
+    origin: OriginDetector,
+    stations: Vec<StationSwitch>,
+    /// References of the slides that have any.
+    references: [Option<References>; AXIS_COUNT],
+    /// Levels that a command asked for, to be reported with the next tick.
+    asked: FixedList<Latch, 4>,
+    /// Inputs on one line.
+    shared: Option<[Input; 2]>,
+    switch_watch: Vec<SwitchWatch>,
+    /// Ticks in a window of bounces.
+    bounce_ticks: u64,
+}
+
+/// Optional equipment of each axis.
+macro_rules! each_equipment {
+    ($tape:ident: $field:ident) => {
+        for (index, $field) in $field.iter_mut().enumerate() {
+            $tape.item(index, |tape| {
+                equipment!(tape: $field);
+                Ok(())
+            })?;
+        }
+    };
+}
+
+kept_groups!(Inputs {
+    keep_switches(fields: origin, stations, asked, shared, switch_watch),
+    keep_references(each_equipment: references),
+} on { bounce_ticks });
+
+impl Inputs {
+    #[allow(clippy::cast_possible_truncation, reason = "20 ms are few ticks")]
+    pub(super) fn new(description: &MachineDescription, axes: &[AxisState; AXIS_COUNT]) -> Self {
+        let table = &axes[Axis::Z.index()];
+        let per_mm = table.counts_per_unit;
+        let stations = description.stations.iter().map(|station| {
+            let start = table.scale.counts(station.position_mm) as f64;
+            let (dog, hysteresis) = (description.dog_length_mm * per_mm, description.switch_hysteresis_mm * per_mm);
+            StationSwitch::new(start, dog, hysteresis, table.true_position())
+        });
+        let turn = TURN_RAD * axes[Axis::C.index()].counts_per_unit;
+        Self {
+            origin: OriginDetector::new(libm::round(turn), description.origin_half_window_rad),
+            stations: stations.collect(),
+            references: core::array::from_fn(|i| {
+                let homing = description.axes[i].homing.as_ref()?;
+                Some(References::new(homing, description.switch_hysteresis_mm, &axes[i]))
+            }),
+            asked: FixedList::new(),
+            shared: None,
+            switch_watch: alloc::vec![SwitchWatch::default(); description.stations.len()],
+            bounce_ticks: libm::ceil(BOUNCE_S / description.cycle_time_s()) as u64,
+        }
+    }
+
+    /// Reads every switch anew with the axes where they stand.
+    pub(super) fn restart(&mut self, axes: &[AxisState; AXIS_COUNT]) {
+        let table = axes[Axis::Z.index()].true_position();
+        for switch in &mut self.stations {
+            switch.look(table);
+        }
+        for (references, axis) in self.references.iter_mut().zip(axes) {
+            if let Some(references) = references {
+                references.switch.look(axis.true_position());
+            }
+        }
+        self.switch_watch.fill(SwitchWatch::default());
+    }
+
     /// Level of an input as the control sees it.
-    pub(super) fn level(&self, input: Input) -> bool {
+    pub(super) fn level(&self, input: Input, axes: &[AxisState; AXIS_COUNT], process: ProcessLevels) -> bool {
         let own = |input: Input| match input {
-            Input::Origin => self.origin.is_closed(self.axes[Axis::C.index()].true_position()),
+            Input::Origin => self.origin.is_closed(axes[Axis::C.index()].true_position()),
             Input::Station(index) => self.stations.get(index).is_some_and(StationSwitch::is_closed),
             Input::Home(axis) => self.references[axis.index()].as_ref().is_some_and(|own| own.switch.is_closed()),
             Input::Index(_) => false,
-            Input::SteadyForce => self.force_monitor.is_closed(),
-            Input::WheelContact => self.gap.is_some_and(|gap| gap.is_closed()),
-            Input::KeyWay => self.sees_key_way(),
+            Input::SteadyForce => process.steady_force,
+            Input::WheelContact => process.wheel_contact,
+            Input::KeyWay => process.key_way,
         };
         own(input) || self.partner(input).is_some_and(own)
     }
 
-    /// The input on the same line.
+    pub(super) fn station_count(&self) -> usize {
+        self.stations.len()
+    }
+
+    /// Input on the same line.
     fn partner(&self, input: Input) -> Option<Input> {
         match self.shared? {
             [one, other] if one == input => Some(other),
@@ -109,33 +197,35 @@ impl Machine {
         }
     }
 
-    /// Inputs along a servo step.
-    pub(super) fn sense(&mut self, spans: &[Span; AXIS_COUNT], latches: &mut FixedList<Latch, MAX_LATCHES>) {
+    /// Senses the edges along a servo step.
+    pub(super) fn sense(&mut self, spans: &[Span; AXIS_COUNT], key_way: Option<&KeyWay>, sensing: &mut Sensing<'_>) {
         let (headstock, table) = (&spans[Axis::C.index()], &spans[Axis::Z.index()]);
         if !headstock.is_still() {
             let edge = self.origin.edge(headstock.from, headstock.to);
             if let Some(edge) = edge {
-                self.catch(Input::Origin, edge.rising, edge.position, latches);
-            } else if self.axes[Axis::C.index()].homed && self.origin.mark(headstock.from, headstock.to).is_some() {
-                self.raise(AlarmKind::OriginDetector, 0.0, ORIGIN_TOLERANCE_RAD);
+                self.catch(Input::Origin, edge.rising, edge.position, sensing);
+            } else if sensing.axes[Axis::C.index()].homed && self.origin.mark(headstock.from, headstock.to).is_some() {
+                sensing.raise(AlarmKind::OriginDetector, 0.0, ORIGIN_TOLERANCE_RAD);
+            }
+            for edge in key_way.into_iter().flat_map(|key_way| key_way.edges(headstock)).flatten() {
+                sensing.latch(Input::KeyWay, edge.rising, Some(edge.position));
             }
         }
-        self.sense_key_way(spans, latches);
-        self.sense_references(spans, latches);
+        self.sense_references(spans, sensing);
         for index in 0..self.stations.len() {
             if !table.is_still() {
                 for edge in self.stations[index].pass(table.from, table.to).into_iter().flatten() {
-                    self.catch(Input::Station(index), edge.rising, edge.position, latches);
+                    self.catch(Input::Station(index), edge.rising, edge.position, sensing);
                 }
             }
             if let Some(edge) = self.stations[index].bounce(table.to) {
-                self.catch(Input::Station(index), edge.rising, edge.position, latches);
+                self.catch(Input::Station(index), edge.rising, edge.position, sensing);
             }
         }
     }
 
-    /// Home switches and index marks along a servo step.
-    fn sense_references(&mut self, spans: &[Span; AXIS_COUNT], latches: &mut FixedList<Latch, MAX_LATCHES>) {
+    /// Senses home switches and index marks along a servo step.
+    fn sense_references(&mut self, spans: &[Span; AXIS_COUNT], sensing: &mut Sensing<'_>) {
         for axis in Axis::ALL {
             let span = &spans[axis.index()];
             let Some(own) = &mut self.references[axis.index()] else { continue };
@@ -146,79 +236,60 @@ impl Machine {
             };
             let bounce = own.switch.bounce(span.to);
             for edge in edges.into_iter().flatten().chain(bounce) {
-                self.catch(Input::Home(axis), edge.rising, edge.position, latches);
+                self.catch(Input::Home(axis), edge.rising, edge.position, sensing);
             }
             if let Some(mark) = mark {
-                self.catch(Input::Index(axis), true, mark.position, latches);
+                self.catch(Input::Index(axis), true, mark.position, sensing);
             }
         }
     }
 
-    /// The force at the end of a tick, under the part as it stands.
-    pub(super) fn watch_force(&mut self, latches: &mut FixedList<Latch, MAX_LATCHES>) {
-        let headstock = &self.axes[Axis::C.index()];
-        let position = headstock.true_position();
-        if let Some(closed) = self.force_monitor.tick(position / headstock.counts_per_unit, self.force_n) {
-            self.catch(Input::SteadyForce, closed, position, latches);
-        }
-    }
-
-    /// The zero of an axis is forgotten; whether it stands on its home switch is told like an edge.
-    pub(super) fn lose_home(&mut self, axis: Axis) {
-        self.axes[axis.index()].lose_home();
-        if self.references[axis.index()].is_some() {
-            self.tell_level(Input::Home(axis));
-        }
-    }
-
-    /// Somebody asks whether an input is closed: if it is, that is told like an edge.
-    pub(super) fn tell_level(&mut self, input: Input) {
-        if self.level(input) {
+    /// Reports a level as an edge with the next tick, if the input is closed.
+    pub(super) fn ask(&mut self, input: Input, axes: &[AxisState; AXIS_COUNT], process: ProcessLevels, tick: u64) {
+        if self.level(input, axes, process) {
             let axis = input.axis();
-            let state = &self.axes[axis.index()];
+            let state = &axes[axis.index()];
             let counts = state.reading_at(state.true_position());
-            self.asked.push(Latch { tick: self.tick, input, rising: true, axis, counts });
+            self.asked.push(Latch { tick, input, rising: true, axis, counts });
         }
     }
 
-    /// An edge, and the same on the input that lies on the same line.
-    fn catch(&mut self, input: Input, rising: bool, position: f64, latches: &mut FixedList<Latch, MAX_LATCHES>) {
-        let partner = self.partner(input);
-        self.catch_one(input, rising, Some(position), latches);
-        if let Some(partner) = partner {
-            self.catch_one(partner, rising, None, latches);
+    pub(super) fn has_references(&self, axis: Axis) -> bool {
+        self.references[axis.index()].is_some()
+    }
+
+    pub(super) fn take_asked(&mut self) -> FixedList<Latch, 4> {
+        core::mem::take(&mut self.asked)
+    }
+
+    /// Catches an edge, and the same on the input that lies on the same line.
+    pub(super) fn catch(&mut self, input: Input, rising: bool, position: f64, sensing: &mut Sensing<'_>) {
+        self.catch_one(input, rising, Some(position), sensing);
+        if let Some(partner) = self.partner(input) {
+            self.catch_one(partner, rising, None, sensing);
         }
     }
 
-    pub(super) fn catch_one(
-        &mut self,
-        input: Input,
-        rising: bool,
-        position: Option<f64>,
-        latches: &mut FixedList<Latch, MAX_LATCHES>,
-    ) {
-        let axis = input.axis();
-        let state = &self.axes[axis.index()];
+    fn catch_one(&mut self, input: Input, rising: bool, position: Option<f64>, sensing: &mut Sensing<'_>) {
+        sensing.latch(input, rising, position);
+        let state = &sensing.axes[input.axis().index()];
         let position = position.unwrap_or_else(|| state.true_position());
-        latches.push(Latch { tick: self.tick, input, rising, axis, counts: state.reading_at(position) });
         match input {
             Input::Origin => {
                 let off_rad = self.origin.off_mark(position) / state.counts_per_unit;
                 if rising && off_rad > ORIGIN_TOLERANCE_RAD {
-                    self.raise(AlarmKind::OriginDetector, off_rad, ORIGIN_TOLERANCE_RAD);
+                    sensing.raise(AlarmKind::OriginDetector, off_rad, ORIGIN_TOLERANCE_RAD);
                 }
             }
-            Input::Station(index) => self.note_edge(index, rising, state.reading_at(position)),
+            Input::Station(index) => self.note_edge(index, rising, state.reading_at(position), sensing),
             Input::Home(_) | Input::Index(_) | Input::SteadyForce | Input::WheelContact | Input::KeyWay => {}
         }
     }
 
-    #[allow(clippy::cast_possible_truncation, reason = "20 ms are few ticks")]
-    fn note_edge(&mut self, station: usize, rising: bool, reading: i64) {
-        let window = libm::ceil(BOUNCE_S / self.description.cycle_time_s()) as u64;
+    fn note_edge(&mut self, station: usize, rising: bool, reading: i64, sensing: &mut Sensing<'_>) {
         let Some(watch) = self.switch_watch.get_mut(station) else { return };
-        if watch.edges == 0 || self.tick > watch.first_edge_tick + window {
-            *watch = SwitchWatch { edges: 0, first_edge_tick: self.tick, ..*watch };
+        if watch.edges == 0 || sensing.tick > watch.first_edge_tick + self.bounce_ticks {
+            *watch = SwitchWatch { edges: 0, first_edge_tick: sensing.tick, ..*watch };
         }
         if rising {
             watch.closed_at = reading as f64;
@@ -226,91 +297,69 @@ impl Machine {
         watch.edges += 1;
         if watch.edges >= BOUNCES {
             watch.edges = 0;
-            self.raise(AlarmKind::SwitchBounces, (station + 1) as f64, 0.0);
+            sensing.raise(AlarmKind::SwitchBounces, (station + 1) as f64, 0.0);
         }
     }
 
-    /// A switch must show what the table's position says, away from where its dog begins and ends; and where it has closed it must stay
-    /// so until the table has gone back by its hysteresis, or over the dog.
-    pub(super) fn watch_switches(&mut self) {
-        let table = &self.axes[Axis::Z.index()];
+    /// Compares every station's switch with the table's position, away from the ends of its dog. A switch that has closed must stay so
+    /// until the table has gone back by its hysteresis, or over the dog.
+    pub(super) fn watch_switches(
+        &mut self,
+        axes: &[AxisState; AXIS_COUNT],
+        process: ProcessLevels,
+        tick: u64,
+        supervision: &mut Supervision,
+    ) {
+        let table = &axes[Axis::Z.index()];
         if !table.homed {
             return;
         }
         let (reading, tolerance) = (table.counts() as f64, SWITCH_TOLERANCE_MM * table.counts_per_unit);
         let rests = table.is_at_rest();
         for index in 0..self.stations.len() {
-            let expected = self.stations[index].expected(reading, tolerance);
-            let wrong = expected.is_some_and(|expected| expected != self.level(Input::Station(index)));
-            let level = self.level(Input::Station(index));
+            let level = self.level(Input::Station(index), axes, process);
+            let switch = &self.stations[index];
+            let wrong = switch.expected(reading, tolerance).is_some_and(|expected| expected != level);
             let Some(watch) = self.switch_watch.get_mut(index) else { continue };
             // Nothing presses a switch while the table rests.
             let changed = watch.level.replace(level).is_some_and(|before| before != level);
-            let dropped = changed && !level && self.stations[index].must_hold(watch.closed_at, reading);
+            let dropped = changed && !level && switch.must_hold(watch.closed_at, reading);
             watch.wrong_ticks = if wrong { watch.wrong_ticks.saturating_add(1) } else { 0 };
             if watch.wrong_ticks > WRONG_TICKS || (changed && rests) || dropped {
-                self.raise(AlarmKind::LimitSwitch, (index + 1) as f64, 0.0);
+                supervision.raise(tick, AlarmKind::LimitSwitch, (index + 1) as f64, 0.0);
             }
         }
     }
 
-    /// Three readings in a row tell the acceleration; none can exceed what the drive can do.
-    pub(super) fn watch_encoders(&mut self) {
-        let cycle_time_s = self.description.cycle_time_s();
-        for axis in Axis::ALL {
-            let i = axis.index();
-            let state = &self.axes[i];
-            let now = state.reading();
-            let [before, last] = self.readings[i];
-            self.readings[i] = [last, now];
-            let description = &self.description.axes[i];
-            let most = 2.0 * description.most_acceleration() * state.counts_per_unit * cycle_time_s * cycle_time_s
-                + JUMP_COUNTS
-                + 4.0 * (description.drive.encoder_step_counts + description.drive.encoder_noise_counts);
-            let jump = (now.saturating_sub(last)).saturating_sub(last.saturating_sub(before)).unsigned_abs() as f64;
-            if jump > most {
-                let per_unit = state.counts_per_unit;
-                // The reading after it is as far off the other way.
-                self.readings[i] = [now, now];
-                if self.description.axes[i].needs_homing {
-                    self.axes[i].lose_home();
+    /// Holds an input at a level; `None` releases it. Inputs without a switch of their own stay as they are: a probe ends at its target.
+    pub(super) fn set_stuck(&mut self, input: Input, level: Option<bool>) {
+        match input {
+            Input::Origin => self.origin.set_stuck(level),
+            Input::Station(index) => {
+                if let Some(switch) = self.stations.get_mut(index) {
+                    switch.set_stuck(level);
                 }
-                self.raise(AlarmKind::EncoderJump(axis), jump / per_unit, most / per_unit);
             }
+            Input::Home(axis) | Input::Index(axis) => {
+                if let Some(own) = &mut self.references[axis.index()] {
+                    own.switch.set_stuck(level);
+                }
+            }
+            Input::SteadyForce | Input::WheelContact | Input::KeyWay => {}
         }
     }
 
-    /// A gauge that gives no number, or the same one however much is cut.
-    pub(super) fn watch_gauge(&mut self, readings_mm: [Option<f64>; 2], lobe: Option<usize>, removal: Removal) {
-        let Some(description) = self.description.gauge else { return };
-        let headstock = &self.axes[Axis::C.index()];
-        let turned_rad = headstock.velocity().abs() * self.description.cycle_time_s();
-        let round_mm = lobe.map_or(f64::INFINITY, |lobe| TURN_RAD * self.part.lobes()[lobe].reach_mm());
-        for (i, reading) in readings_mm.into_iter().enumerate() {
-            let Some(reading) = reading else { continue };
-            if !reading.is_finite() {
-                self.raise(AlarmKind::GaugeInvalid, 0.0, 0.0);
-                continue;
-            }
-            let watch = &mut self.gauge_watch;
-            let is_same = watch.last[i].is_some_and(|last| last.to_bits() == reading.to_bits());
-            watch.last[i] = Some(reading);
-            // Only while something is cut.
-            if !is_same {
-                (watch.same[i], watch.turned_rad[i], watch.cut_mm2[i]) = (0, 0.0, 0.0);
-            } else if removal.area_mm2 > 0.0 {
-                watch.same[i] = watch.same[i].saturating_add(1);
-                watch.turned_rad[i] += turned_rad;
-                // What is cut comes under the contact within a turn.
-                watch.cut_mm2[i] += if watch.turned_rad[i] > TURN_RAD { removal.area_mm2 } else { 0.0 };
-            }
-            // Noise larger than a step never rests; without it, what is cut must show.
-            let is_noisy = description.noise_mm > description.resolution_mm && description.noise_mm > 0.0;
-            let must_show = watch.cut_mm2[i] / round_mm > STUCK_DEPTH_MM + 2.0 * description.resolution_mm;
-            let count = watch.same[i];
-            if count >= STUCK_READINGS && (is_noisy || must_show) {
-                self.raise(AlarmKind::GaugeStuck, f64::from(count), 0.0);
-            }
+    pub(super) fn set_second_origin(&mut self, counts: Option<f64>) {
+        self.origin.set_second(counts);
+    }
+
+    pub(super) fn set_bouncing(&mut self, station: usize, active: bool) {
+        if let Some(switch) = self.stations.get_mut(station) {
+            switch.set_bouncing(active);
         }
+    }
+
+    pub(super) fn share(&mut self, inputs: Option<[Input; 2]>) {
+        self.shared = inputs;
     }
 }

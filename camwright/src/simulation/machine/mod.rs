@@ -1,128 +1,74 @@
 //! The machine as it runs, one tick after the other.
 
+#[macro_use]
+mod snapshot;
+
 mod alarm_retract;
+mod axis_watch;
 mod build_report;
 mod command;
-mod dressing;
+mod contact;
 mod fault_injection;
+mod gauging;
 mod inputs;
 mod loading;
+mod motion;
 mod power;
 mod probes;
-mod snapshot;
 mod stream;
 mod supervision;
-mod sweep;
 mod turning;
-mod wheel_surface;
+mod wheel;
 mod work_area;
+mod workholding;
 
-use crate::machine::alarm::{ALARM_KINDS, Alarm, AlarmKind, Severity};
+use crate::machine::alarm::{ALARM_KINDS, Alarm, AlarmKind};
+use crate::machine::contact_law::ContactLaw;
 use crate::machine::description::{AXIS_COUNT, Axis, DescriptionError, MachineDescription};
 use crate::machine::persistent_state::{LastingState, Tally};
-use crate::machine::setpoint::{Input, Latch, Setpoint};
+use crate::machine::setpoint::{Input, Setpoint};
 use crate::math::fixed_list::FixedList;
 use crate::math::units::TURN_RAD;
-use crate::simulation::axis::AxisState;
+use crate::simulation::axis::{AxisState, Span};
 use crate::simulation::fault::Fault;
-use crate::simulation::force_monitor::ForceMonitor;
-use crate::simulation::gauge::Gauge;
-use crate::simulation::plausibility::Plausibility;
-use crate::simulation::sensors::{OriginDetector, OvertravelSwitches, StationSwitch};
 use crate::simulation::tick_report::TickReport;
 use crate::simulation::turned_part::TurnedRemoval;
-use crate::simulation::wheel_spindle::WheelSpindle;
 use crate::simulation::work_area::WorkArea;
-use crate::simulation::workpiece::{Deflection, Removal, Workpiece};
-use alarm_retract::{Draw, Retreat};
-use alloc::vec::Vec;
+use crate::simulation::workpiece::Removal;
+use alarm_retract::Retract;
+use axis_watch::AxisWatch;
 pub use command::{MachineCommand, ResetRefused};
-use inputs::{GaugeWatch, References, SwitchWatch};
-use probes::GapWatch;
-use turning::Clamped;
-
-/// Where the setpoints come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Mode {
-    Following,
-    /// From the stream until it rests, after an alarm: the tail of the last chunk, and beside it the wheel's way off the part.
-    Draining,
-    /// From the machine: every axis decelerates at its limit, X goes off the part.
-    OwnStop,
-    /// Nowhere: the axes hold until a reset.
-    Halted,
-}
+use contact::{Contact, Sweep};
+use gauging::Gauging;
+use inputs::{Inputs, ProcessLevels, Sensing};
+use power::Power;
+use stream::Stream;
+use supervision::Supervision;
+use wheel::GrindingWheel;
+use workholding::Workholding;
 
 /// A simulated machine. See [`Machine::step`].
+///
+/// Each part owns its state; the machine connects them in the order of a tick.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Machine {
     description: MachineDescription,
-    plausibility: Plausibility,
     lasting: LastingState,
     tick: u64,
     step_s: f64,
     axes: [AxisState; AXIS_COUNT],
-    origin: OriginDetector,
-    stations: Vec<StationSwitch>,
-    /// Home switches and index marks of the slides that have some.
-    references: [Option<References>; AXIS_COUNT],
-    /// Edges that somebody asked for, to be told with this tick.
-    asked: FixedList<Latch, 4>,
-    overtravel: [OvertravelSwitches; AXIS_COUNT],
-    beyond: [bool; AXIS_COUNT],
-    wheel: WheelSpindle,
-    wheel_phase_rad: f64,
-    /// Share of what is left to a warm wheelhead that a tick goes.
-    warming: f64,
-    part: Workpiece,
-    /// The part in the chuck of a lathe.
-    turned: Option<Clamped>,
-    /// What a machine that is loaded is loaded through.
+    supervision: Supervision,
+    axis_watch: AxisWatch,
+    inputs: Inputs,
+    gauging: Gauging,
+    workholding: Workholding,
+    contact: Contact,
+    wheel: GrindingWheel,
+    power: Power,
+    stream: Stream,
+    retract: Retract,
+    /// Door, chuck and sensors of a machine that is loaded.
     work_area: Option<WorkArea>,
-    /// How wheel and part have given way to each other.
-    deflection: Deflection,
-    /// Normal force of the wheel on the part (N).
-    force_n: f64,
-    /// Force with which a wheel that does not turn may press on the part (N).
-    push_n: f64,
-    force_monitor: ForceMonitor,
-    gauge: Option<Gauge>,
-    gap: Option<GapWatch>,
-    /// Azimuth of the part's key-way as it is clamped (rad): 0 faces the wheel where C is 0.
-    key_way_rad: f64,
-    /// How far the zero of X was off the machine's own at the last dress (mm).
-    dressed_zero_mm: f64,
-    since_cut: u32,
-    /// Lobe that the wheel took something from last, since the last dress and the last part.
-    ground: Option<usize>,
-    mode: Mode,
-    /// The setpoint of the stream that was followed last, without what an alarm adds to it.
-    followed: Setpoint,
-    /// The wheel on its way off the part, after an alarm.
-    retreat: Option<Retreat>,
-    draw: Option<Draw>,
-    /// Axes whose drives have no power, and those that lose it now.
-    dead: [bool; AXIS_COUNT],
-    kill_due: [bool; AXIS_COUNT],
-    mains_lost: bool,
-    /// Energy left when the mains are lost (J).
-    buffered_j: f64,
-    /// Inputs on one line.
-    shared: Option<[Input; 2]>,
-    switch_watch: Vec<SwitchWatch>,
-    gauge_watch: GaugeWatch,
-    /// Each axis' readings of the last two ticks (counts, true).
-    readings: [[i64; 2]; AXIS_COUNT],
-    /// Times the ordered speed that the wheel has; ticks for which it has had none though it is to run.
-    overspeed: f64,
-    wheel_late: u32,
-    drives_ordered: bool,
-    powered: bool,
-    power_off_due: bool,
-    estop: bool,
-    drive_faults: [bool; AXIS_COUNT],
-    alarms: FixedList<Alarm, ALARM_KINDS>,
-    raised: FixedList<Alarm, ALARM_KINDS>,
 }
 
 impl Machine {
@@ -140,85 +86,33 @@ impl Machine {
         }
         let step_s = description.cycle_time_s() / f64::from(description.servo_steps_per_tick);
         let axes: [AxisState; AXIS_COUNT] = core::array::from_fn(|i| AxisState::new(&description.axes[i], step_s));
-        let table = &axes[Axis::Z.index()];
-        let per_mm = table.counts_per_unit;
-        let stations = description.stations.iter().map(|station| {
-            let start = table.scale.counts(station.position_mm) as f64;
-            let (dog, hysteresis) = (description.dog_length_mm * per_mm, description.switch_hysteresis_mm * per_mm);
-            StationSwitch::new(start, dog, hysteresis, table.true_position())
-        });
-        let overtravel = core::array::from_fn(|i| {
-            let (min, max) = description.axes[i].overtravel.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-            OvertravelSwitches::new(min * axes[i].counts_per_unit, max * axes[i].counts_per_unit)
-        });
-        let turn = TURN_RAD * axes[Axis::C.index()].counts_per_unit;
-        let at_rest = Setpoint { counts: core::array::from_fn(|i| axes[i].setpoint_counts()), ..Setpoint::default() };
         Ok(Self {
-            followed: at_rest,
-            retreat: None,
-            draw: None,
-            dead: [false; AXIS_COUNT],
-            kill_due: [false; AXIS_COUNT],
-            mains_lost: false,
-            buffered_j: description.retract.buffered_energy_j,
-            shared: None,
-            switch_watch: alloc::vec![SwitchWatch::default(); description.stations.len()],
-            gauge_watch: GaugeWatch::default(),
-            readings: core::array::from_fn(|i| [axes[i].reading(); 2]),
-            overspeed: 1.0,
-            wheel_late: 0,
-            plausibility: Plausibility::new(&description),
             tick: 0,
             step_s,
-            origin: OriginDetector::new(libm::round(turn), description.origin_half_window_rad),
-            stations: stations.collect(),
-            references: core::array::from_fn(|i| {
-                let axis = &description.axes[i];
-                let homing = axis.homing.as_ref()?;
-                Some(References::new(homing, description.switch_hysteresis_mm, &axes[i]))
-            }),
-            asked: FixedList::new(),
-            overtravel,
-            beyond: [false; AXIS_COUNT],
-            wheel: WheelSpindle::new(&description),
-            wheel_phase_rad: 0.0,
-            warming: description
-                .thermal
-                .map_or(0.0, |thermal| -libm::expm1(-description.cycle_time_s() / thermal.time_constant_s)),
-            part: Workpiece::default(),
-            turned: None,
+            supervision: Supervision::new(),
+            axis_watch: AxisWatch::new(&description, &axes),
+            inputs: Inputs::new(&description, &axes),
+            gauging: Gauging::new(&description),
+            workholding: Workholding::default(),
+            contact: Contact::new(&description),
+            wheel: GrindingWheel::new(&description),
+            power: Power::new(&description.retract),
+            stream: Stream::new(&description, resting_setpoint(&axes)),
+            retract: Retract::default(),
             work_area: description.loading.map(|loading| WorkArea::new(&loading, description.cycle_time_s())),
-            deflection: Deflection::default(),
-            force_n: 0.0,
-            push_n: 0.0,
-            force_monitor: ForceMonitor::default(),
-            gauge: description.gauge.map(|gauge| Gauge::new(gauge, description.cycle_time_s())),
-            gap: GapWatch::new(&description),
-            key_way_rad: 0.0,
-            dressed_zero_mm: 0.0,
-            since_cut: supervision::CUTTING_TICKS,
-            ground: None,
-            mode: Mode::Following,
-            drives_ordered: true,
-            powered: true,
-            power_off_due: false,
-            estop: false,
-            drive_faults: [false; AXIS_COUNT],
-            alarms: FixedList::new(),
-            raised: FixedList::new(),
             lasting,
             axes,
             description,
         })
     }
 
-    /// What the machine is.
+    /// Description of the machine.
     #[must_use]
     pub fn description(&self) -> &MachineDescription {
         &self.description
     }
 
-    /// What outlives the run.
+    /// State that outlives the run.
     #[must_use]
     pub fn lasting(&self) -> &LastingState {
         &self.lasting
@@ -227,7 +121,7 @@ impl Machine {
     /// Counts a finished part.
     pub fn count_part(&mut self) {
         self.lasting.count_part();
-        self.ground = None;
+        self.wheel.forget_lobe();
     }
 
     /// Counts what a finished part was found to be.
@@ -245,16 +139,10 @@ impl Machine {
         self.tick
     }
 
-    /// The part between the centres.
-    #[must_use]
-    pub fn part(&self) -> &Workpiece {
-        &self.part
-    }
-
     /// Active alarms, oldest first.
     #[must_use]
     pub fn alarms(&self) -> &FixedList<Alarm, ALARM_KINDS> {
-        &self.alarms
+        self.supervision.alarms()
     }
 
     /// The setpoint of the last tick, in the present readings: where the next one must continue.
@@ -273,7 +161,7 @@ impl Machine {
     pub fn truth(&self) -> [(f64, f64); AXIS_COUNT] {
         core::array::from_fn(|i| {
             let axis = &self.axes[i];
-            (axis.true_position() / axis.counts_per_unit, axis.velocity())
+            (axis.true_value(), axis.velocity())
         })
     }
 
@@ -287,7 +175,7 @@ impl Machine {
     /// touch); `None` where nothing is in front of it.
     #[must_use]
     pub fn wheel_gap_mm(&self) -> Option<f64> {
-        let lobe = &self.part.lobes()[self.lobe_in_front()?];
+        let lobe = &self.workholding.lobes()[self.lobe_in_front()?];
         Some(self.truth()[Axis::X.index()].0 - lobe.reach_mm())
     }
 
@@ -300,15 +188,13 @@ impl Machine {
     /// The wheel runs up or down.
     #[must_use]
     pub fn is_wheel_changing(&self) -> bool {
-        self.wheel.is_changing()
+        self.wheel.spindle().is_changing()
     }
 
     /// A job begins: what only chance decides begins anew, so that a job is the same whatever the machine did before.
     pub fn begin_job(&mut self) {
         self.axes.iter_mut().for_each(AxisState::begin_job);
-        if let Some(gauge) = &mut self.gauge {
-            gauge.begin_job();
-        }
+        self.gauging.begin_job();
     }
 
     /// Places every axis at rest at a true position (counts), homed, and the wheel at speed: for an offline simulation
@@ -317,40 +203,17 @@ impl Machine {
         for (axis, counts) in self.axes.iter_mut().zip(counts) {
             axis.place(counts);
         }
-        let table = self.axes[Axis::Z.index()].true_position();
-        for switch in &mut self.stations {
-            switch.look(table);
-        }
-        for (references, axis) in self.references.iter_mut().zip(&self.axes) {
-            if let Some(references) = references {
-                references.switch.look(axis.true_position());
-            }
-        }
-        self.switch_watch.fill(SwitchWatch::default());
-        self.wheel = self.wheel.at_speed();
-        self.followed = self.setpoint();
-        self.readings = core::array::from_fn(|i| [self.axes[i].reading(); 2]);
+        self.inputs.restart(&self.axes);
+        self.wheel.place_at_speed();
+        self.stream.follow(self.setpoint());
+        self.axis_watch.restart(&self.axes);
     }
 
     /// Raises an alarm that somebody else found, as the node that watches the stream of setpoints.
     ///
     /// An alarm that is active already is not raised again. See [`AlarmKind`] for value and bound.
     pub fn raise(&mut self, kind: AlarmKind, value: f64, bound: f64) {
-        if self.alarms.iter().any(|alarm| alarm.kind == kind) {
-            return;
-        }
-        let alarm = Alarm { kind, tick: self.tick, value, bound };
-        self.alarms.push(alarm);
-        self.raised.push(alarm);
-        if kind.entry().severity == Severity::Warning {
-            return;
-        }
-        self.note_kill(kind);
-        if matches!(kind, AlarmKind::Overtravel(_)) && self.mode != Mode::Halted {
-            self.mode = Mode::OwnStop;
-        } else if self.mode == Mode::Following {
-            self.mode = Mode::Draining;
-        }
+        self.supervision.raise(self.tick, kind, value, bound);
     }
 
     /// One tick: faults, commands, then the servo steps towards the setpoint of this tick.
@@ -368,84 +231,177 @@ impl Machine {
         }
         self.watch_guards();
         self.react();
-        if self.powered {
+        if self.power.is_on() {
             self.advance_setpoint(setpoint);
         }
-        for (axis, _) in self.axes.iter_mut().zip(self.dead).filter(|(_, dead)| *dead) {
+        let dead = self.power.dead();
+        for (axis, _) in self.axes.iter_mut().zip(dead).filter(|(_, dead)| *dead) {
             axis.begin_coasting();
         }
-        self.turn_wheel();
+        self.wheel.step(&self.description, &self.lasting, self.tick, &mut self.supervision);
         let mut latches = FixedList::new();
-        for latch in core::mem::take(&mut self.asked).iter() {
+        for latch in self.inputs.take_asked().iter() {
             latches.push(*latch);
         }
         let mut removal = Removal::default();
         let mut turned = TurnedRemoval::default();
         let lobe = self.lobe_in_front();
-        let law = lobe.and_then(|lobe| self.contact_law(lobe));
+        let law = lobe.and_then(|lobe| self.workholding.contact_law(lobe, self.table_mm(), &self.description));
         if law.is_none() {
-            (self.deflection, self.force_n) = (Deflection::default(), 0.0);
+            self.contact.separate();
         }
+        let key_way = self.workholding.key_way(&self.axes[Axis::C.index()], &self.description);
         for index in 0..self.description.servo_steps_per_tick {
             let spans = self.servo_step(index);
-            self.sense(&spans, &mut latches);
+            self.inputs.sense(
+                &spans,
+                key_way.as_ref(),
+                &mut Sensing {
+                    tick: self.tick,
+                    axes: &self.axes,
+                    latches: &mut latches,
+                    supervision: &mut self.supervision,
+                },
+            );
             if let Some(lobe) = lobe {
                 removal = removal.and(self.grind(index, lobe, law.as_ref(), &spans));
-            } else if self.turned.is_some() {
-                turned = turned.and(self.turn_part(&spans));
+            } else if let Some(clamped) = self.workholding.turned_mut() {
+                let cuts = self.wheel.spindle().cuts();
+                turned = turned.and(clamped.turn(&spans, &self.axes, self.step_s, cuts, &self.description));
             }
         }
-        if let Some(clamped) = &mut self.turned {
+        if let Some(clamped) = self.workholding.turned_mut() {
             clamped.part.refresh();
-            removal = self.as_of_a_wheel(&turned);
+            removal = turning::as_of_a_wheel(&turned, self.description.wheel.width_mm);
         }
-        self.sense_gap(&mut latches);
-        self.turn_on();
-        self.watch_force(&mut latches);
+        let mut sensing =
+            Sensing { tick: self.tick, axes: &self.axes, latches: &mut latches, supervision: &mut self.supervision };
+        self.contact.sense_gap(&mut sensing);
+        self.wheel.turn_on(&self.description, &mut self.lasting);
+        self.contact.sense_force(&mut self.inputs, &mut sensing);
         if let Some(lobe) = lobe {
-            self.part.lobe_mut(lobe).refresh();
-            self.wear_wheel(lobe, removal);
+            self.workholding.lobe_mut(lobe).refresh();
+            self.wheel.wear(lobe, removal, &self.description, &mut self.lasting);
         }
         let cycle_time_s = self.description.cycle_time_s();
-        for (axis, _) in self.axes.iter_mut().zip(self.dead).filter(|(_, dead)| !*dead) {
+        for (axis, _) in self.axes.iter_mut().zip(dead).filter(|(_, dead)| !*dead) {
             axis.end_tick(cycle_time_s);
         }
-        self.watch_encoders();
-        self.watch_following_error();
-        self.watch_overtravel();
-        self.watch_switches();
-        self.watch_wheel(removal);
-        let gauge_mm = self.gauge(lobe);
-        let gauge_mm = self.spoiled(gauge_mm);
-        self.watch_gauge(gauge_mm, lobe, removal);
+        self.axis_watch.watch(&mut self.axes, &self.description, self.tick, &mut self.supervision);
+        let process = self.process_levels();
+        self.inputs.watch_switches(&self.axes, process, self.tick, &mut self.supervision);
+        self.wheel.watch_contact(removal, self.contact.pushes(), self.tick, &mut self.supervision);
+        let gauge_mm = self.gauge(lobe, removal);
         self.end_of_retreat();
         self.react();
         self.report(setpoint.is_some(), latches, (lobe, removal, turned), gauge_mm)
     }
 
     fn apply_command(&mut self, command: MachineCommand) {
+        let Self { description, lasting, tick, supervision, .. } = self;
+        let mut raise = |kind, value, bound| supervision.raise(*tick, kind, value, bound);
         match command {
             MachineCommand::SetHome { axis, counts } => {
                 self.axes[axis.index()].set_home(counts);
-                let followed = &mut self.followed.counts[axis.index()];
-                *followed = followed.saturating_sub(counts);
+                self.stream.set_home(axis, counts);
             }
-            MachineCommand::LoseHome { axis } => self.lose_home(axis),
-            MachineCommand::Ask { input } => self.tell_level(input),
+            MachineCommand::LoseHome { axis } => {
+                self.axes[axis.index()].lose_home();
+                if self.inputs.has_references(axis) {
+                    self.ask(Input::Home(axis));
+                }
+            }
+            MachineCommand::Ask { input } => self.ask(input),
             MachineCommand::Raise { number } => {
                 if let Some(kind) = AlarmKind::from_number(number) {
-                    self.raise(kind, f64::NAN, f64::NAN);
+                    raise(kind, f64::NAN, f64::NAN);
                 }
             }
             MachineCommand::WheelStart => {
-                self.push_n = 0.0;
-                self.start_wheel();
+                self.contact.allow_push(0.0);
+                self.wheel.start(self.power.allows_wheel(), description, lasting, raise);
             }
-            MachineCommand::WheelStop => self.wheel.order(false),
-            MachineCommand::ExpectWheel { radius_nm } => self.expect_wheel(radius_nm),
-            MachineCommand::Dress { radius_nm } => self.dress(radius_nm),
-            MachineCommand::Push { most_n } => self.push_n = most_n as f64,
-            MachineCommand::WatchForce { most_n } => self.force_monitor.watch(most_n as f64),
+            MachineCommand::WheelStop => self.wheel.stop(),
+            MachineCommand::ExpectWheel { radius_nm } => {
+                if let Err((kind, value, bound)) = wheel::expect_wheel(radius_nm, lasting) {
+                    raise(kind, value, bound);
+                }
+            }
+            MachineCommand::Dress { radius_nm } => {
+                if let Err((kind, value, bound)) = self.wheel.dress(radius_nm, &self.axes, description, lasting) {
+                    raise(kind, value, bound);
+                }
+            }
+            MachineCommand::Push { most_n } => self.contact.allow_push(most_n as f64),
+            MachineCommand::WatchForce { most_n } => self.contact.watch_force(most_n as f64),
         }
     }
+
+    fn ask(&mut self, input: Input) {
+        let process = self.process_levels();
+        self.inputs.ask(input, &self.axes, process, self.tick);
+    }
+
+    fn process_levels(&self) -> ProcessLevels {
+        let headstock = &self.axes[Axis::C.index()];
+        let key_way = self.workholding.key_way(headstock, &self.description);
+        ProcessLevels {
+            steady_force: self.contact.is_force_steady(),
+            wheel_contact: self.contact.is_gap_closed(),
+            key_way: key_way.is_some_and(|key_way| key_way.is_under_switch(headstock.true_position())),
+        }
+    }
+
+    /// Position of the table (mm).
+    fn table_mm(&self) -> f64 {
+        self.axes[Axis::Z.index()].true_value()
+    }
+
+    fn lobe_in_front(&self) -> Option<usize> {
+        self.workholding.lobe_in_front(self.table_mm(), &self.description)
+    }
+
+    fn cutting_forces(&self) -> [f64; AXIS_COUNT] {
+        let sense = f64::from(self.description.rotation_sense);
+        self.contact.forces_on_axes(&self.axes[Axis::X.index()], self.lasting.wheel_radius_mm, sense)
+    }
+
+    /// Sweeps the wheel over a lobe along a servo step.
+    fn grind(&mut self, servo_step: u32, lobe: usize, law: Option<&ContactLaw>, spans: &[Span; AXIS_COUNT]) -> Removal {
+        let (c, x) = (&spans[Axis::C.index()], &spans[Axis::X.index()]);
+        if c.is_still() && x.is_still() {
+            return Removal::default();
+        }
+        let sweep = Sweep {
+            c,
+            x,
+            per_rad: self.axes[Axis::C.index()].counts_per_unit,
+            per_mm: self.axes[Axis::X.index()].counts_per_unit,
+            rotation_sense: f64::from(self.description.rotation_sense),
+            step_s: self.step_s,
+            surface: self.wheel.surface(servo_step, self.step_s, &self.description, &self.lasting),
+            cuts: self.wheel.spindle().cuts(),
+        };
+        self.contact.grind(self.workholding.lobe_mut(lobe), law, &sweep)
+    }
+
+    /// Readings of the gauge at the end of a tick, while C turns.
+    fn gauge(&mut self, lobe: Option<usize>, removal: Removal) -> [Option<f64>; 2] {
+        let headstock = &self.axes[Axis::C.index()];
+        let lobe = lobe.map(|lobe| &self.workholding.lobes()[lobe]);
+        let read = lobe.filter(|_| !headstock.is_at_rest() || self.contact.is_push_allowed());
+        let sense = f64::from(self.description.rotation_sense);
+        let share = self.description.contact.as_ref().map_or(0.0, |contact| contact.part_share);
+        let readings_mm = self.gauging.read(read, headstock, sense, self.contact.part_deflection(share));
+        let round_mm = lobe.map_or(f64::INFINITY, |lobe| TURN_RAD * lobe.reach_mm());
+        let cut = (round_mm, removal.area_mm2);
+        self.gauging.watch(readings_mm, cut, headstock, &self.description, |kind, value, bound| {
+            self.supervision.raise(self.tick, kind, value, bound);
+        });
+        readings_mm
+    }
+}
+
+fn resting_setpoint(axes: &[AxisState; AXIS_COUNT]) -> Setpoint {
+    Setpoint { counts: core::array::from_fn(|i| axes[i].setpoint_counts()), ..Setpoint::default() }
 }

@@ -1,66 +1,141 @@
-//! Power of the drives, and the reset after an alarm.
+//! Power of the drives: mains, emergency stop, drive faults, orders.
 
-use super::{Machine, Mode, ResetRefused};
-use crate::machine::alarm::Severity;
+use super::ResetRefused;
 use crate::machine::description::{AXIS_COUNT, Axis};
-use crate::math::fixed_list::FixedList;
+use crate::machine::retract::AlarmRetract;
 
-impl Machine {
-    /// Clears the alarms whose causes are gone and gives the drives their power again. The axes hold where they are;
-    /// nothing that was under way is resumed.
-    ///
-    /// # Errors
-    /// Emergency stop pressed, mains lost, a drive fault that persists, axes that are not at rest yet, a wheel that has still
-    /// to leave the part or turns behind an open door; nothing has changed then.
-    pub fn reset(&mut self) -> Result<(), ResetRefused> {
-        if self.estop {
-            return Err(ResetRefused::EStopPressed);
+/// Power of the drives and what keeps it away.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Power {
+    /// Axes whose drives have no power.
+    dead: [bool; AXIS_COUNT],
+    mains_lost: bool,
+    /// Energy left when the mains are lost (J).
+    buffered_j: f64,
+    drives_ordered: bool,
+    powered: bool,
+    power_off_due: bool,
+    estop: bool,
+    drive_faults: [bool; AXIS_COUNT],
+}
+
+kept_groups!(Power {
+    keep_dead(fields: dead),
+    keep_mains(fields: mains_lost, buffered_j),
+    keep_orders(fields: drives_ordered, powered, power_off_due, estop, drive_faults),
+} on {});
+
+impl Power {
+    /// Drives on, mains present.
+    pub(super) fn new(retract: &AlarmRetract) -> Self {
+        Self {
+            dead: [false; AXIS_COUNT],
+            mains_lost: false,
+            buffered_j: retract.buffered_energy_j,
+            drives_ordered: true,
+            powered: true,
+            power_off_due: false,
+            estop: false,
+            drive_faults: [false; AXIS_COUNT],
         }
-        if self.mains_lost {
-            return Err(ResetRefused::PowerLost);
+    }
+
+    pub(super) fn is_on(&self) -> bool {
+        self.powered
+    }
+
+    pub(super) fn dead(&self) -> [bool; AXIS_COUNT] {
+        self.dead
+    }
+
+    pub(super) fn is_dead(&self, axis: Axis) -> bool {
+        self.dead[axis.index()]
+    }
+
+    pub(super) fn is_estop_pressed(&self) -> bool {
+        self.estop
+    }
+
+    /// The wheel may be ordered to run.
+    pub(super) fn allows_wheel(&self) -> bool {
+        !self.estop && !self.mains_lost
+    }
+
+    pub(super) fn set_estop(&mut self, pressed: bool) {
+        self.estop = pressed;
+    }
+
+    /// Mains lost or back. Returns true if they are lost now and were not before.
+    pub(super) fn set_mains_lost(&mut self, lost: bool, retract: &AlarmRetract) -> bool {
+        let begins = lost && !self.mains_lost;
+        if begins {
+            self.buffered_j = retract.buffered_energy_j;
         }
-        if self.work_area.is_some_and(|area| area.entered()) {
-            return Err(ResetRefused::Entered);
+        self.mains_lost = lost;
+        begins
+    }
+
+    pub(super) fn set_drive_fault(&mut self, axis: Axis, active: bool) {
+        self.drive_faults[axis.index()] = active;
+    }
+
+    pub(super) fn order_drives(&mut self, on: bool) {
+        self.drives_ordered = on;
+        self.power_off_due |= !on;
+    }
+
+    pub(super) fn take_power_off(&mut self) -> bool {
+        core::mem::take(&mut self.power_off_due)
+    }
+
+    /// Refuses a reset while the emergency stop is pressed or the mains are lost.
+    pub(super) fn check_supply(&self) -> Result<(), ResetRefused> {
+        match (self.estop, self.mains_lost) {
+            (true, _) => Err(ResetRefused::EStopPressed),
+            (false, true) => Err(ResetRefused::PowerLost),
+            (false, false) => Ok(()),
         }
-        if let Some(hindrance) = self.hindrance().filter(|_| self.wheel_turns()) {
-            return Err(ResetRefused::WheelTurns(hindrance));
-        }
-        for axis in Axis::ALL {
-            if self.drive_faults[axis.index()] {
-                return Err(ResetRefused::DriveFault(axis));
-            }
-            if !self.axes[axis.index()].is_at_rest() {
-                return Err(ResetRefused::Moving(axis));
-            }
-        }
-        let stops = self.alarms.iter().any(|alarm| alarm.kind.entry().severity > Severity::Warning);
-        if stops && self.powered && self.mode != Mode::Halted {
-            return Err(ResetRefused::Moving(Axis::X));
-        }
-        self.alarms = FixedList::new();
+    }
+
+    /// Refuses a reset while the drive of this axis reports a fault.
+    pub(super) fn check_drive(&self, axis: Axis) -> Result<(), ResetRefused> {
+        if self.drive_faults[axis.index()] { Err(ResetRefused::DriveFault(axis)) } else { Ok(()) }
+    }
+
+    /// Gives the drives their power after a reset, if it is ordered.
+    pub(super) fn reset(&mut self) {
         self.power_off_due = false;
         self.powered = self.drives_ordered;
         self.dead = [!self.powered; AXIS_COUNT];
-        self.draw = None;
-        self.followed = self.setpoint();
-        self.mode = Mode::Following;
-        Ok(())
     }
 
-    /// Orders power for the drives, or none: then the axes brake. Power comes only when no alarm keeps it away.
-    pub fn set_drives(&mut self, on: bool) {
-        self.drives_ordered = on;
-        let kept_off = self.alarms.iter().any(|alarm| alarm.kind.entry().severity == Severity::PowerOff);
-        if !on {
-            self.power_off_due = true;
-            self.react();
-        } else if !kept_off && self.is_at_rest() {
-            self.powered = true;
-            self.dead = [false; AXIS_COUNT];
-            self.followed = self.setpoint();
-            if self.alarms.iter().all(|alarm| alarm.kind.entry().severity == Severity::Warning) {
-                self.mode = Mode::Following;
-            }
+    pub(super) fn switch_on(&mut self) {
+        self.powered = true;
+        self.dead = [false; AXIS_COUNT];
+    }
+
+    /// Returns false if the drives have no power already.
+    pub(super) fn switch_off(&mut self) -> bool {
+        core::mem::replace(&mut self.powered, false)
+    }
+
+    /// Takes the power from one drive. Returns false if it has none already.
+    pub(super) fn kill(&mut self, axis: Axis) -> bool {
+        !core::mem::replace(&mut self.dead[axis.index()], true)
+    }
+
+    /// Lives on the buffered energy for one tick if the mains are lost. `motors_w` is called only then. Returns true once the buffer is
+    /// empty.
+    pub(super) fn drain_buffer(
+        &mut self,
+        motors_w: impl FnOnce() -> f64,
+        retract: &AlarmRetract,
+        cycle_time_s: f64,
+    ) -> bool {
+        if !self.mains_lost || !self.powered {
+            return false;
         }
+        self.buffered_j -= (motors_w() + retract.standby_w) * cycle_time_s;
+        self.buffered_j <= 0.0
     }
 }

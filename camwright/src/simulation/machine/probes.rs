@@ -1,16 +1,13 @@
-//! What the machine finds its part with, as it runs: where the wheel touches, and where the key-way passes its switch.
+//! Detectors that find the part: the gap detector of the wheel and the switch of the key-way.
 
-use super::Machine;
 use crate::machine::contact_law::ContactLaw;
-use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
-use crate::machine::setpoint::{Input, Latch};
-use crate::math::fixed_list::FixedList;
+use crate::machine::description::{KeyWayProbe, MachineDescription};
 use crate::math::units::TURN_RAD;
 use crate::simulation::axis::Span;
 use crate::simulation::sensors::Edge;
-use crate::simulation::tick_report::MAX_LATCHES;
 use crate::simulation::workpiece::{Deflection, Removal};
 
+/// The gap detector: closed while the wheel touches the part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct GapWatch {
     holds_ticks: u32,
@@ -42,6 +39,21 @@ impl GapWatch {
             self.touched = Some((at + depth).min(x.from.max(x.to)));
         }
     }
+
+    /// Edge at the end of a tick: its direction, and the position of X where the wheel touched (counts).
+    pub(super) fn end_tick(&mut self, presses: bool) -> Option<(bool, Option<f64>)> {
+        let touched = self.touched.take();
+        self.silent_ticks = if touched.is_some() || presses { 0 } else { self.silent_ticks.saturating_add(1) };
+        if !self.closed && touched.is_some() {
+            self.closed = true;
+            Some((true, touched))
+        } else if self.closed && self.silent_ticks > self.holds_ticks {
+            self.closed = false;
+            Some((false, None))
+        } else {
+            None
+        }
+    }
 }
 
 /// How deep an undeflected wheel would stand in the part (mm): where nothing gives way, as deep as it cuts; else by the law, from how
@@ -53,49 +65,30 @@ pub(super) fn engagement_mm(law: Option<&ContactLaw>, removal: Removal, deflecti
     deflection.mm + depth_mm
 }
 
-impl Machine {
-    /// The gap detector at the end of a tick.
-    pub(super) fn sense_gap(&mut self, latches: &mut FixedList<Latch, MAX_LATCHES>) {
-        let presses = self.force_n > 0.0;
-        let Some(gap) = &mut self.gap else { return };
-        let touched = gap.touched.take();
-        gap.silent_ticks = if touched.is_some() || presses { 0 } else { gap.silent_ticks.saturating_add(1) };
-        if !gap.closed && touched.is_some() {
-            gap.closed = true;
-            self.catch_one(Input::WheelContact, true, touched, latches);
-        } else if gap.closed && gap.silent_ticks > gap.holds_ticks {
-            gap.closed = false;
-            self.catch_one(Input::WheelContact, false, None, latches);
-        }
+/// The key-way of the clamped part and its switch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct KeyWay {
+    /// Positions of C between which the switch is closed, modulo a turn, and a turn (counts).
+    begins: f64,
+    ends: f64,
+    turn: f64,
+}
+
+impl KeyWay {
+    pub(super) fn new(probe: &KeyWayProbe, key_way_rad: f64, rotation_sense: i8, counts_per_rad: f64) -> Self {
+        let centre = probe.centre_rad(key_way_rad, rotation_sense) * counts_per_rad;
+        let half = 0.5 * probe.width_rad * counts_per_rad;
+        Self { begins: centre - half, ends: centre + half, turn: libm::round(TURN_RAD * counts_per_rad) }
     }
 
-    /// Where the key-way under its switch begins and ends (counts of C, modulo a turn), and a turn; `None` without a switch or a part.
-    fn key_way(&self) -> Option<([f64; 2], f64)> {
-        let probe = self.description.key_way_probe.filter(|_| self.has_part())?;
-        let per_rad = self.axes[Axis::C.index()].counts_per_unit;
-        let centre = probe.centre_rad(self.key_way_rad, self.description.rotation_sense) * per_rad;
-        let half = 0.5 * probe.width_rad * per_rad;
-        Some(([centre - half, centre + half], libm::round(TURN_RAD * per_rad)))
+    /// The key-way stands under its switch with C at this true position (counts).
+    pub(super) fn is_under_switch(&self, position: f64) -> bool {
+        libm::floor((position - self.begins) / self.turn) > libm::floor((position - self.ends) / self.turn)
     }
 
-    /// The key-way stands under its switch.
-    pub(super) fn sees_key_way(&self) -> bool {
-        self.key_way().is_some_and(|([begins, ends], turn)| {
-            let position = self.axes[Axis::C.index()].true_position();
-            libm::floor((position - begins) / turn) > libm::floor((position - ends) / turn)
-        })
-    }
-
-    /// The switch of the key-way along a servo step.
-    pub(super) fn sense_key_way(&mut self, spans: &[Span; AXIS_COUNT], latches: &mut FixedList<Latch, MAX_LATCHES>) {
-        let c = &spans[Axis::C.index()];
-        if c.is_still() {
-            return;
-        }
-        let Some(([begins, ends], turn)) = self.key_way() else { return };
-        for edge in key_way_edges(begins, ends, turn, c.from, c.to).into_iter().flatten() {
-            self.catch_one(Input::KeyWay, edge.rising, Some(edge.position), latches);
-        }
+    /// Edges of the switch along a servo step of C, in order.
+    pub(super) fn edges(&self, c: &Span) -> [Option<Edge>; 2] {
+        key_way_edges(self.begins, self.ends, self.turn, c.from, c.to)
     }
 }
 

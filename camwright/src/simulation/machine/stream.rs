@@ -1,70 +1,63 @@
-//! Where the setpoint of a tick comes from, and whether it can be followed.
+//! The stream of setpoints as the machine follows it.
 
-use super::{Machine, Mode};
 use crate::machine::alarm::AlarmKind;
-use crate::machine::description::Axis;
+use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::machine::setpoint::Setpoint;
-use crate::simulation::plausibility::Implausible;
+use crate::simulation::axis::AxisState;
+use crate::simulation::plausibility::{Implausible, Plausibility};
 
-impl Machine {
-    pub(super) fn advance_setpoint(&mut self, setpoint: Option<&Setpoint>) {
-        if matches!(self.mode, Mode::Following | Mode::Draining) {
-            if self.mode == Mode::Draining {
-                self.begin_retreat();
-            }
-            match setpoint {
-                Some(setpoint) => match self.refusal(setpoint) {
-                    None => {
-                        self.followed = *setpoint;
-                        self.follow();
-                    }
-                    Some((kind, value, bound)) => {
-                        self.raise(kind, value, bound);
-                        self.mode = Mode::OwnStop;
-                    }
-                },
-                None if self.stream_moves() => {
-                    if self.mode == Mode::Following {
-                        self.raise(AlarmKind::Underrun, 0.0, 0.0);
-                    }
-                    self.mode = Mode::OwnStop;
-                }
-                None => {
-                    self.followed = Setpoint { counts: self.followed.counts, ..Setpoint::default() };
-                    if self.retreat.is_some() { self.follow() } else { self.hold() }
-                }
-            }
-            if self.mode == Mode::Draining {
-                self.end_draining();
-            }
-        } else if self.mode == Mode::Halted {
-            self.hold();
-        }
-        if self.mode == Mode::OwnStop {
-            self.stop_by_itself();
-        }
+/// The last setpoint of the stream and the check of the next one.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Stream {
+    plausibility: Plausibility,
+    /// The setpoint of the stream that was followed last, without what an alarm adds to it.
+    followed: Setpoint,
+}
+
+kept_groups!(Stream { keep_followed(fields: followed) } on { plausibility });
+
+impl Stream {
+    /// A stream that continues from a setpoint.
+    pub(super) fn new(description: &MachineDescription, from: Setpoint) -> Self {
+        Self { plausibility: Plausibility::new(description), followed: from }
     }
 
-    fn hold(&mut self) {
-        for (axis, _) in self.axes.iter_mut().zip(self.dead).filter(|(_, dead)| !*dead) {
-            axis.hold();
-        }
+    pub(super) fn followed(&self) -> &Setpoint {
+        &self.followed
+    }
+
+    pub(super) fn follow(&mut self, setpoint: Setpoint) {
+        self.followed = setpoint;
+    }
+
+    /// The stream rests where it is.
+    pub(super) fn rest(&mut self) {
+        self.followed = Setpoint { counts: self.followed.counts, ..Setpoint::default() };
+    }
+
+    /// The reading `counts` of this axis is 0 from now on.
+    pub(super) fn set_home(&mut self, axis: Axis, counts: i64) {
+        let followed = &mut self.followed.counts[axis.index()];
+        *followed = followed.saturating_sub(counts);
     }
 
     /// The stream has not come to rest.
-    pub(super) fn stream_moves(&self) -> bool {
+    pub(super) fn moves(&self) -> bool {
         self.followed.velocity.iter().any(|velocity| *velocity != 0.0)
     }
 
-    pub(super) fn setpoint_moves(&self) -> bool {
-        self.axes.iter().any(|axis| axis.target().velocity != 0.0)
+    /// A setpoint moves away from the last one.
+    pub(super) fn moves_to(&self, setpoint: &Setpoint) -> bool {
+        setpoint.counts != self.followed.counts || setpoint.velocity.iter().any(|speed| *speed != 0.0)
     }
 
-    /// Why a setpoint cannot be followed: the alarm with its value and bound.
-    pub(super) fn refusal(&self, setpoint: &Setpoint) -> Option<(AlarmKind, f64, f64)> {
-        if let Some(kind) = self.hinders(setpoint) {
-            return Some((kind, 0.0, 0.0));
-        }
+    /// Returns why a setpoint cannot be followed: the alarm with its value and bound.
+    pub(super) fn refusal(
+        &self,
+        setpoint: &Setpoint,
+        axes: &[AxisState; AXIS_COUNT],
+        description: &MachineDescription,
+    ) -> Option<(AlarmKind, f64, f64)> {
         let last = self.followed;
         if let Some(misfit) = self.plausibility.misfit(&last, setpoint) {
             let kind = match misfit.what {
@@ -76,8 +69,8 @@ impl Machine {
         }
         for axis in Axis::ALL {
             let i = axis.index();
-            let description = &self.description.axes[i];
-            let Some((min, max)) = description.soft_limits.filter(|_| self.axes[i].homed) else { continue };
+            let description = &description.axes[i];
+            let Some((min, max)) = description.soft_limits.filter(|_| axes[i].homed) else { continue };
             let (min_counts, max_counts) = (description.scale.counts(min), description.scale.counts(max));
             let (now, next) = (last.counts[i], setpoint.counts[i]);
             // An axis that stands outside may come back, never go farther out.

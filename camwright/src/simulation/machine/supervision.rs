@@ -1,98 +1,108 @@
-//! What the machine watches for: following error, overtravel, a wheel that stops or touches.
+//! Active alarms, and how far the motion has reacted to them.
 
-use super::Machine;
-use crate::machine::alarm::{AlarmKind, Severity};
-use crate::machine::description::Axis;
-use crate::math::units::TURN_RAD;
-use crate::simulation::workpiece::Removal;
+use crate::machine::alarm::{ALARM_KINDS, Alarm, AlarmKind, Severity};
+use crate::machine::description::{AXIS_COUNT, Axis};
+use crate::math::fixed_list::FixedList;
 
-/// Penetration (mm) that a wheel without speed may have before it is called contact: rounding, not touch.
-const TOUCH_MM: f64 = 1.0e-4;
+/// Source of the setpoints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Mode {
+    Following,
+    /// The stream until it rests, after an alarm: the tail of the last chunk, beside which the wheel leaves the part.
+    Draining,
+    /// The machine: every axis decelerates at its limit, X leaves the part.
+    OwnStop,
+    /// None: the axes hold until a reset.
+    Halted,
+}
 
-/// Ticks after the last cut for which the loss of the wheel's speed counts as in the cut: a spark-out turn removes
-/// nothing for a while, and yet the wheel is at the part.
-pub(super) const CUTTING_TICKS: u32 = 1000;
+crate::kept_cases!(Mode { 0 Following, 1 Draining, 2 OwnStop, 3 Halted });
 
-/// Speed of the wheel over the one ordered at which it is stopped.
-const MAX_OVERSPEED: f64 = 1.05;
+/// Alarms and the reaction to them.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Supervision {
+    mode: Mode,
+    alarms: FixedList<Alarm, ALARM_KINDS>,
+    /// Alarms that no tick has reported yet.
+    raised: FixedList<Alarm, ALARM_KINDS>,
+    /// Axes whose drives lose their power in the next reaction.
+    kill_due: [bool; AXIS_COUNT],
+}
 
-impl Machine {
-    /// `LinuxCNC`'s rule: the limit grows with the speed asked for, but is never below its floor.
-    pub(super) fn watch_following_error(&mut self) {
-        for axis in Axis::ALL {
-            let (state, description) = (&self.axes[axis.index()], &self.description.axes[axis.index()]);
-            let share = state.setpoint_velocity().abs() / description.limits.velocity;
-            let limit = (description.max_following_error * share).max(description.min_following_error);
-            let error = state.following_error().abs();
-            if error > limit {
-                self.raise(AlarmKind::FollowingError(axis), error, limit);
-            }
+kept_groups!(Supervision {
+    keep_mode(fields: mode),
+    keep_kill(fields: kill_due),
+    keep_alarms(fields: alarms, raised),
+} on {});
+
+impl Supervision {
+    pub(super) fn new() -> Self {
+        Self {
+            mode: Mode::Following,
+            alarms: FixedList::new(),
+            raised: FixedList::new(),
+            kill_due: [false; AXIS_COUNT],
         }
     }
 
-    /// The alarm comes when a switch closes; a reset with the axis still on its switch lets it move back.
-    pub(super) fn watch_overtravel(&mut self) {
-        for axis in Axis::ALL {
-            let i = axis.index();
-            let position = self.axes[i].true_position();
-            let homes_on_it = self.description.axes[i].homing.is_some_and(|homing| homing.ignore_limits);
-            let ignored = homes_on_it && !self.axes[i].homed;
-            let beyond = self.overtravel[i].beyond(position).filter(|_| !ignored);
-            if let Some(limit) = beyond.filter(|_| !self.beyond[i]) {
-                let per_unit = self.axes[i].counts_per_unit;
-                self.raise(AlarmKind::Overtravel(axis), position / per_unit, limit / per_unit);
-            }
-            self.beyond[i] = beyond.is_some();
-        }
-    }
-
-    pub(super) fn watch_wheel(&mut self, removal: Removal) {
-        self.since_cut = if removal.area_mm2 > 0.0 { 0 } else { self.since_cut.saturating_add(1).min(CUTTING_TICKS) };
-        let over_the_axis = self.wheel.is_running() && removal.is_over_axis;
-        let pushes = self.push_n > 0.0 && self.force_n <= self.push_n;
-        let still = !self.wheel.is_running() && removal.depth_mm > TOUCH_MM && !pushes;
-        // A wheel that an alarm has stopped touches until it is off the part.
-        let known = self.is_stopping();
-        if over_the_axis || (still && !known) {
-            self.raise(AlarmKind::WheelContact, removal.depth_mm, 0.0);
-        }
-    }
-
-    pub(super) fn turn_wheel(&mut self) {
-        let ran = self.wheel.is_running();
-        self.wheel.step();
-        if self.is_stopping() {
-            self.wheel_late = 0;
+    /// Raises an alarm that is not active yet, and begins the reaction to it.
+    pub(super) fn raise(&mut self, tick: u64, kind: AlarmKind, value: f64, bound: f64) {
+        if self.alarms.iter().any(|alarm| alarm.kind == kind) {
             return;
         }
-        if ran && !self.wheel.is_running() && self.wheel.is_ordered() {
-            let in_cut = self.since_cut < CUTTING_TICKS;
-            self.raise(if in_cut { AlarmKind::WheelStoppedInCut } else { AlarmKind::WheelStopped }, 0.0, 0.0);
+        let alarm = Alarm { kind, tick, value, bound };
+        self.alarms.push(alarm);
+        self.raised.push(alarm);
+        if kind.entry().severity == Severity::Warning {
+            return;
         }
-        // Half as long again as it takes, and a tick.
-        let late = self.wheel.is_ordered() && !self.wheel.is_running();
-        self.wheel_late = if late { self.wheel_late.saturating_add(2) } else { 0 };
-        if self.wheel_late > self.wheel.ticks_to_speed().saturating_mul(3).saturating_add(2) {
-            self.raise(AlarmKind::WheelStopped, 0.0, 0.0);
+        if let AlarmKind::FollowingError(axis) | AlarmKind::DriveFault(axis) | AlarmKind::EncoderJump(axis) = kind {
+            self.kill_due[axis.index()] = true;
         }
-        let wheel = &self.description.wheel;
-        let radius_mm = self.lasting.wheel_radius_mm;
-        let ordered = wheel.surface_speed_m_s * 1000.0 / radius_mm;
-        let (speed, most) = (self.wheel_rad_s(), ordered * MAX_OVERSPEED);
-        if speed > most {
-            let rpm = |rad_s: f64| rad_s / TURN_RAD * 60.0;
-            self.raise(AlarmKind::WheelOverspeed, rpm(speed), rpm(most));
-            self.wheel.order(false);
+        if matches!(kind, AlarmKind::Overtravel(_)) {
+            self.stop_unless_halted();
+        } else if self.mode == Mode::Following {
+            self.mode = Mode::Draining;
         }
     }
 
-    /// Speed of the wheel as it is measured (rad/s).
-    pub(super) fn wheel_rad_s(&self) -> f64 {
-        self.overspeed * self.wheel.rad_s(self.lasting.wheel_radius_mm)
+    pub(super) fn alarms(&self) -> &FixedList<Alarm, ALARM_KINDS> {
+        &self.alarms
+    }
+
+    pub(super) fn take_raised(&mut self) -> FixedList<Alarm, ALARM_KINDS> {
+        core::mem::take(&mut self.raised)
+    }
+
+    pub(super) fn clear_alarms(&mut self) {
+        self.alarms = FixedList::new();
     }
 
     /// An alarm has stopped the motion, or is stopping it.
     pub(super) fn is_stopping(&self) -> bool {
         self.alarms.iter().any(|alarm| alarm.kind.entry().severity > Severity::Warning)
+    }
+
+    /// An alarm keeps the power of the drives off once the axes rest.
+    pub(super) fn requires_power_off(&self) -> bool {
+        self.alarms.iter().any(|alarm| alarm.kind.entry().severity == Severity::PowerOff)
+    }
+
+    pub(super) fn take_kill(&mut self, axis: Axis) -> bool {
+        core::mem::take(&mut self.kill_due[axis.index()])
+    }
+
+    pub(super) fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    pub(super) fn enter(&mut self, mode: Mode) {
+        self.mode = mode;
+    }
+
+    pub(super) fn stop_unless_halted(&mut self) {
+        if self.mode != Mode::Halted {
+            self.mode = Mode::OwnStop;
+        }
     }
 }

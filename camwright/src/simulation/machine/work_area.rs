@@ -1,6 +1,7 @@
 //! Guards: nothing moves with an open door, an open chuck or somebody inside, and nothing opens while something moves.
 
-use super::{Machine, Mode};
+use super::Machine;
+use super::supervision::Mode;
 use crate::machine::alarm::AlarmKind;
 use crate::machine::description::Axis;
 use crate::machine::setpoint::Setpoint;
@@ -17,7 +18,8 @@ impl Machine {
     /// Door or chuck is on its way, or the wheel of a machine that is loaded runs down: ticks that somebody waits for.
     #[must_use]
     pub fn is_being_loaded(&self) -> bool {
-        let runs_down = !self.wheel.is_ordered() && !self.wheel.is_still();
+        let spindle = self.wheel.spindle();
+        let runs_down = !spindle.is_ordered() && !spindle.is_still();
         self.work_area.as_ref().is_some_and(|area| area.is_moving() || runs_down)
     }
 
@@ -65,25 +67,19 @@ impl Machine {
     }
 
     fn require_stillness(&self) -> Result<(), LoadingRefused> {
-        if !self.is_at_rest() || self.stream_moves() {
+        if !self.is_at_rest() || self.stream.moves() {
             return Err(LoadingRefused::Moving);
         }
-        if self.wheel_turns() {
+        if self.wheel.turns() {
             return Err(LoadingRefused::WheelTurns);
         }
         Ok(())
     }
 
-    /// The wheel turns, or is about to.
-    pub(super) fn wheel_turns(&self) -> bool {
-        self.wheel.is_ordered() || !self.wheel.is_still()
-    }
-
     /// The axes stand still in their safe place, and the wheel has stopped.
     fn is_quiet(&self) -> bool {
         let safe_mm = self.description.loading.map_or(f64::INFINITY, |loading| loading.safe_x_mm);
-        let x = &self.axes[Axis::X.index()];
-        self.require_stillness().is_ok() && x.true_position() / x.counts_per_unit >= safe_mm
+        self.require_stillness().is_ok() && self.axes[Axis::X.index()].true_value() >= safe_mm
     }
 
     /// What keeps axes and wheel from starting.
@@ -94,9 +90,8 @@ impl Machine {
     /// A motion that begins in spite of a hindrance is refused before anything has moved. One that is under way already ends on its
     /// path, beside which the wheel leaves the part.
     pub(super) fn hinders(&self, setpoint: &Setpoint) -> Option<AlarmKind> {
-        let hindrance = self.hindrance().filter(|_| self.mode == Mode::Following)?;
-        let moves = setpoint.counts != self.followed.counts || setpoint.velocity.iter().any(|speed| *speed != 0.0);
-        moves.then(|| hindrance.alarm())
+        let hindrance = self.hindrance().filter(|_| self.supervision.mode() == Mode::Following)?;
+        self.stream.moves_to(setpoint).then(|| hindrance.alarm())
     }
 
     /// Door, chuck and who is inside, while something moves.
@@ -105,10 +100,10 @@ impl Machine {
         for late in area.step().into_iter().flatten() {
             self.raise(late, 0.0, 0.0);
         }
-        let moves = !self.is_at_rest() || self.stream_moves();
-        if let Some(hindrance) = self.hindrance().filter(|_| moves || self.wheel_turns()) {
+        let moves = !self.is_at_rest() || self.stream.moves();
+        if let Some(hindrance) = self.hindrance().filter(|_| moves || self.wheel.turns()) {
             self.raise(hindrance.alarm(), 0.0, 0.0);
-            self.wheel.order(false);
+            self.wheel.stop();
         }
     }
 

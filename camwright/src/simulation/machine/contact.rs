@@ -1,0 +1,187 @@
+//! Contact of wheel and lobe: the sweep along a servo step, deflection, force, and the detectors that feel it.
+
+use super::inputs::{Inputs, Sensing};
+use super::probes::{GapWatch, engagement_mm};
+use super::wheel::Surface;
+use crate::machine::contact_law::ContactLaw;
+use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
+use crate::machine::setpoint::Input;
+use crate::math::units::TURN_RAD;
+use crate::simulation::axis::{AxisState, Span};
+use crate::simulation::force_monitor::ForceMonitor;
+use crate::simulation::workpiece::{Deflection, Lobe, Removal, WheelPosition};
+
+/// Height of the cusps that the sweep may leave where the part is straight or convex (mm); ten times that, 0.05 µm, on
+/// a concave flank whose radius is the wheel's over 0.9, the tightest that is planned.
+///
+/// Between two positions of the wheel whose centres are d apart, seen from the part, a cusp of d² ρ/(8 R (ρ + R)) stays
+/// (R wheel, ρ part, negative where concave): at most d²/(8 R) on convex parts, which gives the largest d.
+const CUSP_MM: f64 = 5.0e-6;
+
+/// One servo step of the wheel along the lobe in front of it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sweep<'a> {
+    pub(super) c: &'a Span,
+    pub(super) x: &'a Span,
+    pub(super) per_rad: f64,
+    pub(super) per_mm: f64,
+    pub(super) rotation_sense: f64,
+    pub(super) step_s: f64,
+    pub(super) surface: Surface,
+    /// The wheel is fast enough to cut.
+    pub(super) cuts: bool,
+}
+
+/// Deflection and force between wheel and part.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Contact {
+    deflection: Deflection,
+    /// Normal force of the wheel on the part (N).
+    force_n: f64,
+    /// Force with which a wheel that does not turn may press on the part (N).
+    push_n: f64,
+    force_monitor: ForceMonitor,
+    gap: Option<GapWatch>,
+}
+
+kept_groups!(Contact {
+    keep_force(fields: deflection, force_n, push_n, force_monitor),
+    keep_gap(equipment: gap),
+} on {});
+
+impl Contact {
+    pub(super) fn new(description: &MachineDescription) -> Self {
+        Self {
+            deflection: Deflection::default(),
+            force_n: 0.0,
+            push_n: 0.0,
+            force_monitor: ForceMonitor::default(),
+            gap: GapWatch::new(description),
+        }
+    }
+
+    pub(super) fn force_n(&self) -> f64 {
+        self.force_n
+    }
+
+    /// Deflection of the part alone, which has this share of the compliance.
+    pub(super) fn part_deflection(&self, part_share: f64) -> Deflection {
+        Deflection { mm: part_share * self.deflection.mm, ..self.deflection }
+    }
+
+    /// Lets a wheel that does not turn press with this force (N); 0: not at all.
+    pub(super) fn allow_push(&mut self, most_n: f64) {
+        self.push_n = most_n;
+    }
+
+    pub(super) fn is_push_allowed(&self) -> bool {
+        self.push_n > 0.0
+    }
+
+    /// The wheel presses within the allowed force.
+    pub(super) fn pushes(&self) -> bool {
+        self.is_push_allowed() && self.force_n <= self.push_n
+    }
+
+    pub(super) fn watch_force(&mut self, most_n: f64) {
+        self.force_monitor.watch(most_n);
+    }
+
+    pub(super) fn is_force_steady(&self) -> bool {
+        self.force_monitor.is_closed()
+    }
+
+    pub(super) fn is_gap_closed(&self) -> bool {
+        self.gap.is_some_and(|gap| gap.is_closed())
+    }
+
+    /// Wheel and part are apart.
+    pub(super) fn separate(&mut self) {
+        (self.deflection, self.force_n) = (Deflection::default(), 0.0);
+    }
+
+    /// Forces of the contact on the axes (N of a slide, N m of the headstock): along its normal it pushes the wheelhead away, and turns
+    /// the part out of the wheel's way by the arm that the normal's line has about the part's axis.
+    pub(super) fn forces_on_axes(
+        &self,
+        wheelhead: &AxisState,
+        wheel_radius_mm: f64,
+        rotation_sense: f64,
+    ) -> [f64; AXIS_COUNT] {
+        if self.force_n == 0.0 {
+            return [0.0; AXIS_COUNT];
+        }
+        let centre_mm = wheelhead.true_value() + wheel_radius_mm;
+        let (along, across) = self.deflection.normal;
+        let mut forces = [0.0; AXIS_COUNT];
+        forces[Axis::X.index()] = self.force_n * along;
+        forces[Axis::C.index()] = rotation_sense * self.force_n * across * centre_mm * 1e-3;
+        forces
+    }
+
+    /// Edge of the gap detector at the end of a tick.
+    pub(super) fn sense_gap(&mut self, sensing: &mut Sensing<'_>) {
+        let presses = self.force_n > 0.0;
+        if let Some((closed, touched)) = self.gap.as_mut().and_then(|gap| gap.end_tick(presses)) {
+            sensing.latch(Input::WheelContact, closed, touched);
+        }
+    }
+
+    /// Edge of the force monitor at the end of a tick.
+    pub(super) fn sense_force(&mut self, inputs: &mut Inputs, sensing: &mut Sensing<'_>) {
+        let headstock = &sensing.axes[Axis::C.index()];
+        let position = headstock.true_position();
+        if let Some(closed) = self.force_monitor.tick(position / headstock.counts_per_unit, self.force_n) {
+            inputs.catch(Input::SteadyForce, closed, position, sensing);
+        }
+    }
+
+    /// Sweeps the lobe along a servo step, in steps so small that the cusps between them do not matter.
+    #[allow(clippy::cast_possible_truncation, reason = "clamped to u32 before the cast")]
+    pub(super) fn grind(&mut self, lobe: &mut Lobe, law: Option<&ContactLaw>, sweep: &Sweep<'_>) -> Removal {
+        let Sweep { c, x, per_rad, per_mm, rotation_sense: sense, step_s, surface, cuts } = *sweep;
+        let turn = libm::round(TURN_RAD * per_rad);
+        // Between its ends the cubic swings out by less than the speeds at its ends times the step.
+        let swing = (x.from_velocity.abs() + x.to_velocity.abs()) * step_s;
+        let nearest_mm = (x.from.min(x.to) - swing) / per_mm + surface.centre_mm - surface.most_thrown_mm();
+        if nearest_mm - surface.radius_mm >= lobe.reach_mm() {
+            lobe.leave();
+            self.separate();
+            return Removal::default();
+        }
+        let centre = x.from.max(x.to) / per_mm + surface.centre_mm;
+        let path = (c.to - c.from).abs() / per_rad * centre + (x.to - x.from).abs() / per_mm;
+        let longest = libm::sqrt(8.0 * surface.radius_mm * CUSP_MM);
+        let positions = libm::ceil(path / longest).max(surface.positions()).clamp(1.0, 10_000.0) as u32;
+        let from_rad = line_rad(c.from, turn, sense);
+        let mut removal = Removal::default();
+        for j in 1..=positions {
+            let s = f64::from(j) / f64::from(positions);
+            let wheel = WheelPosition {
+                azimuth_rad: from_rad + sense * c.way(s, step_s) / turn * TURN_RAD,
+                centre_mm: (x.from + x.way(s, step_s)) / per_mm + surface.centre_mm + surface.thrown_mm(s),
+                radius_mm: surface.radius_mm,
+            };
+            let taken = match law {
+                None => lobe.pass(wheel, cuts),
+                Some(law) => {
+                    let time_s = step_s / f64::from(positions);
+                    let (taken, deflection) = lobe.press(wheel, law, self.deflection, cuts, time_s);
+                    (self.deflection, self.force_n) = (deflection, law.force_n(deflection.mm));
+                    taken
+                }
+            };
+            if let Some(gap) = &mut self.gap {
+                let depth = engagement_mm(law, taken, self.deflection, cuts) * per_mm;
+                gap.touch(x, x.from + x.way(s, step_s), depth);
+            }
+            removal = removal.and(taken);
+        }
+        removal
+    }
+}
+
+/// Azimuth of the wheel line seen from the part (rad), with C at so many counts of which `turn` are a turn.
+pub(super) fn line_rad(counts: f64, turn: f64, sense: f64) -> f64 {
+    sense * libm::fmod(counts, turn) / turn * TURN_RAD
+}

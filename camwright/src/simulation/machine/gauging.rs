@@ -1,0 +1,121 @@
+//! The in-process gauge, its faults, and supervision of its readings.
+
+use super::contact::line_rad;
+use crate::machine::alarm::AlarmKind;
+use crate::machine::description::MachineDescription;
+use crate::math::units::TURN_RAD;
+use crate::simulation::axis::AxisState;
+use crate::simulation::fault::GaugeFault;
+use crate::simulation::gauge::Gauge;
+use crate::simulation::workpiece::{Deflection, Lobe};
+
+/// Equal readings in a row that are suspicious.
+const STUCK_READINGS: u32 = 100;
+/// Depth that must have been cut all round meanwhile, for a gauge without noise (mm), besides two steps of its reading.
+const STUCK_DEPTH_MM: f64 = 5.0e-4;
+
+/// History of the readings.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct GaugeWatch {
+    fault: Option<GaugeFault>,
+    last: [Option<f64>; 2],
+    /// Number of equal readings, turn of C meanwhile (rad), and area cut after the first turn of it (mm²).
+    same: [u32; 2],
+    turned_rad: [f64; 2],
+    cut_mm2: [f64; 2],
+}
+
+crate::kept!(GaugeWatch { fault, last, same, turned_rad, cut_mm2 } on {});
+
+/// A gauge and the watch over it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Gauging {
+    gauge: Option<Gauge>,
+    gauge_watch: GaugeWatch,
+}
+
+kept_groups!(Gauging { keep_gauge(equipment: gauge), keep_watch(fields: gauge_watch) } on {});
+
+impl Gauging {
+    pub(super) fn new(description: &MachineDescription) -> Self {
+        Self {
+            gauge: description.gauge.map(|gauge| Gauge::new(gauge, description.cycle_time_s())),
+            gauge_watch: GaugeWatch::default(),
+        }
+    }
+
+    pub(super) fn begin_job(&mut self) {
+        if let Some(gauge) = &mut self.gauge {
+            gauge.begin_job();
+        }
+    }
+
+    pub(super) fn set_fault(&mut self, fault: Option<GaugeFault>) {
+        self.gauge_watch.fault = fault;
+    }
+
+    /// Readings at the end of a tick of the lobe under the gauge, if one is. The part deflects by `deflection`.
+    pub(super) fn read(
+        &mut self,
+        lobe: Option<&Lobe>,
+        headstock: &AxisState,
+        rotation_sense: f64,
+        deflection: Deflection,
+    ) -> [Option<f64>; 2] {
+        let Some(gauge) = &mut self.gauge else { return [None; 2] };
+        let Some(lobe) = lobe else {
+            gauge.rest();
+            return [None; 2];
+        };
+        let turn = libm::round(TURN_RAD * headstock.counts_per_unit);
+        let line_rad = line_rad(headstock.true_position(), turn, rotation_sense);
+        let readings_mm = gauge.read(lobe, line_rad, rotation_sense, deflection);
+        let GaugeWatch { fault, last, .. } = &self.gauge_watch;
+        core::array::from_fn(|i| match (fault, readings_mm[i]) {
+            (Some(GaugeFault::NotANumber), Some(_)) => Some(f64::NAN),
+            // A gauge that never read anything is stuck at 0.
+            (Some(GaugeFault::Stuck), Some(_)) => Some(last[i].unwrap_or(0.0)),
+            (_, reading) => reading,
+        })
+    }
+
+    /// Raises an alarm if a reading is not a number, or stays the same however much is cut. `round_mm` is the circumference of the lobe,
+    /// `area_mm2` the area cut in this tick.
+    pub(super) fn watch(
+        &mut self,
+        readings_mm: [Option<f64>; 2],
+        (round_mm, area_mm2): (f64, f64),
+        headstock: &AxisState,
+        description: &MachineDescription,
+        mut raise: impl FnMut(AlarmKind, f64, f64),
+    ) {
+        let Some(gauge) = description.gauge else { return };
+        let turned_rad = headstock.velocity().abs() * description.cycle_time_s();
+        let watch = &mut self.gauge_watch;
+        for (i, reading) in readings_mm.into_iter().enumerate() {
+            let Some(reading) = reading else { continue };
+            if !reading.is_finite() {
+                raise(AlarmKind::GaugeInvalid, 0.0, 0.0);
+                continue;
+            }
+            let is_same = watch.last[i].is_some_and(|last| last.to_bits() == reading.to_bits());
+            watch.last[i] = Some(reading);
+            // Only while something is cut.
+            if !is_same {
+                (watch.same[i], watch.turned_rad[i], watch.cut_mm2[i]) = (0, 0.0, 0.0);
+            } else if area_mm2 > 0.0 {
+                watch.same[i] = watch.same[i].saturating_add(1);
+                watch.turned_rad[i] += turned_rad;
+                // A cut comes under the contact within a turn.
+                watch.cut_mm2[i] += if watch.turned_rad[i] > TURN_RAD { area_mm2 } else { 0.0 };
+            }
+            // Noise larger than a step never rests; without it, a cut must show.
+            let is_noisy = gauge.noise_mm > gauge.resolution_mm && gauge.noise_mm > 0.0;
+            let must_show = watch.cut_mm2[i] / round_mm > STUCK_DEPTH_MM + 2.0 * gauge.resolution_mm;
+            let count = watch.same[i];
+            if count >= STUCK_READINGS && (is_noisy || must_show) {
+                raise(AlarmKind::GaugeStuck, f64::from(count), 0.0);
+            }
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! Parts between the centres or in the chuck, and their position relative to the wheel.
+
+use super::probes::KeyWay;
+use super::turning::{Clamped, keep_clamped};
+use crate::machine::contact_law::ContactLaw;
+use crate::machine::description::MachineDescription;
+use crate::math::snapshot::{Kept, Tape, TapeError};
+use crate::simulation::axis::AxisState;
+use crate::simulation::turned_part::{TurnedPart, TurnedPartError};
+use crate::simulation::workpiece::{CutRecord, Lobe, LobeError, Workpiece};
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
+/// Clearance that a tool near the part lacks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Clearance {
+    /// Position of X at which the tool is off the part (mm).
+    pub(super) off_mm: f64,
+    /// Position of X at which the tool would touch the part nearest to its axis (mm), at most where X is.
+    pub(super) nearest_mm: f64,
+}
+
+/// The clamped part.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Workholding {
+    part: Workpiece,
+    /// The part in the chuck of a lathe.
+    turned: Option<Clamped>,
+    /// Azimuth of the part's key-way as it is clamped (rad): 0 faces the wheel where C is 0.
+    key_way_rad: f64,
+}
+
+impl Workholding {
+    pub(super) fn keep_parts(
+        &mut self,
+        description: &MachineDescription,
+        tape: &mut Tape<'_>,
+    ) -> Result<(), TapeError> {
+        // The key-way follows in a group of its own.
+        let Self { part, turned, key_way_rad: _ } = self;
+        tape.field("part", |tape| part.keep(tape, description.stations.len(), || CutRecord::of(description)))?;
+        tape.field("turned", |tape| keep_clamped(turned, description.insert.is_some(), tape))
+    }
+
+    pub(super) fn keep_key_way(&mut self, tape: &mut Tape<'_>) -> Result<(), TapeError> {
+        tape.field("key_way_rad", |tape| self.key_way_rad.keep(tape))
+    }
+
+    pub(super) fn part(&self) -> &Workpiece {
+        &self.part
+    }
+
+    pub(super) fn lobes(&self) -> &[Lobe] {
+        self.part.lobes()
+    }
+
+    pub(super) fn lobe_mut(&mut self, index: usize) -> &mut Lobe {
+        self.part.lobe_mut(index)
+    }
+
+    pub(super) fn turned(&self) -> Option<&Clamped> {
+        self.turned.as_ref()
+    }
+
+    pub(super) fn turned_mut(&mut self) -> Option<&mut Clamped> {
+        self.turned.as_mut()
+    }
+
+    /// A part is in the machine.
+    pub(super) fn has_part(&self) -> bool {
+        !self.part.is_empty() || self.turned.is_some()
+    }
+
+    pub(super) fn key_way_rad(&self) -> f64 {
+        self.key_way_rad
+    }
+
+    pub(super) fn set_key_way(&mut self, key_way_rad: f64) {
+        self.key_way_rad = if key_way_rad.is_finite() { key_way_rad } else { 0.0 };
+    }
+
+    /// The key-way of the part under its switch; `None` without a switch or a part.
+    pub(super) fn key_way(&self, headstock: &AxisState, description: &MachineDescription) -> Option<KeyWay> {
+        let probe = description.key_way_probe.filter(|_| self.has_part())?;
+        Some(KeyWay::new(&probe, self.key_way_rad, description.rotation_sense, headstock.counts_per_unit))
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.part.clear();
+        self.turned = None;
+        self.key_way_rad = 0.0;
+    }
+
+    pub(super) fn load_turned_part(
+        &mut self,
+        part: TurnedPart,
+        zero_mm: f64,
+        description: &MachineDescription,
+    ) -> Result<(), TurnedPartError> {
+        let name = || part.name().into();
+        if description.insert.is_none() {
+            return Err(TurnedPartError::NotALathe { name: name() });
+        }
+        if !zero_mm.is_finite() {
+            return Err(TurnedPartError::Zero { name: name(), part_zero_mm: zero_mm });
+        }
+        self.turned = Some(Clamped { part, zero_mm });
+        Ok(())
+    }
+
+    pub(super) fn load_lobe(
+        &mut self,
+        name: &str,
+        station: &str,
+        (width_mm, radii): (f64, Vec<f64>),
+        description: &MachineDescription,
+    ) -> Result<(), LobeError> {
+        let index = description
+            .stations
+            .iter()
+            .position(|s| s.switch == station)
+            .ok_or_else(|| LobeError::UnknownStation { name: name.to_string(), station: station.to_string() })?;
+        if let Some(other) = self.lobes().iter().find(|lobe| lobe.station() == index && lobe.name() != name) {
+            return Err(LobeError::StationTaken {
+                name: name.to_string(),
+                station: station.to_string(),
+                other: other.name().to_string(),
+            });
+        }
+        let mut lobe = Lobe::new(String::from(name), index, width_mm, radii)?;
+        if let Some(record) = CutRecord::of(description) {
+            lobe.record(record);
+        }
+        self.part.load(lobe);
+        Ok(())
+    }
+
+    /// Index of the lobe in front of the wheel with the table at `z_mm`: the one whose width overlaps the wheel's, the nearest if
+    /// several do. A lobe is centred on the wheel when the table stands at its station's position.
+    pub(super) fn lobe_in_front(&self, z_mm: f64, description: &MachineDescription) -> Option<usize> {
+        let distance = |lobe: &Lobe| beside_mm(lobe, z_mm, description);
+        self.lobes()
+            .iter()
+            .enumerate()
+            .filter(|(_, lobe)| distance(lobe) < 0.5 * (lobe.width_mm() + description.wheel.width_mm))
+            .min_by(|(_, a), (_, b)| distance(a).total_cmp(&distance(b)))
+            .map(|(index, _)| index)
+    }
+
+    /// Deflection law of wheel and lobe over the width that both have in common; `None` where nothing deflects.
+    pub(super) fn contact_law(&self, lobe: usize, z_mm: f64, description: &MachineDescription) -> Option<ContactLaw> {
+        let contact = description.contact.as_ref()?;
+        let lobe = &self.lobes()[lobe];
+        let (lobe_mm, wheel_mm) = (lobe.width_mm(), description.wheel.width_mm);
+        let common_mm = (0.5 * (lobe_mm + wheel_mm) - beside_mm(lobe, z_mm, description)).min(lobe_mm).min(wheel_mm);
+        contact.law(z_mm, common_mm)
+    }
+
+    /// Clearance that the wheel, or the insert's centre, lacks with X and Z at these positions; `None` where it is off the part or
+    /// nothing is in front of it.
+    pub(super) fn too_near(&self, x_mm: f64, z_mm: f64, description: &MachineDescription) -> Option<Clearance> {
+        let (reach_mm, nearest_mm) = if description.is_lathe() {
+            self.turned()?.insert_positions_mm(&description.insert?, z_mm)?
+        } else {
+            let lobe = &self.lobes()[self.lobe_in_front(z_mm, description)?];
+            let reach_mm = lobe.reach_mm();
+            (reach_mm, lobe.radii_mm().iter().fold(reach_mm, |least, radius| least.min(*radius)))
+        };
+        let off_mm = reach_mm + description.retract.clearance_mm;
+        (x_mm < off_mm).then_some(Clearance { off_mm, nearest_mm: nearest_mm.min(x_mm) })
+    }
+}
+
+/// Distance of the middle of a lobe from the wheel's (mm).
+fn beside_mm(lobe: &Lobe, z_mm: f64, description: &MachineDescription) -> f64 {
+    (z_mm - description.stations[lobe.station()].position_mm).abs()
+}
