@@ -10,6 +10,7 @@ use alloc::vec::Vec;
 pub use crate::machine::axes::{AXIS_COUNT, Axis, MotionLimits, Scale};
 pub use crate::machine::contact::{ContactDescription, StiffnessAt};
 pub use crate::machine::drive::{DriveSettings, Structure};
+pub use crate::machine::effect::Effect;
 pub use crate::machine::gauge::{GaugeDescription, GaugeKind};
 pub use crate::machine::homing::{Homing, HomingKind};
 pub use crate::machine::insert::InsertDescription;
@@ -19,7 +20,6 @@ pub use crate::machine::process::{GrindingProcess, ReferenceCut};
 pub use crate::machine::retract::AlarmRetract;
 pub use crate::machine::thermal::ThermalDescription;
 pub use crate::machine::wheel::{WHEEL_TOLERANCE_MM, WheelDescription, WheelTooFast};
-pub use crate::machine::without_effect::Effect;
 
 /// One axis of a machine.
 #[derive(Debug, Clone, PartialEq)]
@@ -124,6 +124,45 @@ impl MachineDescription {
     #[must_use]
     pub fn rest_stream_period_ticks(&self) -> u64 {
         5 * self.stream_period_ticks()
+    }
+
+    /// Returns whether it turns with an insert; otherwise it grinds with a wheel.
+    #[must_use]
+    pub fn is_lathe(&self) -> bool {
+        self.insert.is_some()
+    }
+
+    /// This lathe with the rake face set to another height (mm).
+    ///
+    /// # Errors
+    /// A height that the tool cannot be set to; a grinder.
+    pub fn with_rake_height(mut self, height_mm: f64) -> Result<Self, DescriptionError> {
+        let Some(insert) = &mut self.insert else {
+            return Err(DescriptionError::NotALathe);
+        };
+        insert.height_mm = height_mm;
+        insert.validate()?;
+        Ok(self)
+    }
+
+    /// A lathe's rotating tool is its insert, and it has nothing of what only a grinder is simulated with: what is cut does not give way,
+    /// nothing measures it and nothing dresses.
+    pub(super) fn validate_insert(&self) -> Result<(), DescriptionError> {
+        let Some(insert) = &self.insert else { return Ok(()) };
+        insert.validate()?;
+        let only = [
+            (self.wheel != insert.tool(), "a wheel"),
+            (self.contact.is_some(), "a contact"),
+            (self.thermal.is_some(), "a wheelhead that grows"),
+            (self.gauge.is_some(), "a gauge"),
+            (self.gap_detector.is_some(), "a gap detector"),
+            (self.process.is_some(), "a grinding process"),
+            (self.dresser.is_some(), "a dresser"),
+        ];
+        match only.into_iter().find(|(has, _)| *has) {
+            Some((_, what)) => Err(DescriptionError::OnlyOfAGrinder { what }),
+            None => Ok(()),
+        }
     }
 
     /// Interpolation period (s).

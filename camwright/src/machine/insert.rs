@@ -1,7 +1,7 @@
 //! What a lathe turns with: a round insert that a spindle of its own rotates.
 
-use crate::machine::description::{MachineDescription, WheelDescription};
 use crate::machine::description_error::{DescriptionError, ordered};
+use crate::machine::wheel::WheelDescription;
 use crate::math::units::TURN_RAD;
 
 /// A round, driven insert, as JP2012-71381A turns parts that are not round with. A machine with one is a lathe.
@@ -76,47 +76,6 @@ impl InsertDescription {
         match (0.0..0.25 * TURN_RAD).contains(&value) {
             true => Ok(()),
             false => Err(DescriptionError::Outside { what, value, low: 0.0, high: 0.25 * TURN_RAD }),
-        }
-    }
-}
-
-impl MachineDescription {
-    /// Whether it turns with an insert; otherwise it grinds with a wheel.
-    #[must_use]
-    pub fn is_lathe(&self) -> bool {
-        self.insert.is_some()
-    }
-
-    /// This lathe with the rake face set to another height (mm).
-    ///
-    /// # Errors
-    /// A height that the tool cannot be set to; a grinder.
-    pub fn with_rake_height(mut self, height_mm: f64) -> Result<Self, DescriptionError> {
-        let Some(insert) = &mut self.insert else {
-            return Err(DescriptionError::NotALathe);
-        };
-        insert.height_mm = height_mm;
-        insert.validate()?;
-        Ok(self)
-    }
-
-    /// A lathe's rotating tool is its insert, and it has nothing of what only a grinder is simulated with: what is cut does not give way,
-    /// nothing measures it and nothing dresses.
-    pub(super) fn validate_insert(&self) -> Result<(), DescriptionError> {
-        let Some(insert) = &self.insert else { return Ok(()) };
-        insert.validate()?;
-        let only = [
-            (self.wheel != insert.tool(), "a wheel"),
-            (self.contact.is_some(), "a contact"),
-            (self.thermal.is_some(), "a wheelhead that grows"),
-            (self.gauge.is_some(), "a gauge"),
-            (self.gap_detector.is_some(), "a gap detector"),
-            (self.process.is_some(), "a grinding process"),
-            (self.dresser.is_some(), "a dresser"),
-        ];
-        match only.into_iter().find(|(has, _)| *has) {
-            Some((_, what)) => Err(DescriptionError::OnlyOfAGrinder { what }),
-            None => Ok(()),
         }
     }
 }

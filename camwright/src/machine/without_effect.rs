@@ -1,39 +1,7 @@
-//! The same machine without what leaves an error on the part, or with other drives.
+//! Variants of a machine: without an effect, or with other drives.
 
 use crate::machine::description::{Axis, DriveSettings, MachineDescription, WheelDescription};
-
-/// What leaves an error on the part, and can be left out of a simulation to see how much.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Effect {
-    /// Axes lag behind their setpoints.
-    Servo,
-    /// Wheel and part give way to each other.
-    Deflection,
-    /// The wheel loses what it is worn by.
-    Wear,
-    Thermal,
-    /// The wheel is thrown about.
-    Unbalance,
-    /// Drives see their axes in the steps and the noise of encoders.
-    Quantisation,
-}
-
-impl Effect {
-    pub const ALL: [Effect; 6] =
-        [Effect::Servo, Effect::Deflection, Effect::Wear, Effect::Thermal, Effect::Unbalance, Effect::Quantisation];
-
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Effect::Servo => "servo",
-            Effect::Deflection => "deflection",
-            Effect::Wear => "wear",
-            Effect::Thermal => "thermal",
-            Effect::Unbalance => "unbalance",
-            Effect::Quantisation => "quantisation",
-        }
-    }
-}
+use crate::machine::effect::Effect;
 
 impl MachineDescription {
     /// This machine without an effect that leaves an error on the part.
