@@ -72,6 +72,7 @@ fn crates_know_only_what_stands_before_them() {
     assert_eq!(own("camwright"), set(&[]));
     assert_eq!(own("camwright_msgs"), set(&[]));
     assert_eq!(own("camwright_ros"), set(&["camwright_msgs", "camwright_threads"]));
+    assert_eq!(own("camwright_authority"), set(&["camwright_msgs", "camwright_ros", "camwright_threads"]));
     assert_eq!(
         own("camwright_bag"),
         set(&["camwright_msgs", "camwright_threads"]),

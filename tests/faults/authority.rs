@@ -5,6 +5,7 @@ use crate::cell;
 use crate::hostile;
 use crate::support;
 
+use camwright_authority::{Command, TakeError, TakeOptions};
 use camwright_axis_interpolator::AxisInterpolator;
 use camwright_msgs::camwright_msgs::action::{Home, HomeGoal};
 use camwright_msgs::camwright_msgs::msg::{
@@ -18,7 +19,6 @@ use camwright_msgs::lifecycle_msgs::srv::{GetState, GetStateRequest};
 use camwright_msgs::rcl_interfaces::msg::Parameter;
 use camwright_msgs::rcl_interfaces::srv::{SetParameters, SetParametersRequest};
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
-use camwright_ros::authority::{Command, TakeError, TakeOptions};
 use camwright_ros::{GoalStatus, MessageInfo, Node, NodeOptions, Publisher, Qos, RosArgs, SpinThread, Subscription};
 use cell::{Cell, PATIENCE};
 use std::collections::BTreeSet;

@@ -5,12 +5,12 @@
 
 use crate::support::Domain;
 use crate::support::command::share_command_of_cell;
+use camwright_authority::Command;
 use camwright_axis_interpolator::AxisInterpolator;
 use camwright_job_planner::JobPlanner;
 use camwright_machine_sim::MachineSim;
 use camwright_msgs::camwright_msgs::action::{RunJob, RunJobFeedback, RunJobGoal};
 use camwright_msgs::camwright_msgs::msg::{InterpolatorState, JobStatus, PartLobe};
-use camwright_ros::authority::Command;
 use camwright_ros::{
     ActionClient, ClientGoal, Node, NodeOptions, ParameterValue, Qos, RosArgs, SpinThread, Subscription,
 };

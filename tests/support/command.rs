@@ -3,7 +3,7 @@
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 
 use super::{Domain, PATIENCE};
-use camwright_ros::authority::{Command, TakeOptions};
+use camwright_authority::{Command, TakeOptions};
 use camwright_ros::{Node, NodeOptions, RosArgs, SpinThread};
 use std::time::Duration;
 

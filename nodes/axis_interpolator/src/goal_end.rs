@@ -7,7 +7,7 @@ use camwright_msgs::camwright_msgs::action::{Jog, JogResult, Probe, ProbeResult}
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse};
 use camwright_ros::{GoalHandle, Responder};
 
-/// How a goal ends.
+/// Final state of a goal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum GoalEnd {
     Succeeded,
@@ -35,7 +35,7 @@ pub(super) fn close<A: camwright_msgs::Action>(goal: &GoalHandle<A>, outcome: Ou
     end.close(goal, result);
 }
 
-/// A probe has ended, and the axes rest.
+/// Ends a probe whose axes rest.
 pub(super) fn end_probe(
     goal: &GoalHandle<Probe>,
     outcome: Outcome,
@@ -82,7 +82,7 @@ pub(super) fn end_probe(
     }
 }
 
-/// How a jog ended, for its client.
+/// Ends a jog with a message for its client.
 pub(super) fn end_jog(goal: &GoalHandle<Jog>, outcome: Outcome, was_let_go: bool, result: JogResult) {
     let text = match (outcome, was_let_go) {
         (Outcome::Completed, _) if goal.goal().distance != 0.0 => Some("it has gone its distance"),
@@ -96,7 +96,7 @@ pub(super) fn end_jog(goal: &GoalHandle<Jog>, outcome: Outcome, was_let_go: bool
     }
 }
 
-/// What the wheel's service answers.
+/// Answers the client of `~/wheel`.
 pub(super) fn end_wheel(responder: Responder<SetBool>, turns: bool, outcome: Outcome, text: String) {
     let success = outcome == Outcome::Completed;
     let message = match (success, turns) {

@@ -20,6 +20,7 @@ use camwright::interpolator::Request;
 use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright::machine::setpoint::{Latch, Measured};
 use camwright::motion::plan::Plan;
+use camwright_authority::{Grant, Membership, Role, subscribe_to_machine};
 use camwright_files::convert::core_from_si;
 use camwright_files::convert::machine_now::MachineNow;
 use camwright_files::convert::machine_report::input_named;
@@ -32,7 +33,6 @@ use camwright_msgs::camwright_msgs::msg::{
 use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldResponse, SetOverride, SetOverrideResponse};
 use camwright_msgs::control_msgs::action::FollowJointTrajectory;
 use camwright_msgs::control_msgs::srv::{QueryTrajectoryState, QueryTrajectoryStateResponse};
-use camwright_ros::authority::{self, Grant, Membership, Role, subscribe_to_machine};
 use camwright_ros::liveness;
 use camwright_ros::realtime::{self, Realtime};
 use camwright_ros::running::{NodeError, Threads, autostart};
@@ -198,7 +198,7 @@ impl AxisInterpolator {
         });
         let this = Arc::downgrade(&shared);
         let busy = move || this.upgrade().is_some_and(|shared| lock(&shared.served).is_busy());
-        let membership = authority::join(&node, &shared.grant, Role::Interpolator, busy)?;
+        let membership = camwright_authority::join(&node, &shared.grant, Role::Interpolator, busy)?;
         let spin = node.spin_in_thread()?;
         autostart::begin(&node, &lifecycle);
         Ok(Self {

@@ -9,10 +9,10 @@
 #![allow(clippy::print_stdout, reason = "a command")]
 #![allow(dead_code, reason = "the tests steer the robot by hand as well")]
 
+use camwright_authority::{Command, TakeOptions};
 use camwright_msgs::camwright_msgs::msg::{CellState, LoaderState, LoadingState};
 use camwright_msgs::camwright_msgs::srv::{CellCommand, CellCommandRequest, CellCommandResponse};
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
-use camwright_ros::authority::{Command, TakeOptions};
 use camwright_ros::{Client, Node, NodeOptions, Publisher, Qos, RosArgs, RosError, SpinThread, Subscription};
 use camwright_ros::{RosLayer, TimerHandle};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};

@@ -16,6 +16,7 @@ use camwright::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use camwright::machine::persistent_state::LastingState;
 use camwright::machine::setpoint::Setpoint;
 use camwright::simulation::buffer::{ChunkError, SetpointBuffer};
+use camwright_authority::{Desk, Open};
 use camwright_files::convert::machine_description::description_message;
 use camwright_files::convert::setpoints::{ChunkBuffer, chunk_from_trajectory, joint_names, trajectory_from_chunk};
 use camwright_files::convert::time::{TickClock, ns_from_time};
@@ -28,7 +29,6 @@ use camwright_msgs::control_msgs::msg::JointTrajectoryControllerState;
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
-use camwright_ros::authority::{Desk, Open};
 use camwright_ros::{
     Guid, Node, NodeOptions, Publisher, Qos, RosArgs, RosError, RosLayer, ServiceHandle, Shutdown, SpinThread,
     Subscription,

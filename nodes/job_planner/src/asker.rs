@@ -6,10 +6,10 @@ use camwright_msgs::camwright_msgs::srv::{IdentifyStiffness, IdentifyStiffnessRe
 use camwright_ros::{GoalHandle, Responder};
 use std::sync::{Arc, Mutex};
 
-/// Who asked for the stiffness, until he has his answer.
+/// Client of `~/identify_stiffness`, until it has its answer.
 pub(super) type Waiting = Arc<Mutex<Option<Responder<IdentifyStiffness>>>>;
 
-/// Who asked for the job, and is told how it ends.
+/// Client that asked for the job and gets its outcome.
 #[derive(Debug, Clone)]
 pub(super) enum Asker {
     /// A client of `~/run_job`.
@@ -20,7 +20,7 @@ pub(super) enum Asker {
     Cell,
 }
 
-/// Answers who waits, once.
+/// Answers the client, once.
 pub(super) fn answer(waiting: &Waiting, response: &IdentifyStiffnessResponse) {
     if let Some(responder) = lock(waiting).take() {
         responder.send(response);

@@ -6,7 +6,7 @@ use camwright_ros::GoalStatus;
 use std::fmt;
 use std::sync::mpsc;
 
-/// What a running job is told.
+/// Event for the thread of a running job.
 #[derive(Debug)]
 pub(super) enum Event {
     Cancel,
@@ -14,7 +14,7 @@ pub(super) enum Event {
     Ended(GoalStatus, ExecutePlanResult),
 }
 
-/// What the planner is doing about running jobs.
+/// Stage of the one job that can be under way.
 #[derive(Debug, Default)]
 pub(super) enum Course {
     #[default]

@@ -29,6 +29,7 @@ mod turned_parts;
 mod turning_run;
 
 use board::Board;
+use camwright_authority::{Grant, Membership, Role, subscribe_to_machine};
 use camwright_files::convert::machine_now::MachineNow;
 use camwright_machine_cycle::part::MAX_PAGES;
 use camwright_msgs::camwright_msgs::action::{ExecutePlan, RunJob};
@@ -38,7 +39,6 @@ use camwright_msgs::camwright_msgs::msg::{
 };
 use camwright_msgs::camwright_msgs::srv::{InjectFault, LoadBar, LoadLobe};
 use camwright_msgs::diagnostic_msgs::msg::DiagnosticStatus;
-use camwright_ros::authority::{self, Grant, Membership, Role, subscribe_to_machine};
 use camwright_ros::liveness;
 use camwright_ros::running::{NodeError, autostart, join_within};
 use camwright_ros::{
@@ -214,7 +214,7 @@ impl JobPlanner {
         let this = Arc::downgrade(&shared);
         let is_busy = |shared: &Shared| !matches!(*lock(&shared.course), Course::Idle) || shared.cell.has_run();
         let busy = move || this.upgrade().is_some_and(|shared| is_busy(&shared));
-        let membership = authority::join(&node, &grant, Role::Planner, busy)?;
+        let membership = camwright_authority::join(&node, &grant, Role::Planner, busy)?;
         let spin = node.spin_in_thread()?;
         autostart::begin(&node, &lifecycle);
         Ok(Self {

@@ -11,9 +11,9 @@ mod motion;
 mod report;
 mod time;
 
+use camwright_authority::{Command, TakeError, TakeOptions};
 use camwright_msgs::camwright_msgs::msg::MachineStream;
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
-use camwright_ros::authority::{Command, TakeError, TakeOptions};
 use camwright_ros::running::NodeError;
 use camwright_ros::{Node, NodeOptions, RosArgs, Shutdown};
 use heard::{Ears, Facts, Heard};

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64};
 /// Commands that may wait for their tick.
 pub const PENDING_COMMANDS: usize = 32;
 
-/// What other threads tell the ticker without a message.
+/// Values shared with the cyclic thread.
 #[derive(Debug, Default)]
 pub struct Bounds {
     /// A recording is active.
@@ -22,12 +22,12 @@ pub struct Bounds {
     /// For diagnostics: the last tick, ticks that began more than a period late, active alarms that stop motion.
     pub tick: AtomicU64,
     pub late_ticks: AtomicU64,
-    /// By how much the latest of them was late since that was asked last (µs).
+    /// Maximum delay of a late tick since the last read (µs).
     pub worst_late_us: AtomicU64,
     /// Ticks between the arrival of a chunk and its first setpoint's, the least since that was asked last.
     pub least_lead_ticks: AtomicU64,
     pub alarms: AtomicU64,
-    /// Somebody sends setpoints, which are executed.
+    /// Setpoints of a client are being executed.
     pub in_motion: AtomicBool,
     /// Slips of the machine's time against the system clock since the start, and by how much it is behind now (µs).
     pub slips: AtomicU64,

@@ -14,6 +14,7 @@ use camwright::machine::description::MachineDescription;
 use camwright::machine::persistent_state::LastingState;
 use camwright::simulation::Machine;
 use camwright::simulation::fault::{FAULTS, Fault};
+use camwright_authority::{Desk, OneSender};
 use camwright_files::convert::machine_description::description_message;
 use camwright_files::convert::setpoints::chunk_from_trajectory;
 use camwright_files::convert::time::TickClock;
@@ -35,7 +36,6 @@ use camwright_msgs::camwright_msgs::msg::{
 use camwright_msgs::camwright_msgs::srv::{InjectFault, InjectFaultResponse};
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
-use camwright_ros::authority::{Desk, OneSender};
 use camwright_ros::liveness;
 use camwright_ros::realtime::{self, Realtime};
 use camwright_ros::running::{NodeError, Threads, autostart};

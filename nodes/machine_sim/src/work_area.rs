@@ -3,13 +3,13 @@
 use super::{Inlet, Waiting, pop, push};
 use camwright::machine::persistent_state::{LastingState, Tally};
 use camwright::simulation::work_area::{LoadingRefused, WorkAreaState};
+use camwright_authority::OneSender;
 use camwright_files::convert::time::TickClock;
 use camwright_machine_cycle::area_order::AreaOrder;
 use camwright_machine_cycle::messages::Inbound;
 use camwright_msgs::camwright_msgs::msg::{LoaderState, MachineCounters, PartCounters, WorkArea};
 use camwright_msgs::camwright_msgs::srv::{JudgePart, JudgePartResponse};
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerResponse};
-use camwright_ros::authority::OneSender;
 use camwright_ros::{Level, Node, Publisher, Qos, RosError, ServiceHandle, Subscription, TimerHandle};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};

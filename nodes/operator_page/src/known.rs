@@ -7,7 +7,7 @@ use camwright_msgs::camwright_msgs::msg::{
 use camwright_msgs::control_msgs::msg::DynamicJointState;
 use std::time::Instant;
 
-/// Most lobes that are remembered of a job.
+/// Maximum number of lobes that are remembered of a job.
 const MAX_LOBES: usize = 64;
 
 /// Something that is published again and again, and when it was heard last.
@@ -34,7 +34,7 @@ pub(super) struct Known {
     pub(super) recorder: Option<Heard<RecorderStatus>>,
     /// Hash and header of the plan published last.
     pub(super) plan: Option<(String, PlanHeader)>,
-    /// Of the job that was planned last, in its order.
+    /// Lobes of the job that was planned last, in its order.
     pub(super) forms: Vec<LobeForm>,
     /// The lobes of the part, the one that was heard of last at the end.
     pub(super) outlines: Vec<PartLobe>,
@@ -48,7 +48,7 @@ impl Known {
         self.shape_version
     }
 
-    /// A design or a form: the first design of another job takes the place of all before.
+    /// Adds a design or a form; the first design of another job replaces all before.
     pub(super) fn take_form(&mut self, form: LobeForm) {
         self.shape_version += 1;
         let is_new_part = form.form_error.is_empty()

@@ -16,7 +16,7 @@
 //! | [`Node::now`] | `/clock` and `use_sim_time` |
 //! | [`GraphListener`], [`Node::discovered_topics`] | topics, services and nodes of the domain, and their changes |
 //! | [`Shutdown`], [`running`] | signals, exit codes, `main` of a node |
-//! | [`authority`] | one holder of command for a cell |
+//! | [`Authority`] | decides on every request to a node |
 //!
 //! Malformed datagrams are dropped before `rustdds` reads them, and with the default discovery range no packet leaves the host.
 //!
@@ -42,7 +42,6 @@
 //! # }
 //! ```
 
-pub mod authority;
 pub mod liveness;
 pub mod realtime;
 pub mod running;
@@ -51,7 +50,7 @@ mod action;
 mod action_client;
 mod action_server;
 mod args;
-mod authority_hook;
+mod authority;
 mod clock;
 mod cyclone;
 mod delay;
@@ -100,7 +99,7 @@ pub use action::{GoalId, GoalStatus};
 pub use action_client::{ActionClient, CancelOutcome, ClientGoal};
 pub use action_server::{ActionHandler, ActionServer, GoalDecider, GoalDecision, LaterDecision};
 pub use args::{ArgsError, DiscoveryRange, RosArgs};
-pub use authority_hook::Authority;
+pub use authority::Authority;
 pub use clock::{from_time, to_time};
 pub use delay::DelayInjection;
 pub use diagnostics::{Diagnostics, diagnostic_status};

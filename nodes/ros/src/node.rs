@@ -11,7 +11,7 @@ use std::{
 use camwright_msgs::builtin_interfaces;
 use rustdds::{DomainParticipant, QosPolicies, RTPSEntity, Topic, TopicKind};
 
-use super::authority_hook::Authority;
+use super::authority::Authority;
 use super::clock::RosClock;
 use super::delay::{DelayInjection, DelaySource};
 use super::discovery::{Graph, Guid};

@@ -19,7 +19,7 @@ use std::{
 use camwright_msgs::Service;
 use rustdds::{GUID, RTPSEntity, SampleIdentity, SequenceNumber, Timestamp, WriteOptionsBuilder, bytes::Bytes, no_key};
 
-use super::authority_hook;
+use super::authority;
 use super::cyclone::{self, Header};
 use super::discovery::{Graph, GraphListener, Guid};
 use super::error::RosError;
@@ -441,7 +441,7 @@ impl Node {
                 let responder = Responder { side, id, sender, is_answered: false, unanswered: None };
                 match reason {
                     None => callback(request, responder),
-                    Some(reason) => responder.refuse(&authority_hook::refused::<S>(&request, &reason)),
+                    Some(reason) => responder.refuse(&authority::refused::<S>(&request, &reason)),
                 }
             }
             Err(reason) => {

@@ -8,9 +8,9 @@ pub(super) const SPINDLE_HEIGHT: f64 = 1.05;
 pub struct Link {
     /// Name, which is that of its frame.
     pub name: String,
-    /// What it is drawn as.
+    /// Solids that draw it.
     pub visuals: Vec<Visual>,
-    /// What it weighs; none where nothing moves it.
+    /// Mass and moments; none where nothing moves it.
     pub inertial: Option<Inertial>,
 }
 

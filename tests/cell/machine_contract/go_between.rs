@@ -3,6 +3,7 @@
 #![allow(unreachable_pub, reason = "a module of test binaries has no outside")]
 
 use crate::support::{Domain, PATIENCE, command::share_command};
+use camwright_authority::Command;
 use camwright_msgs::Message;
 use camwright_msgs::camwright_msgs::msg::{
     Latch, MachineAlarms, MachineCommand, MachineDescription, MachineIo, MachineStream,
@@ -11,7 +12,6 @@ use camwright_msgs::camwright_msgs::srv::{TakeCommand, TakeCommandResponse};
 use camwright_msgs::sensor_msgs::msg::JointState;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
 use camwright_msgs::trajectory_msgs::msg::JointTrajectory;
-use camwright_ros::authority::Command;
 use camwright_ros::{
     Client, Guid, Node, NodeOptions, Publisher, Qos, RosArgs, ServiceHandle, SpinThread, Subscription,
 };

@@ -3,6 +3,7 @@
 use super::output::say;
 use camwright::machine::description::Axis;
 use camwright::math::units::deg_from_rad;
+use camwright_authority::{Command, TakeOptions};
 use camwright_files::convert::{m_from_mm, mm_from_m, si_from_file};
 use camwright_msgs::Action;
 use camwright_msgs::camwright_msgs::action::{Jog, JogGoal, MoveTo, MoveToGoal, Probe, ProbeGoal};
@@ -11,7 +12,6 @@ use camwright_msgs::camwright_msgs::srv::{
 };
 use camwright_msgs::std_msgs::msg::Empty;
 use camwright_msgs::std_srvs::srv::{SetBool, SetBoolRequest};
-use camwright_ros::authority::{Command, TakeOptions};
 use camwright_ros::running::NodeError;
 use camwright_ros::{ActionClient, GoalStatus, Node, NodeOptions, Qos, RosArgs, RosLayer, Shutdown};
 use clap::{Args, Subcommand};

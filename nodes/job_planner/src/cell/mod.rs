@@ -17,12 +17,12 @@ mod run;
 mod state_messages;
 
 use super::{Shared, lock, wait_for};
+use camwright_authority::{Grant, OneSender, subscribe_to_machine};
 use camwright_msgs::camwright_msgs::msg::{InterpolatorState, JobStatus, LoaderState, MachineCounters, WorkArea};
 use camwright_msgs::camwright_msgs::srv::{
     CellCommand, CellCommandRequest, CellCommandResponse, SetCellMode, SetCellModeResponse,
 };
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerResponse};
-use camwright_ros::authority::{Grant, OneSender, subscribe_to_machine};
 use camwright_ros::liveness;
 use camwright_ros::running::join_within;
 use camwright_ros::{Node, Qos, Responder, RosError, ServiceHandle, Subscription};

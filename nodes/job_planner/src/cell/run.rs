@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// What a run needs next.
+/// Next need of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Phase {
     /// A raw part in the chuck.
@@ -18,7 +18,7 @@ pub(super) enum Phase {
 pub(super) struct Run {
     pub(super) job: String,
     pub(super) overrides: Vec<String>,
-    /// How many parts; 0: until it is stopped.
+    /// Number of parts; 0: until it is stopped.
     pub(super) wanted: u32,
     pub(super) done: u32,
     /// A robot puts the parts in.

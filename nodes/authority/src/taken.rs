@@ -1,8 +1,8 @@
 //! Command as a client takes it: held and renewed until it is dropped.
 
-use crate::{Client, Node, Qos, RosError, TimerHandle};
 use camwright_msgs::camwright_msgs::msg::CommandHolder;
 use camwright_msgs::camwright_msgs::srv::{TakeCommand, TakeCommandRequest, TakeCommandResponse};
+use camwright_ros::{Client, Node, Qos, RosError, TimerHandle};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use thiserror::Error;

@@ -2,8 +2,8 @@
 
 use super::grant::Grant;
 use super::lease::{Participant, participant_of};
-use crate::{Guid, Node, Qos, RosError, Subscription};
 use camwright_msgs::Message;
+use camwright_ros::{Guid, Node, Qos, RosError, Subscription};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 

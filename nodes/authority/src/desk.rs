@@ -2,11 +2,11 @@
 
 use super::lease::{Lease, Participant, Role, Wanted, participant_of};
 use super::rules;
-use crate::{Authority, Guid, Node, Publisher, Qos, Responder, RosError, ServiceHandle, TimerHandle};
 use camwright_msgs::camwright_msgs::msg::CommandHolder;
 use camwright_msgs::camwright_msgs::srv::{
     JoinCommand, JoinCommandRequest, JoinCommandResponse, TakeCommand, TakeCommandRequest, TakeCommandResponse,
 };
+use camwright_ros::{Authority, Guid, Node, Publisher, Qos, Responder, RosError, ServiceHandle, TimerHandle};
 use camwright_threads::silence::LOOK;
 use camwright_threads::system_time::system_time_ns;
 use std::any::Any;

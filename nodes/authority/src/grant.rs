@@ -2,10 +2,10 @@
 
 use super::lease::{Participant, Role, held_text, participant_of};
 use super::rules;
-use crate::liveness;
-use crate::{Authority, Client, Guid, Node, Qos, RosError, Subscription, TimerHandle};
 use camwright_msgs::camwright_msgs::msg::CommandHolder;
 use camwright_msgs::camwright_msgs::srv::{JoinCommand, JoinCommandRequest, JoinCommandResponse};
+use camwright_ros::liveness;
+use camwright_ros::{Authority, Client, Guid, Node, Qos, RosError, Subscription, TimerHandle};
 use camwright_threads::silence::{HEARTBEAT, LOOK, Silence};
 use std::any::Any;
 use std::collections::VecDeque;

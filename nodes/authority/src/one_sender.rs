@@ -1,7 +1,7 @@
 //! One sender of a topic that has one source: the recorder's status, the loader's state.
 
 use super::lease::{Participant, participant_of};
-use crate::{Guid, Node};
+use camwright_ros::{Guid, Node};
 use std::time::{Duration, Instant};
 
 /// The first sender, until it is silent or has left.

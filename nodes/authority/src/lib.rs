@@ -5,7 +5,7 @@
 //! machine/join_command ─►   who has which role                                        who may ask them for what
 //! ```
 //! Every service, goal and command topic of machine, interpolator and planner is closed unless `rules.rs` lists it as open. The requests of
-//! all services pass one hook (`ros/authority.rs`).
+//! all services pass one hook ([`camwright_ros::Authority`]).
 
 mod desk;
 mod grant;
