@@ -19,8 +19,8 @@ impl Fingerprint {
     }
 }
 
-#[test]
-fn every_setpoint_every_actual_position_and_every_radius_has_the_same_bits_everywhere() {
+/// Two lobes on a machine with every effect.
+fn real_job() -> (JobSpec, MachineDescription, PlannedJob) {
     let mut job = job();
     job.lobes.truncate(2);
     job.passes[0].total_infeed_mm = 0.018;
@@ -46,6 +46,12 @@ fn every_setpoint_every_actual_position_and_every_radius_has_the_same_bits_every
         MachineDescription { contact: Some(contact()), thermal: Some(thermal), ..machine().with_drives(ordinary) };
     description.wheel.unbalance_mm = 1e-4;
     let planned = plan_job(&job, &description, 60.0, None).unwrap_or_else(|error| panic!("{error}"));
+    (job, description, planned)
+}
+
+#[test]
+fn every_setpoint_every_actual_position_and_every_radius_has_the_same_bits_everywhere() {
+    let (job, description, planned) = real_job();
     let mut fingerprint = Fingerprint(0xcbf2_9ce4_8422_2325);
     let (told, machine) = ground(&job, &planned, planned.plan.clone(), &description, |setpoint, report| {
         for axis in 0..3 {
