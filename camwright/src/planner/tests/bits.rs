@@ -2,6 +2,7 @@
 //! have to reproduce. Run at other optimisation levels by `.ci/run`.
 
 use super::*;
+use crate::interpolator::Outcome;
 use crate::machine::description::{Structure, ThermalDescription};
 use crate::simulation::workpiece::Lobe;
 
@@ -67,4 +68,21 @@ fn every_setpoint_every_actual_position_and_every_radius_has_the_same_bits_every
     }
     assert!(told.last_tick - told.first_tick > 10_000, "a real job: {told:?}");
     assert_eq!(fingerprint.0, FINGERPRINT, "other bits than before: {:#018x}", fingerprint.0);
+}
+
+#[test]
+fn the_stream_between_interpolator_and_machine_changes_no_bit() {
+    let (job, description, planned) = real_job();
+    let motion = Prepared::new(Motion::Plan(Arc::new(planned.plan.clone())), &description).expect("a plan");
+    let machine = loaded(&job, &planned, &description);
+    let (mut streamed, mut direct) = (ClosedLoop::new(machine.clone()), ClosedLoop::direct(machine));
+    for closed_loop in [&mut streamed, &mut direct] {
+        closed_loop.start(Box::new(motion.clone())).expect("it rests");
+    }
+    while direct.is_running() || !direct.machine().is_at_rest() {
+        assert_eq!(streamed.step(&[]), direct.step(&[]));
+    }
+    assert!(!streamed.is_running());
+    assert_eq!((streamed.outcome(), direct.outcome()), (Some(Outcome::Completed), Some(Outcome::Completed)));
+    assert!(streamed.machine() == direct.machine(), "the machines differ");
 }
