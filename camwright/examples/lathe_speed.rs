@@ -6,7 +6,7 @@
 
 use camwright::cam::surface::Surface;
 use camwright::cam::surface::solid::Solid;
-use camwright::interpolator::{Interpolator, Motion, Prepared};
+use camwright::interpolator::{Motion, Prepared};
 use camwright::job::turning::{TurningJob, TurningSpeed};
 use camwright::machine::description::{DriveSettings, Structure};
 use camwright::machine::persistent_state::LastingState;
@@ -14,7 +14,7 @@ use camwright::machine::reference::lathe;
 use camwright::math::units::{rad_s_from_rpm, um_from_mm};
 use camwright::planner::plan_turning;
 use camwright::simulation::Machine;
-use camwright::simulation::rehearsal::rehearse;
+use camwright::simulation::closed_loop::ClosedLoop;
 use camwright::simulation::turned_part::{FormMap, PartGrid, TurnedPart};
 use camwright::toolpath::insert_path::{Feed, Passes};
 use std::f64::consts::TAU;
@@ -60,10 +60,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut machine = Machine::new(description.clone(), LastingState::new(&description))?;
         machine.load_turned_part(TurnedPart::round("bar".into(), grid, BAR)?, job.part_zero_mm)?;
         let motion = Prepared::new(Motion::Plan(Arc::new(plan)), &description)?;
-        let mut interpolator = Interpolator::new(&description);
+        let mut closed_loop = ClosedLoop::direct(machine);
         let (mut ticks, mut volume_mm3) = (0_u32, 0.0);
         let start = Instant::now();
-        rehearse(Box::new(motion), &mut interpolator, &mut machine, |_, report| {
+        closed_loop.simulate(Box::new(motion), |_, report| {
             ticks += 1;
             volume_mm3 += report.turned.volume_mm3;
         })?;
@@ -74,7 +74,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             machine_s / wall_s,
             volume_mm3
         );
-        let part = machine.turned_part().ok_or("no part")?;
+        let part = closed_loop.machine().turned_part().ok_or("no part")?;
         let map = FormMap::new(part, |azimuth, z| job.surface.point(azimuth, z), 0.0, LENGTH)?;
         println!(
             "  form at {rpm} rpm: {:.3} um below to {:.3} um above the design; cusps {:.3} um, in the rake plane {:.3} um",

@@ -29,10 +29,10 @@
 //!
 //! ```
 //! use camwright::cam::{follower::Follower, form::Form, lift::LiftLaw};
-//! use camwright::interpolator::{Interpolator, Motion, Prepared};
+//! use camwright::interpolator::{Motion, Prepared};
 //! use camwright::job::grinding::{HomePosition, InfeedCourse, InfeedDirection, JobSpec, LobeSpec, PassSpec, ProfileSpec, SpeedLaw};
 //! use camwright::machine::{persistent_state::LastingState, reference::cam_grinder};
-//! use camwright::simulation::{Machine, rehearsal::rehearse};
+//! use camwright::simulation::{Machine, closed_loop::ClosedLoop};
 //!
 //! let profile = ProfileSpec {
 //!     name: "cam".into(),
@@ -70,8 +70,9 @@
 //! machine.load_lobe("E1", "LS1", 15.0, vec![20.0; 3600])?;
 //!
 //! let motion = Prepared::new(Motion::Plan(planned.plan.into()), &description)?;
-//! rehearse(motion.into(), &mut Interpolator::new(&description), &mut machine, |_, _| {})?;
-//! let ground = machine.part().lobe("E1").expect("loaded above");
+//! let mut closed_loop = ClosedLoop::direct(machine);
+//! closed_loop.simulate(motion.into(), |_, _| {})?;
+//! let ground = closed_loop.machine().part().lobe("E1").expect("loaded above");
 //! let form = Form::measure(ground.radii_mm(), &design.contour, design.phase_rad)?;
 //! assert!(form.largest.deviation_mm.abs() < 0.005, "{} mm", form.largest.deviation_mm);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -1,5 +1,5 @@
 //! The same job gives the same samples, bit for bit: at pace fast and realtime, in one process and in four, with messages
-//! delayed at random, and in a rehearsal without any network.
+//! delayed at random, and in a simulation without any network.
 
 use crate::support;
 

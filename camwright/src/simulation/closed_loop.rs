@@ -1,9 +1,12 @@
-//! Interpolator, stream of setpoints and machine as one value: what the nodes do over the network, tick by tick, with
-//! nothing in between. It can be copied in the middle of a motion, so that what would happen from there on can be tried
-//! again and again.
+//! Interpolator and machine in one loop, tick by tick, without a network.
+//!
+//! Setpoints depend on ticks alone, so the loop gives the samples that the same motion gives over any network. It can be copied in the
+//! middle of a motion to try several continuations. [`ClosedLoop::new`] carries the setpoints over the stream of the nodes: chunks ahead
+//! of time, credit, a stop behind every chunk. [`ClosedLoop::direct`] hands each setpoint to the machine in its own tick, which saves the
+//! stream's work and gives the same samples as long as no chunk is lost.
 
 use crate::interpolator::{Event, Interpolator, OrderKind, Outcome, Prepared, Probed, Request, StartError, TickInputs};
-use crate::machine::alarm::{AlarmKind, Severity};
+use crate::machine::alarm::{Alarm, AlarmKind, Severity};
 use crate::machine::description::{AXIS_COUNT, Axis, MachineDescription};
 use crate::machine::setpoint::{Setpoint, StopPoint};
 use crate::simulation::buffer::{Chunk, ChunkError, MAX_TAIL_POINTS, SetpointBuffer, TailPoint};
@@ -12,45 +15,92 @@ use crate::simulation::tick_report::TickReport;
 use crate::simulation::{Machine, MachineCommand, ResetRefused};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
+use thiserror::Error;
 
 /// Points of the stop that ends a chunk.
 const STOP_POINTS: usize = 24;
 
-/// A cell in execution.
+/// Ticks after the last setpoint in which every drive with a position loop has come to rest.
+const SETTLING_TICKS: u64 = 60_000;
+
+/// A motion that was simulated to its end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Simulated {
+    pub outcome: Outcome,
+    /// First tick of the motion.
+    pub first_tick: u64,
+    /// Tick of its last setpoint.
+    pub last_tick: u64,
+}
+
+/// Reason for a simulation that did not come to its end.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum SimulationError {
+    /// The motion does not start.
+    #[error(transparent)]
+    Start(#[from] StartError),
+    /// The machine raised an alarm.
+    #[error("alarm {}: {}", .0.kind.entry().number, .0)]
+    Alarm(Alarm),
+    /// The axes do not come to rest.
+    #[error("the axes are not at rest {SETTLING_TICKS} ticks after the last setpoint")]
+    NotSettled,
+}
+
+/// The interpolator and what it has sent out.
 #[derive(Debug, Clone)]
-pub struct Cell {
+struct Sender {
     interpolator: Interpolator,
-    machine: Machine,
-    buffer: SetpointBuffer,
     orders: Vec<(u64, MachineCommand)>,
     requests: Vec<Request>,
     /// First tick that has not been computed; `None` without a motion.
     next_tick: Option<u64>,
-    /// Chunks that still get lost.
-    losing: u32,
-    lost: bool,
     outcome: Option<Outcome>,
     probed: Option<Probed>,
 }
 
-impl Cell {
-    /// A cell whose machine rests.
+/// The stream of chunks between interpolator and machine.
+#[derive(Debug, Clone)]
+struct Stream {
+    buffer: SetpointBuffer,
+    /// Chunks that still get lost.
+    losing: u32,
+    lost: bool,
+}
+
+/// Interpolator and machine, connected.
+#[derive(Debug, Clone)]
+pub struct ClosedLoop {
+    sender: Sender,
+    /// `None`: setpoints go straight to the machine.
+    stream: Option<Stream>,
+    machine: Machine,
+    /// Setpoint of the last tick.
+    setpoint: Option<Setpoint>,
+}
+
+impl ClosedLoop {
+    /// Connects a machine that rests over the stream of the nodes.
     #[must_use]
     pub fn new(machine: Machine) -> Self {
+        let buffer = SetpointBuffer::new(machine.description(), machine.setpoint());
+        Self { stream: Some(Stream { buffer, losing: 0, lost: false }), ..Self::direct(machine) }
+    }
+
+    /// Connects a machine that rests without a stream. An alarm of the interpolator shows in the outcome alone.
+    #[must_use]
+    pub fn direct(machine: Machine) -> Self {
         let mut interpolator = Interpolator::new(machine.description());
         interpolator.resync(machine.setpoint().counts);
-        Self {
+        let sender = Sender {
             interpolator,
-            buffer: SetpointBuffer::new(machine.description(), machine.setpoint()),
             orders: Vec::new(),
             requests: Vec::new(),
             next_tick: None,
-            losing: 0,
-            lost: false,
             outcome: None,
             probed: None,
-            machine,
-        }
+        };
+        Self { sender, stream: None, machine, setpoint: None }
     }
 
     #[must_use]
@@ -59,31 +109,40 @@ impl Cell {
     }
 
     #[must_use]
+    pub fn into_machine(self) -> Machine {
+        self.machine
+    }
+
+    #[must_use]
     pub fn interpolator(&self) -> &Interpolator {
-        &self.interpolator
+        &self.sender.interpolator
     }
 
-    /// The interpolator and the machine, to be told what they must know of each other.
+    /// The interpolator and the machine, to set what they must know of each other.
     pub fn parts_mut(&mut self) -> (&mut Interpolator, &mut Machine) {
-        (&mut self.interpolator, &mut self.machine)
+        (&mut self.sender.interpolator, &mut self.machine)
     }
 
-    /// How the last motion ended; `None` before its end.
+    /// Outcome of the last motion; `None` before its end.
     #[must_use]
     pub fn outcome(&self) -> Option<Outcome> {
-        self.outcome
+        self.sender.outcome
     }
 
-    /// What the last motion found, if it was a probe.
+    /// Result of the last motion if it was a probe.
     #[must_use]
     pub fn probed(&self) -> Option<Probed> {
-        self.probed
+        self.sender.probed
     }
 
     /// A motion is under way, or something of it has still to be executed.
     #[must_use]
     pub fn is_running(&self) -> bool {
-        self.next_tick.is_some() || self.buffer.has_setpoints() || !self.orders.is_empty()
+        self.has_setpoints() || !self.sender.orders.is_empty()
+    }
+
+    fn has_setpoints(&self) -> bool {
+        self.sender.next_tick.is_some() || self.stream.as_ref().is_some_and(|stream| stream.buffer.has_setpoints())
     }
 
     /// Begins a motion.
@@ -91,156 +150,147 @@ impl Cell {
     /// # Errors
     /// One that is under way, an alarm that needs a reset, a trajectory that begins elsewhere.
     pub fn start(&mut self, motion: Box<Prepared>) -> Result<(), StartError> {
-        if self.stops() {
+        if stops(&self.machine) {
             return Err(StartError::Fault);
         }
         if self.is_running() {
             return Err(StartError::Busy);
         }
-        self.interpolator.start(motion).map_err(|(error, _)| error)?;
-        self.next_tick = Some(self.machine.tick() + 1);
-        self.outcome = None;
-        self.probed = None;
+        let sender = &mut self.sender;
+        sender.interpolator.start(motion).map_err(|(error, _)| error)?;
+        sender.next_tick = Some(self.machine.tick() + 1);
+        sender.outcome = None;
+        sender.probed = None;
         Ok(())
     }
 
-    /// What somebody asks of the motion, with the next tick that is computed.
-    pub fn request(&mut self, request: Request) {
-        self.requests.push(request);
-    }
-
-    /// Clears the alarms; nothing that was under way is taken up again.
+    /// Executes a motion from rest to rest. `observe` sees every tick from the motion's first to its last; the ticks in which the axes
+    /// settle follow unseen.
     ///
     /// # Errors
-    /// What the machine says.
+    /// See [`SimulationError`].
+    pub fn simulate(
+        &mut self,
+        motion: Box<Prepared>,
+        mut observe: impl FnMut(&Setpoint, &TickReport),
+    ) -> Result<Simulated, SimulationError> {
+        let begins_job = motion.begins_job();
+        self.sender.interpolator.resync(self.machine.setpoint().counts);
+        self.start(motion)?;
+        if begins_job {
+            self.machine.begin_job();
+        }
+        let first_tick = self.machine.tick() + 1;
+        while self.has_setpoints() {
+            let report = self.step(&[]);
+            unless_stopped(&report)?;
+            if let Some(setpoint) = &self.setpoint {
+                observe(setpoint, &report);
+            }
+        }
+        let last_tick = self.machine.tick();
+        for _ in 0..SETTLING_TICKS {
+            if let Some(outcome) = self.sender.outcome.filter(|_| self.machine.is_at_rest()) {
+                return Ok(Simulated { outcome, first_tick, last_tick });
+            }
+            unless_stopped(&self.step(&[]))?;
+        }
+        Err(SimulationError::NotSettled)
+    }
+
+    /// Passes a request to the motion, with the next tick that is computed.
+    pub fn request(&mut self, request: Request) {
+        self.sender.requests.push(request);
+    }
+
+    /// Clears the alarms; nothing that was under way is resumed.
+    ///
+    /// # Errors
+    /// See [`Machine::reset`].
     pub fn reset(&mut self) -> Result<(), ResetRefused> {
         self.machine.reset()?;
-        self.buffer.open(self.machine.setpoint());
-        self.orders.clear();
-        self.lost = false;
-        self.interpolator.resync(self.machine.setpoint().counts);
+        if let Some(stream) = &mut self.stream {
+            stream.buffer.open(self.machine.setpoint());
+            stream.lost = false;
+        }
+        self.sender.orders.clear();
+        self.sender.interpolator.resync(self.machine.setpoint().counts);
         Ok(())
     }
 
     /// Takes setpoints from a sender that does not know of an alarm.
     ///
     /// # Errors
-    /// What the machine's end of the stream says.
+    /// See [`SetpointBuffer::accept`]; without a stream every chunk is refused as closed.
     pub fn offer(&mut self, chunk: &Chunk<'_>) -> Result<(), ChunkError> {
-        self.buffer.accept(chunk, self.machine.tick())
-    }
-
-    fn stops(&self) -> bool {
-        self.machine.alarms().iter().any(|alarm| alarm.kind.entry().severity > Severity::Warning)
+        let stream = self.stream.as_mut().ok_or(ChunkError::Closed)?;
+        stream.buffer.accept(chunk, self.machine.tick())
     }
 
     /// One tick of the machine, and what the interpolator sends before it.
     pub fn step(&mut self, faults: &[Fault]) -> TickReport {
-        for fault in faults {
-            if let Fault::LostChunks(count) = fault {
-                self.losing = *count;
-            }
-        }
-        self.send();
-        let tick = self.machine.tick() + 1;
-        let due: Vec<MachineCommand> = self.orders.iter().filter(|(at, _)| *at == tick).map(|order| order.1).collect();
-        self.orders.retain(|(at, _)| *at > tick);
-        if self.lost && self.buffer.is_underrun(tick) && !self.stops() {
-            self.machine.raise(AlarmKind::Underrun, 0.0, 0.0);
-        }
-        let setpoint = self.buffer.at(tick);
-        let report = self.machine.step(setpoint.as_ref(), &due, faults);
-        self.buffer.executed(tick);
+        let Self { sender, stream, machine, setpoint } = self;
+        let tick = machine.tick() + 1;
+        *setpoint = match stream {
+            Some(stream) => stream.transfer(sender, machine, faults),
+            None => sender.next_tick.map(|tick| sender.compute(tick, None)),
+        };
+        let due: Vec<MachineCommand> =
+            sender.orders.iter().filter(|(at, _)| *at == tick).map(|(_, order)| *order).collect();
+        sender.orders.retain(|(at, _)| *at > tick);
+        let report = machine.step(setpoint.as_ref(), &due, faults);
         for latch in report.latches.iter() {
-            self.interpolator.feedback(latch);
+            sender.interpolator.feedback(latch);
         }
-        if let Some(alarm) = report.raised.iter().find(|alarm| alarm.kind.entry().severity > Severity::Warning) {
-            // What was sent runs out on its stop; what the interpolator computes from now on, nobody takes.
-            self.buffer.close();
-            self.next_tick = None;
-            self.requests.clear();
-            self.interpolator.resync(self.machine.setpoint().counts);
-            // An encoder that jumped has lost its zero.
-            for axis in Axis::ALL.into_iter().filter(|axis| !report.axes[axis.index()].is_homed) {
-                self.interpolator.set_homed(axis, false);
+        let alarm = report.stopping_alarm();
+        if let Some(stream) = stream {
+            stream.buffer.executed(tick);
+            if alarm.is_some() {
+                // What was sent runs out on its stop.
+                stream.buffer.close();
             }
-            drop(self.interpolator.take_finished());
-            self.outcome = Some(Outcome::Failed(alarm.kind.entry().number));
+        }
+        if let Some(alarm) = alarm {
+            sender.abandon(alarm, machine, &report);
         }
         report
     }
+}
 
-    /// Chunks as far ahead as the credit goes, a tenth of it each.
-    fn send(&mut self) {
-        let delay = u64::from(self.machine.description().feedback_delay_ticks);
-        let most = usize::try_from((delay / 10).max(1)).unwrap_or(1);
-        while let Some(first) = self.next_tick {
-            let credit = self.buffer.credit(self.machine.tick());
-            if first + most as u64 - 1 > credit {
-                return;
-            }
-            let mut dense: Vec<Setpoint> = Vec::with_capacity(most);
-            let mut finished = false;
-            while dense.len() < most && !finished {
-                finished = self.compute(first + dense.len() as u64, &mut dense);
-            }
-            let last = first + dense.len() as u64 - 1;
-            self.next_tick = Some(last + 1).filter(|_| !finished);
-            let tail = if finished { Vec::new() } else { self.tail(last) };
-            let chunk = Chunk { first_tick: first, dense: &dense, tail: &tail, is_final: finished };
-            if self.losing > 0 {
-                self.losing -= 1;
-                self.lost = true;
-                continue;
-            }
-            match self.buffer.accept(&chunk, self.machine.tick()) {
-                Ok(()) | Err(ChunkError::Closed) => {}
-                Err(ChunkError::Lost { first_tick, expected }) => {
-                    self.machine.raise(AlarmKind::SetpointsLost, first_tick as f64, expected as f64);
-                    self.buffer.close();
-                }
-                Err(_) => {
-                    self.machine.raise(AlarmKind::ChunkRefused, first as f64, 0.0);
-                    self.buffer.close();
-                }
-            }
-        }
-    }
-
-    /// The setpoint of one tick; whether the motion ends with it.
-    fn compute(&mut self, tick: u64, dense: &mut Vec<Setpoint>) -> bool {
+impl Sender {
+    /// Computes the setpoint of the next tick. Over a stream, the buffer hears of zeros that shift and the machine of alarms.
+    fn compute(&mut self, tick: u64, mut stream: Option<(&mut SetpointBuffer, &mut Machine)>) -> Setpoint {
         let out = self.interpolator.step(&TickInputs { tick, requests: &self.requests });
         self.requests.drain(..out.requests_taken);
         for order in out.orders.iter() {
-            if let OrderKind::SetHome { axis, counts } = order.kind {
-                self.buffer.schedule_home(order.tick, axis, counts);
+            if let (OrderKind::SetHome { axis, counts }, Some((buffer, _))) = (order.kind, &mut stream) {
+                buffer.schedule_home(order.tick, axis, counts);
             }
             self.orders.push((order.tick, order.kind.into()));
         }
-        dense.push(out.setpoint);
         for event in out.events.iter() {
             match event {
                 Event::Finished(outcome) => self.outcome = Some(*outcome),
                 Event::Alarm(alarm) => {
-                    if let Some(kind) = AlarmKind::from_number(alarm.number()) {
-                        self.machine.raise(kind, f64::NAN, f64::NAN);
+                    if let (Some(kind), Some((_, machine))) = (AlarmKind::from_number(alarm.number()), &mut stream) {
+                        machine.raise(kind, f64::NAN, f64::NAN);
                     }
                 }
                 Event::Probed(probed) => self.probed = Some(*probed),
                 Event::Segment(_) | Event::LeftOut { .. } => {}
             }
         }
+        self.next_tick = self.outcome.is_none().then_some(tick + 1);
         if self.outcome.is_some() {
             drop(self.interpolator.take_finished());
         }
-        self.outcome.is_some()
+        out.setpoint
     }
 
-    /// The stop after the last setpoint computed.
-    fn tail(&self, last: u64) -> Vec<TailPoint> {
+    /// Stop after the last setpoint computed.
+    fn tail(&self, last: u64, machine: &MachineDescription) -> Vec<TailPoint> {
         let mut points = [StopPoint::default(); STOP_POINTS];
         let count = self.interpolator.stop_tail(&mut points).min(MAX_TAIL_POINTS);
-        let machine: &MachineDescription = self.machine.description();
         let tail: Vec<TailPoint> = points[..count]
             .iter()
             .map(|point| {
@@ -258,5 +308,95 @@ impl Cell {
             return [TailPoint { tick: last + 2, setpoint }].into();
         }
         tail
+    }
+
+    /// Drops the motion that an alarm of the machine has stopped.
+    fn abandon(&mut self, alarm: Alarm, machine: &Machine, report: &TickReport) {
+        self.next_tick = None;
+        self.requests.clear();
+        self.interpolator.resync(machine.setpoint().counts);
+        // An encoder that jumped has lost its zero.
+        for axis in Axis::ALL.into_iter().filter(|axis| !report.axes[axis.index()].is_homed) {
+            self.interpolator.set_homed(axis, false);
+        }
+        drop(self.interpolator.take_finished());
+        self.outcome = Some(Outcome::Failed(alarm.kind.entry().number));
+    }
+}
+
+impl Stream {
+    /// Sends what the credit allows, and returns the setpoint of the next tick of the machine.
+    fn transfer(&mut self, sender: &mut Sender, machine: &mut Machine, faults: &[Fault]) -> Option<Setpoint> {
+        for fault in faults {
+            if let Fault::LostChunks(count) = fault {
+                self.losing = *count;
+            }
+        }
+        self.send(sender, machine);
+        let tick = machine.tick() + 1;
+        if self.lost && self.buffer.is_underrun(tick) && !stops(machine) {
+            machine.raise(AlarmKind::Underrun, 0.0, 0.0);
+        }
+        self.buffer.at(tick)
+    }
+
+    /// Sends chunks as far ahead as the credit goes, a tenth of it each.
+    fn send(&mut self, sender: &mut Sender, machine: &mut Machine) {
+        let delay = u64::from(machine.description().feedback_delay_ticks);
+        let most = usize::try_from((delay / 10).max(1)).unwrap_or(1);
+        while let Some(first) = sender.next_tick {
+            let credit = self.buffer.credit(machine.tick());
+            if first + most as u64 - 1 > credit {
+                return;
+            }
+            let mut dense: Vec<Setpoint> = Vec::with_capacity(most);
+            while let Some(tick) = sender.next_tick.filter(|_| dense.len() < most) {
+                dense.push(sender.compute(tick, Some((&mut self.buffer, machine))));
+            }
+            let is_final = sender.next_tick.is_none();
+            let last = first + dense.len() as u64 - 1;
+            let tail = if is_final { Vec::new() } else { sender.tail(last, machine.description()) };
+            let chunk = Chunk { first_tick: first, dense: &dense, tail: &tail, is_final };
+            if self.losing > 0 {
+                self.losing -= 1;
+                self.lost = true;
+                continue;
+            }
+            match self.buffer.accept(&chunk, machine.tick()) {
+                Ok(()) | Err(ChunkError::Closed) => {}
+                Err(ChunkError::Lost { first_tick, expected }) => {
+                    machine.raise(AlarmKind::SetpointsLost, first_tick as f64, expected as f64);
+                    self.buffer.close();
+                }
+                Err(_) => {
+                    machine.raise(AlarmKind::ChunkRefused, first as f64, 0.0);
+                    self.buffer.close();
+                }
+            }
+        }
+    }
+}
+
+fn unless_stopped(report: &TickReport) -> Result<(), SimulationError> {
+    report.stopping_alarm().map_or(Ok(()), |alarm| Err(SimulationError::Alarm(alarm)))
+}
+
+fn stops(machine: &Machine) -> bool {
+    machine.alarms().iter().any(|alarm| alarm.kind.entry().severity > Severity::Warning)
+}
+
+impl From<OrderKind> for MachineCommand {
+    fn from(order: OrderKind) -> Self {
+        match order {
+            OrderKind::SetHome { axis, counts } => MachineCommand::SetHome { axis, counts },
+            OrderKind::LoseHome { axis } => MachineCommand::LoseHome { axis },
+            OrderKind::Ask { input } => MachineCommand::Ask { input },
+            OrderKind::WheelStart => MachineCommand::WheelStart,
+            OrderKind::WheelStop => MachineCommand::WheelStop,
+            OrderKind::ExpectWheel { radius_nm } => MachineCommand::ExpectWheel { radius_nm },
+            OrderKind::Dress { radius_nm } => MachineCommand::Dress { radius_nm },
+            OrderKind::Push { most_n } => MachineCommand::Push { most_n },
+            OrderKind::WatchForce { most_n } => MachineCommand::WatchForce { most_n },
+        }
     }
 }

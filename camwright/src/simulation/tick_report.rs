@@ -1,6 +1,6 @@
 //! What a tick of the machine tells.
 
-use crate::machine::alarm::{ALARM_KINDS, Alarm};
+use crate::machine::alarm::{ALARM_KINDS, Alarm, Severity};
 use crate::machine::description::AXIS_COUNT;
 use crate::machine::setpoint::{Input, Latch};
 use crate::math::fixed_list::FixedList;
@@ -118,4 +118,12 @@ pub struct TickReport {
     pub wheel_rad_s: f64,
     /// Door, chuck and sensors of a machine that is loaded.
     pub work_area: Option<WorkAreaState>,
+}
+
+impl TickReport {
+    /// First alarm of this tick that stops the motion.
+    #[must_use]
+    pub fn stopping_alarm(&self) -> Option<Alarm> {
+        self.raised.iter().find(|alarm| alarm.kind.entry().severity > Severity::Warning).copied()
+    }
 }

@@ -8,7 +8,7 @@ use camwright::machine::persistent_state::LastingState;
 use camwright::machine::reference::cam_grinder;
 use camwright::machine::setpoint::Input;
 use camwright::simulation::Machine;
-use camwright::simulation::closed_loop::Cell;
+use camwright::simulation::closed_loop::ClosedLoop;
 use camwright::simulation::fault::Fault;
 
 const X: usize = Axis::X as usize;
@@ -46,17 +46,17 @@ fn both() -> MachineDescription {
     machine
 }
 
-fn cell(machine: &MachineDescription) -> Cell {
-    Cell::new(Machine::new(machine.clone(), LastingState::new(machine)).expect("a machine"))
+fn cell(machine: &MachineDescription) -> ClosedLoop {
+    ClosedLoop::new(Machine::new(machine.clone(), LastingState::new(machine)).expect("a machine"))
 }
 
-fn start(cell: &mut Cell, axes: &[Axis]) -> Result<(), StartError> {
+fn start(cell: &mut ClosedLoop, axes: &[Axis]) -> Result<(), StartError> {
     let motion = Prepared::new(Motion::Home(axes.to_vec()), cell.machine().description()).expect("it can be homed");
     cell.start(Box::new(motion))
 }
 
 /// Runs to the end of the motion, and until the axes rest.
-fn finish(cell: &mut Cell) -> Outcome {
+fn finish(cell: &mut ClosedLoop) -> Outcome {
     for _ in 0..200_000 {
         cell.step(&[]);
         if let Some(outcome) = cell.outcome().filter(|_| !cell.is_running() && cell.machine().is_at_rest()) {
@@ -66,7 +66,7 @@ fn finish(cell: &mut Cell) -> Outcome {
     panic!("homing does not end");
 }
 
-fn homed(cell: &mut Cell) -> [bool; 3] {
+fn homed(cell: &mut ClosedLoop) -> [bool; 3] {
     let report = cell.step(&[]);
     let [c, x, z] = report.axes;
     for axis in Axis::ALL {

@@ -5,26 +5,26 @@ use camwright::interpolator::manual::{Jog, JogRequest};
 use camwright::interpolator::setup::SetupError;
 use camwright::interpolator::{Motion, Outcome, Prepared, Request, StartError};
 use camwright::machine::description::Axis;
-use camwright::simulation::closed_loop::Cell;
+use camwright::simulation::closed_loop::ClosedLoop;
 
 const C: usize = Axis::C as usize;
 const X: usize = Axis::X as usize;
 const Z: usize = Axis::Z as usize;
 const PER_MM: i64 = 100_000;
 
-fn jog(cell: &Cell, axis: Axis, velocity: f64, distance: Option<f64>) -> Result<Jog, SetupError> {
+fn jog(cell: &ClosedLoop, axis: Axis, velocity: f64, distance: Option<f64>) -> Result<Jog, SetupError> {
     let (machine, from) = (cell.machine().description(), cell.machine().setpoint().counts);
     let knows_zero = cell.interpolator().is_homed(axis);
     Jog::new(&JogRequest { axis, velocity, distance }, from, knows_zero, machine)
 }
 
-fn start(cell: &mut Cell, jog: Jog) {
+fn start(cell: &mut ClosedLoop, jog: Jog) {
     let motion = Prepared::new(Motion::Jog(jog), cell.machine().description()).expect("it can be executed");
     cell.start(Box::new(motion)).expect("it starts");
 }
 
 /// Steps, and the fastest that the setpoint of an axis went, per second.
-fn fastest(cell: &mut Cell, ticks: usize, axis: usize) -> f64 {
+fn fastest(cell: &mut ClosedLoop, ticks: usize, axis: usize) -> f64 {
     let mut before = cell.machine().setpoint().counts[axis];
     let mut most = 0;
     for _ in 0..ticks {

@@ -12,7 +12,7 @@ use camwright::machine::reference::cam_grinder;
 use camwright::machine::setpoint::Input;
 use camwright::math::units::{TURN_RAD, rad_from_deg};
 use camwright::simulation::Machine;
-use camwright::simulation::closed_loop::Cell;
+use camwright::simulation::closed_loop::ClosedLoop;
 
 const C: usize = Axis::C as usize;
 const X: usize = Axis::X as usize;
@@ -30,7 +30,7 @@ pub(super) fn description() -> MachineDescription {
     machine
 }
 
-fn cell_with(description: &MachineDescription, radii: Vec<f64>) -> Cell {
+fn cell_with(description: &MachineDescription, radii: Vec<f64>) -> ClosedLoop {
     let mut machine = Machine::new(description.clone(), LastingState::new(description)).expect("a machine");
     machine.load_lobe("J1", "LS1", 15.0, radii).expect("a journal");
     let counts = [0, 40 * PER_MM, 600_000];
@@ -42,16 +42,16 @@ fn cell_with(description: &MachineDescription, radii: Vec<f64>) -> Cell {
     };
     machine.place(counts);
     wheel_stands(&mut machine);
-    let mut cell = Cell::new(machine);
+    let mut cell = ClosedLoop::new(machine);
     cell.parts_mut().0.set_homed(Axis::C, true);
     cell
 }
 
-pub(super) fn cell(description: &MachineDescription) -> Cell {
+pub(super) fn cell(description: &MachineDescription) -> ClosedLoop {
     cell_with(description, vec![RADIUS_MM; 3600])
 }
 
-pub(super) fn finish(cell: &mut Cell) -> Outcome {
+pub(super) fn finish(cell: &mut ClosedLoop) -> Outcome {
     for _ in 0..400_000 {
         cell.step(&[]);
         if let Some(outcome) = cell.outcome().filter(|_| !cell.is_running() && cell.machine().is_at_rest()) {
@@ -61,7 +61,7 @@ pub(super) fn finish(cell: &mut Cell) -> Outcome {
     panic!("it does not end");
 }
 
-pub(super) fn run(cell: &mut Cell, motion: Motion) -> Result<Outcome, StartError> {
+pub(super) fn run(cell: &mut ClosedLoop, motion: Motion) -> Result<Outcome, StartError> {
     let motion = Prepared::new(motion, cell.machine().description()).expect("it can be executed");
     cell.start(Box::new(motion))?;
     Ok(finish(cell))
@@ -81,14 +81,14 @@ fn touch(speed: f64) -> ProbeRequest {
     }
 }
 
-fn probe(cell: &mut Cell, request: &ProbeRequest) -> Result<Probed, SetupError> {
+fn probe(cell: &mut ClosedLoop, request: &ProbeRequest) -> Result<Probed, SetupError> {
     let from = cell.machine().setpoint().counts;
     let probe = Probe::new(request, from, cell.machine().description())?;
     assert_eq!(run(cell, Motion::Probe(probe)), Ok(Outcome::Completed), "{:?}", cell.machine().alarms());
     Ok(cell.probed().expect("a probe says what it found"))
 }
 
-fn near(cell: &mut Cell, x_mm: f64) {
+fn near(cell: &mut ClosedLoop, x_mm: f64) {
     let to = targets(&[MoveTo { axis: Axis::X, position: x_mm, is_relative: false }], [0; 3], 1.0, &description());
     assert_eq!(run(cell, Motion::Move(to.expect("within travel"))), Ok(Outcome::Completed));
 }
@@ -204,7 +204,7 @@ fn a_stopped_wheel_touches_a_part_that_gives_way_and_leaves_it_whole() {
 const SLOW_GROWTH: ThermalDescription = ThermalDescription { growth_mm: 0.008, time_constant_s: 1e9, start_share: 0.0 };
 
 /// A cell whose head has grown by 8 um since its wheel was dressed.
-fn grown_cell(machine: &MachineDescription) -> Cell {
+fn grown_cell(machine: &MachineDescription) -> ClosedLoop {
     let lasting = LastingState { growth_mm: 0.008, growth_at_dress_mm: 0.0, ..LastingState::new(machine) };
     let mut grown = Machine::new(machine.clone(), lasting).expect("a machine");
     grown.load_lobe("J1", "LS1", 15.0, vec![RADIUS_MM; 3600]).expect("a journal");

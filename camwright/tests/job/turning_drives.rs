@@ -244,5 +244,5 @@ fn what_cannot_be_looked_for_is_refused() {
     broken.axes[Axis::X.index()].drive.kv_1_s = -1.0;
     assert!(matches!(study.form(&broken), Err(TurningDrivesError::Description(_))));
     broken.axes[Axis::X.index()].drive = DriveSettings { kv_1_s: 2.0, ..machine.axis(Axis::X).drive };
-    assert!(matches!(study.form(&broken), Err(TurningDrivesError::Rehearsal(_))), "its following error is too large");
+    assert!(matches!(study.form(&broken), Err(TurningDrivesError::Simulation(_))), "its following error is too large");
 }

@@ -6,7 +6,7 @@ use crate::solids;
 
 use camwright::cam::surface::Surface;
 use camwright::cam::surface::cams::CamAlong;
-use camwright::interpolator::{Interpolator, Motion, Outcome, Prepared};
+use camwright::interpolator::{Motion, Outcome, Prepared};
 use camwright::job::turning::{TurningJob, TurningSpeed};
 use camwright::machine::description::{DriveSettings, MachineDescription};
 use camwright::machine::persistent_state::LastingState;
@@ -15,7 +15,7 @@ use camwright::math::units::TURN_RAD;
 use camwright::motion::plan::SegmentKind;
 use camwright::planner::{PlannedTurning, TurningError, TurningKey, plan_turning};
 use camwright::simulation::Machine;
-use camwright::simulation::rehearsal::rehearse;
+use camwright::simulation::closed_loop::ClosedLoop;
 use camwright::simulation::turned_part::{FormMap, PartGrid, TurnedPart};
 use camwright::toolpath::insert_clearance::InsertClearanceError;
 use camwright::toolpath::insert_path::{Feed, Passes};
@@ -60,10 +60,10 @@ fn turned(job: &TurningJob, machine: &MachineDescription) -> TurnedPart {
     let bar = TurnedPart::round("bar".into(), grid, job.bar_radius_mm).expect("a bar");
     lathe.load_turned_part(bar, job.part_zero_mm).expect("a lathe");
     let motion = Prepared::new(Motion::Plan(Arc::new(plan)), machine).unwrap_or_else(|error| panic!("{error}"));
-    let mut interpolator = Interpolator::new(machine);
-    let done = rehearse(Box::new(motion), &mut interpolator, &mut lathe, |_, _| {});
+    let mut closed_loop = ClosedLoop::direct(lathe);
+    let done = closed_loop.simulate(Box::new(motion), |_, _| {});
     assert_eq!(done.unwrap_or_else(|error| panic!("{error}")).outcome, Outcome::Completed);
-    lathe.turned_part().expect("it was loaded").clone()
+    closed_loop.machine().turned_part().expect("it was loaded").clone()
 }
 
 fn form(job: &TurningJob, part: &TurnedPart) -> FormMap {

@@ -9,7 +9,7 @@ use camwright::cam::lift::LiftLaw;
 use camwright::gauging::Mode;
 use camwright::gauging::gauged::Gauged;
 use camwright::gauging::journal::JournalCorrection;
-use camwright::interpolator::{Interpolator, Motion, Prepared};
+use camwright::interpolator::{Motion, Prepared};
 use camwright::job::grinding::{
     BetweenLobes, CorrectionSpec, HoldInCut, HomePosition, InfeedCourse, InfeedDirection, JobError, JobSpec, LobeSpec,
     PassSpec, ProfileSpec, SpeedLaw, StiffnessSource,
@@ -25,7 +25,7 @@ use camwright::math::units::TURN_RAD;
 use camwright::motion::plan::Plan;
 use camwright::planner::{Contact, PlanError, PlannedJob, decide_corrections, plan_corrections, plan_job};
 use camwright::simulation::Machine;
-use camwright::simulation::rehearsal::rehearse;
+use camwright::simulation::closed_loop::ClosedLoop;
 use camwright::simulation::workpiece::DEFAULT_AZIMUTHS;
 use std::sync::Arc;
 
@@ -123,10 +123,7 @@ fn job(mode: Mode) -> JobSpec {
 }
 
 /// A cell: interpolator and machine with the raw part.
-struct Cell {
-    interpolator: Interpolator,
-    machine: Machine,
-}
+struct Cell(ClosedLoop);
 
 impl Cell {
     fn new(description: &MachineDescription, job: &JobSpec) -> Self {
@@ -138,15 +135,15 @@ impl Cell {
             let radii = (0..DEFAULT_AZIMUTHS).map(radius).collect();
             machine.load_lobe(&lobe.name, &lobe.station, lobe.width_mm, radii).expect("a raw journal");
         }
-        Self { interpolator: Interpolator::new(description), machine }
+        Self(ClosedLoop::direct(machine))
     }
 
     /// Runs a plan; what the gauge read of each lobe.
     fn run(&mut self, plan: &Plan) -> Vec<Contact> {
-        let description = self.machine.description().clone();
+        let description = self.0.machine().description().clone();
         let prepared = Prepared::new(Motion::Plan(Arc::new(plan.clone())), &description).expect("a plan");
         let mut logs = vec![Contact::default(); plan.lobes.len()];
-        rehearse(Box::new(prepared), &mut self.interpolator, &mut self.machine, |_, report| {
+        let simulated = self.0.simulate(Box::new(prepared), |_, report| {
             let (c_rad, x_mm, motor_n) = (report.axes[0].position, report.axes[1].position, report.axes[1].effort);
             let (Some(lobe), Some(value_mm)) = (report.lobe, report.gauge_mm[0]) else { return };
             let gauged = Gauged { tick: report.tick, c_rad, x_mm, value_mm, second_mm: report.gauge_mm[1], motor_n };
@@ -154,14 +151,14 @@ impl Cell {
                 true => logs[lobe].pushed.push(gauged.into()),
                 false => logs[lobe].gauged.push(gauged),
             }
-        })
-        .unwrap_or_else(|error| panic!("{error}"));
+        });
+        simulated.unwrap_or_else(|error| panic!("{error}"));
         logs
     }
 
     /// Runout of a journal, and how far its least radius is off (mm).
     fn runout_mm(&self, name: &str) -> (f64, f64) {
-        let radii = self.machine.part().lobe(name).expect("it is there").radii_mm();
+        let radii = self.0.machine().part().lobe(name).expect("it is there").radii_mm();
         let low = radii.iter().copied().fold(f64::INFINITY, f64::min);
         let high = radii.iter().copied().fold(0.0, f64::max);
         (high - low, low - RADIUS_MM)

@@ -6,8 +6,7 @@ use camwright::machine::persistent_state::LastingState;
 use camwright::machine::setpoint::Setpoint;
 use camwright::math::units::TURN_RAD;
 use camwright::simulation::fault::Fault;
-use camwright::simulation::offline_run::run;
-use camwright::simulation::workpiece::DEFAULT_AZIMUTHS;
+use camwright::simulation::workpiece::{DEFAULT_AZIMUTHS, Removal};
 use camwright::simulation::{Machine, MachineCommand};
 
 /// Table at the first station.
@@ -30,13 +29,21 @@ pub(crate) fn loaded(description: &MachineDescription, blank_mm: f64) -> Machine
     machine
 }
 
+/// Follows setpoints without an alarm until the axes rest, and returns the removal.
+fn run(machine: &mut Machine, setpoints: &[Setpoint]) -> Removal {
+    let mut reports = follow(machine, setpoints);
+    reports.extend(idle(machine, 1000));
+    assert!(machine.is_at_rest());
+    assert!(reports.iter().all(|report| report.stopping_alarm().is_none()));
+    reports.iter().fold(Removal::default(), |sum, report| sum.and(report.removal))
+}
+
 /// Grinds the disc and returns the deviation of every azimuth (mm).
 fn ground(description: &MachineDescription, disc: Eccentric, turns: f64, ticks: u32) -> Vec<f64> {
     let mut machine = loaded(description, disc.radius_mm + disc.offset_mm + 0.2);
     let setpoints = path_setpoints(description, disc, turns, ticks);
     machine.place(setpoints[0].counts);
-    let outcome = run(&mut machine, setpoints.iter().map(|setpoint| (Some(*setpoint), &[][..])));
-    assert_eq!(outcome.stopped_by, None);
+    run(&mut machine, &setpoints);
     let lobe = machine.part().lobe("I1").expect("it was loaded");
     let step = TURN_RAD / DEFAULT_AZIMUTHS as f64;
     lobe.radii_mm().iter().enumerate().map(|(i, radius)| radius - disc.radius(i as f64 * step)).collect()
@@ -184,7 +191,7 @@ fn a_worn_wheel_leaves_its_wear_all_round() {
     machine.load_lobe("I1", "LS1", 15.0, vec![23.4; DEFAULT_AZIMUTHS]).expect("a round blank");
     let setpoints = path_setpoints(&description, disc, 2.0, 4000);
     machine.place(setpoints[0].counts);
-    run(&mut machine, setpoints.iter().map(|setpoint| (Some(*setpoint), &[][..])));
+    run(&mut machine, &setpoints);
     let larger = Eccentric { radius_mm: 19.01, ..disc };
     let step = TURN_RAD / DEFAULT_AZIMUTHS as f64;
     for (i, radius) in machine.part().lobes()[0].radii_mm().iter().enumerate() {
@@ -204,8 +211,8 @@ fn a_wheel_loses_what_it_grinds_over_its_grinding_ratio() {
     let mut machine = loaded(&description, 23.4);
     let setpoints = path_setpoints(&description, disc, 2.0, 4000);
     machine.place(setpoints[0].counts);
-    let outcome = run(&mut machine, setpoints.iter().map(|setpoint| (Some(*setpoint), &[][..])));
-    let expected = outcome.removal.area_mm2 / (TURN_RAD * WHEEL_MM * 50.0);
+    let removal = run(&mut machine, &setpoints);
+    let expected = removal.area_mm2 / (TURN_RAD * WHEEL_MM * 50.0);
     let found = machine.lasting().wheel_wear_mm;
     assert!(expected > 0.01 && (found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
 }

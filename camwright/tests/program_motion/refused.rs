@@ -76,18 +76,18 @@ fn a_setup_that_is_none_and_another_rotation_sense_are_refused() {
 /// The wheel of the plan is the program's cutter: the machine stops before anything moves where another is mounted.
 #[test]
 fn a_program_for_another_wheel_is_an_alarm_before_anything_moves() {
-    use camwright::interpolator::{Interpolator, Motion, Prepared};
+    use camwright::interpolator::{Motion, Prepared};
     use camwright::machine::persistent_state::LastingState;
     use camwright::simulation::Machine;
-    use camwright::simulation::rehearsal::{RehearsalError, rehearse};
+    use camwright::simulation::closed_loop::{ClosedLoop, SimulationError};
     let machine = cam_grinder();
     let (_, read) = program(&Part::lobe(), Dialect::Siemens, 10.0);
     let other = ProgramSetup { cutter_radius_mm: 59.0, ..setup() };
     let planned = plan(&read, other, &machine).unwrap_or_else(|error| panic!("{error}"));
-    let mut grinder = Machine::new(machine.clone(), LastingState::new(&machine)).expect("a machine");
+    let grinder = Machine::new(machine.clone(), LastingState::new(&machine)).expect("a machine");
     let motion = Prepared::new(Motion::Plan(std::sync::Arc::new(planned.plan)), &machine).expect("ready");
-    let done = rehearse(Box::new(motion), &mut Interpolator::new(&machine), &mut grinder, |_, _| {});
-    assert!(matches!(done, Err(RehearsalError::Alarm(_))), "{done:?}");
+    let done = ClosedLoop::direct(grinder).simulate(Box::new(motion), |_, _| {});
+    assert!(matches!(done, Err(SimulationError::Alarm(_))), "{done:?}");
 }
 
 /// Feeds at two stations: what comes before a lobe's feeds belongs to it, what comes after the last to nobody.

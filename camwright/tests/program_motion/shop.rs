@@ -5,7 +5,7 @@ use crate::setup::{Shop, lobe_path_of};
 use camwright::cam::form::Form;
 use camwright::gcode::post::{Lead, Posted, TurnSpeed, post};
 use camwright::gcode::{self, Dialect, ProgramFile, XValues, read};
-use camwright::interpolator::{Interpolator, Motion, Outcome, Prepared};
+use camwright::interpolator::{Motion, Outcome, Prepared};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::machine::persistent_state::LastingState;
 use camwright::machine::reference::cam_grinder;
@@ -14,7 +14,7 @@ use camwright::math::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm};
 use camwright::planner::program_motion::ProgramSetup;
 use camwright::planner::{PlanStart, PlannedProgram, ProgramLobe, ProgramPlanError, ProgramRequest, plan_program};
 use camwright::simulation::Machine;
-use camwright::simulation::rehearsal::rehearse;
+use camwright::simulation::closed_loop::ClosedLoop;
 use camwright::simulation::workpiece::DEFAULT_AZIMUTHS;
 use camwright::toolpath::cutter_path::{CarriageAxis, CutterPath, Travel};
 use std::sync::Arc;
@@ -147,9 +147,10 @@ pub(crate) fn lobe_on_the_machine(planned: &PlannedProgram, part: &Part, machine
     grinder.load_lobe(part.name, "LS1", 15.0, vec![BLANK_MM; DEFAULT_AZIMUTHS]).expect("a round blank");
     let motion = Prepared::new(Motion::Plan(Arc::new(planned.plan.clone())), machine);
     let motion = motion.unwrap_or_else(|error| panic!("{error}"));
-    let done = rehearse(Box::new(motion), &mut Interpolator::new(machine), &mut grinder, |_, _| {});
+    let mut closed_loop = ClosedLoop::direct(grinder);
+    let done = closed_loop.simulate(Box::new(motion), |_, _| {});
     assert_eq!(done.unwrap_or_else(|error| panic!("{error}")).outcome, Outcome::Completed);
-    grinder.part().lobe(part.name).expect("it was loaded").radii_mm().to_vec()
+    closed_loop.machine().part().lobe(part.name).expect("it was loaded").radii_mm().to_vec()
 }
 
 /// Lowest and highest place of the part after the program (mm).

@@ -11,7 +11,7 @@ use camwright::machine::persistent_state::LastingState;
 use camwright::math::units::um_from_mm;
 use camwright::planner::LobeDesign;
 use camwright::simulation::Machine;
-use camwright::simulation::closed_loop::Cell;
+use camwright::simulation::closed_loop::ClosedLoop;
 use camwright::simulation::fault::Fault;
 use camwright::simulation::fault_campaign::{Campaign, FaultCase, Finding, every_fault, seeded_moments};
 use camwright_files::convert::mm_from_m;
@@ -40,7 +40,7 @@ struct Row {
     failures: Vec<String>,
 }
 
-fn cell(prepared: &PreparedJob, description: &MachineDescription) -> Result<Cell, Box<dyn std::error::Error>> {
+fn cell(prepared: &PreparedJob, description: &MachineDescription) -> Result<ClosedLoop, Box<dyn std::error::Error>> {
     let lasting = LastingState::new(description).with_wheel(prepared.wheel);
     let mut machine = Machine::new(description.clone(), lasting)?;
     for index in 0..prepared.planned.lobes.len() {
@@ -48,7 +48,7 @@ fn cell(prepared: &PreparedJob, description: &MachineDescription) -> Result<Cell
         let radii = raw.radius.iter().map(|radius| mm_from_m(*radius)).collect();
         machine.load_lobe(&raw.name, &raw.station, mm_from_m(raw.width), radii)?;
     }
-    Ok(Cell::new(machine))
+    Ok(ClosedLoop::new(machine))
 }
 
 fn main() -> Result<ExitCode, Box<dyn std::error::Error>> {

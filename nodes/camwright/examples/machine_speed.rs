@@ -1,11 +1,11 @@
 //! How fast the machine is simulated: `cargo run --release -p camwright_nodes --example machine_speed [JOB [RUNS]]`.
 //!
-//! Rehearses a job (`four_lobe_camshaft`) on one core, interpolator and machine in one loop, as the nodes step them; prints machine
+//! Simulates a job (`four_lobe_camshaft`) on one core, interpolator and machine in one loop, as the nodes step them; prints machine
 //! seconds per second of the wall clock: on the machine as it is, and without what leaves errors on the part.
 #![allow(clippy::print_stdout, reason = "a command")]
 
 use camwright::machine::description::Effect;
-use camwright_planning::{prepare, rehearse_job};
+use camwright_planning::{prepare, simulate_job};
 use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -21,9 +21,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut machine_s = 0.0;
         for _ in 0..runs {
             let start = Instant::now();
-            let (rehearsed, _) = rehearse_job(&prepared, without, |_, _| {})?;
+            let (simulated, _) = simulate_job(&prepared, without, |_, _| {})?;
             best_s = best_s.min(start.elapsed().as_secs_f64());
-            let ticks = u32::try_from(rehearsed.last_tick - rehearsed.first_tick + 1)?;
+            let ticks = u32::try_from(simulated.last_tick - simulated.first_tick + 1)?;
             machine_s = f64::from(ticks) * machine.cycle_time_s();
         }
         let name = if without.is_empty() { "as it is" } else { "ideal" };

@@ -1,6 +1,6 @@
-//! Where a form error comes from: the same job rehearsed on a machine that lacks one effect after the other.
+//! Where a form error comes from: the same job simulated on a machine that lacks one effect after the other.
 
-use super::{PreparedJob, RehearsalFailed, rehearse_job_on, rehearse_learned};
+use super::{PreparedJob, SimulationFailed, simulate_job_on, simulate_learned};
 use camwright::machine::description::{Effect, MachineDescription};
 use camwright_msgs::camwright_msgs::msg::LobeResult;
 use std::panic::resume_unwind;
@@ -65,11 +65,11 @@ pub(super) fn left_out(machine: &MachineDescription) -> Vec<Vec<Effect>> {
 
 /// What a job leaves without each effect that its machine has, and last without all of them: what is left then are the counts of the
 /// setpoints and the grid of the part. And what it leaves with the good drives that its machine file describes, at once and after what
-/// some parts have taught it there. The rehearsals run beside each other, one thread a processor.
+/// some parts have taught it there. The simulations run beside each other, one thread a processor.
 ///
 /// # Errors
-/// See [`rehearse_job_on`].
-pub fn causes(prepared: &PreparedJob) -> Result<Causes, RehearsalFailed> {
+/// See [`simulate_job_on`].
+pub fn causes(prepared: &PreparedJob) -> Result<Causes, SimulationFailed> {
     let mut all = effects(&prepared.machine);
     // What a gauge finds by how the machine gives way cannot be found on one that does not.
     all.retain(|effect| *effect != Effect::Deflection || prepared.expected_correction.is_none());
@@ -80,12 +80,12 @@ pub fn causes(prepared: &PreparedJob) -> Result<Causes, RehearsalFailed> {
     let count = left_out.len();
     // The parts that learn take longest, one after the other: they begin first.
     let learns = prepared.expected_correction.is_none();
-    let mut rehearsals: Vec<(u32, MachineDescription)> = Vec::new();
-    rehearsals.extend(good.iter().filter(|_| learns).map(|machine| (LEARNED_PARTS, machine.clone())));
-    rehearsals.extend(left_out.iter().map(lacking).chain(good.clone()).map(|machine| (0, machine)));
-    let mut lobes = beside_each_other(&rehearsals, |(parts, machine)| match parts {
-        0 => Ok(rehearse_job_on(prepared, machine, |_, _| {})?.1),
-        parts => rehearse_learned(prepared, machine, *parts, |_, _| {}),
+    let mut simulations: Vec<(u32, MachineDescription)> = Vec::new();
+    simulations.extend(good.iter().filter(|_| learns).map(|machine| (LEARNED_PARTS, machine.clone())));
+    simulations.extend(left_out.iter().map(lacking).chain(good.clone()).map(|machine| (0, machine)));
+    let mut lobes = beside_each_other(&simulations, |(parts, machine)| match parts {
+        0 => Ok(simulate_job_on(prepared, machine, |_, _| {})?.1),
+        parts => simulate_learned(prepared, machine, *parts, |_, _| {}),
     })?
     .into_iter();
     let learned = if good.is_some() && learns { lobes.next() } else { None };
@@ -149,7 +149,7 @@ mod tests {
         assert_eq!(causes.with[1].name, "good drives, after 3 learned parts");
         let learned = worst(&causes.with[1].lobes);
         assert!(learned < 0.6 * good, "{learned} {good}");
-        let (_, own) = rehearse_job_on(&prepared, &prepared.machine, |_, _| {}).unwrap();
+        let (_, own) = simulate_job_on(&prepared, &prepared.machine, |_, _| {}).unwrap();
         let own = worst(&own);
         let [servo, deflection, thermal, unbalance, quantisation, none] = without[..] else {
             panic!("six machines: {without:?}")

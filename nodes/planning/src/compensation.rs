@@ -1,7 +1,7 @@
 //! Form compensation of a job from part to part: what was learned, kept as text between parts, and laid over the job that is planned next.
 
-use super::{PreparedJob, rehearse_outlines_on};
-use crate::{self as planning, RehearsalFailed};
+use super::{PreparedJob, simulate_outlines_on};
+use crate::{self as planning, SimulationFailed};
 use camwright::cam::compensation::{CompensationSpec, FormCurve, Learned, LearnedError, LobeLearning};
 use camwright::machine::description::MachineDescription;
 use camwright::math::units::um_from_mm;
@@ -234,14 +234,14 @@ pub fn with_learned(name: &str, overrides: &[String], learned: &LearnedJob) -> V
 /// the part after them.
 ///
 /// # Errors
-/// A part that cannot be planned or rehearsed.
-pub fn rehearse_learned(
+/// A part that cannot be planned or simulated.
+pub fn simulate_learned(
     prepared: &PreparedJob,
     description: &MachineDescription,
     parts: u32,
     mut each: impl FnMut(u32, &[LobeResult]),
-) -> Result<Vec<LobeResult>, RehearsalFailed> {
-    let failed = |reason: String| RehearsalFailed { job: prepared.job.spec.name.clone(), reason };
+) -> Result<Vec<LobeResult>, SimulationFailed> {
+    let failed = |reason: String| SimulationFailed { job: prepared.job.spec.name.clone(), reason };
     let mut kept = LearnedJob::new(&description.name, &prepared.job.spec.name);
     let mut job = prepared.job.clone();
     let compensation = job.spec.compensation.get_or_insert_with(|| camwright::cam::compensation::Compensation {
@@ -253,7 +253,7 @@ pub fn rehearse_learned(
     let now = MachineNow { description: prepared.machine.clone(), wheel: prepared.wheel };
     for part in 0..=parts {
         let planned = planning::plan(job.clone(), Some(&now)).map_err(|error| failed(error.to_string()))?;
-        let (_, results, outlines_mm) = rehearse_outlines_on(&planned, description, |_, _| {})?;
+        let (_, results, outlines_mm) = simulate_outlines_on(&planned, description, |_, _| {})?;
         each(part, &results);
         if part == parts {
             return Ok(results);
@@ -291,7 +291,7 @@ mod tests {
         let prepared = prepare("four_lobe_camshaft", &short(&[]), None).unwrap();
         let good = prepared.machine.clone().with_good_drives().unwrap();
         let mut worst_um = Vec::new();
-        rehearse_learned(&prepared, &good, 3, |_, lobes| {
+        simulate_learned(&prepared, &good, 3, |_, lobes| {
             let um = lobes.iter().map(|lobe| um_from_mm(mm_from_m(lobe.form_error_max.abs())));
             worst_um.push(um.fold(0.0, f64::max));
         })

@@ -21,7 +21,7 @@ impl PreparedJob {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{prepare, raw_lobe, rehearse_job, rehearse_outlines_on};
+    use super::super::{prepare, raw_lobe, simulate_job, simulate_outlines_on};
     use camwright::machine::description::Effect;
     use camwright::math::units::um_from_mm;
     use camwright_files::convert::mm_from_m;
@@ -32,7 +32,7 @@ mod tests {
         for (job, extra) in [("journal_runout", "identification={}"), ("dressed_batch", "dressing.every_lobes=2")] {
             let set = ["dry_run.stand_off_mm=5".to_owned(), extra.to_owned()];
             let prepared = prepare(job, &set, None).unwrap_or_else(|error| panic!("{error}"));
-            let (_, _, outlines) = rehearse_outlines_on(&prepared, &prepared.machine, |_, _| {}).unwrap();
+            let (_, _, outlines) = simulate_outlines_on(&prepared, &prepared.machine, |_, _| {}).unwrap();
             for (index, outline) in outlines.iter().enumerate() {
                 let raw: Vec<f64> = raw_lobe(&prepared, index).radius.iter().map(|radius| mm_from_m(*radius)).collect();
                 assert_eq!(*outline, raw, "{job}, lobe {index}");
@@ -47,7 +47,7 @@ mod tests {
             let short = ["infeed.total_mm=0.576", "stock_mm=0.5", "raw_part.clamped_at_deg=3"];
             let set: Vec<String> = short.iter().chain(set).map(|set| (*set).to_owned()).collect();
             let prepared = prepare("eccentric", &set, None).unwrap_or_else(|error| panic!("{error}"));
-            let (_, lobes) = rehearse_job(&prepared, &Effect::ALL, |_, _| {}).unwrap();
+            let (_, lobes) = simulate_job(&prepared, &Effect::ALL, |_, _| {}).unwrap();
             um_from_mm(mm_from_m(lobes[0].form_error_max.abs()))
         };
         let (known, unknown) = (worst_um(&["part_phase_deg=3"]), worst_um(&[]));

@@ -270,15 +270,15 @@ pub fn raw_lobe(prepared: &PreparedJob, index: usize) -> PartLobe {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{prepare, rehearse_job};
+    use crate::{prepare, simulate_job};
     use camwright::machine::description::Effect;
     use camwright::math::units::um_from_mm;
 
-    /// The shipped journals, rehearsed as a whole: rounder and nearer to size than sparking out leaves them.
+    /// The shipped journals, simulated as a whole: rounder and nearer to size than sparking out leaves them.
     #[test]
     fn the_shipped_journals_come_out_round_and_to_size() {
         let prepared = prepare("journal_runout", &[], None).unwrap();
-        let (_, results) = rehearse_job(&prepared, &[], |_, _| {}).unwrap();
+        let (_, results) = simulate_job(&prepared, &[], |_, _| {}).unwrap();
         for result in &results {
             let [before, after, form] =
                 [result.runout_before, result.runout, result.form_error_max.abs()].map(|m| um_from_mm(mm_from_m(m)));
@@ -291,7 +291,7 @@ mod tests {
             assert!(result.spark_out_turns > 5.0, "{}: {} turns", result.name, result.spark_out_turns);
         }
         let ideal = [Effect::Servo];
-        let (_, results) = rehearse_job(&prepared, &ideal, |_, _| {}).unwrap();
+        let (_, results) = simulate_job(&prepared, &ideal, |_, _| {}).unwrap();
         assert!(results.iter().all(|result| um_from_mm(mm_from_m(result.runout)) < 1.5));
     }
 
@@ -305,7 +305,7 @@ mod tests {
         };
         let less = job(-30);
         let mut heard = Vec::new();
-        let (_, results) = crate::simulate::rehearse_told(&less, |told| heard.push(told)).unwrap();
+        let (_, results) = crate::simulate::simulate_told(&less, |told| heard.push(told)).unwrap();
         eprintln!("{heard:#?}");
         assert!(heard[0].starts_with("lobe J1: 9") && heard[0].contains("2 turns with infeed"), "{}", heard[0]);
         for result in &results {
@@ -313,7 +313,7 @@ mod tests {
             // A part with less to grind runs out more before the turn that corrects it.
             assert!(after < 2.0 && form < 3.0, "{}: {after} um left, form {form} um", result.name);
         }
-        let error = rehearse_job(&job(60), &[], |_, _| {}).unwrap_err().to_string();
+        let error = simulate_job(&job(60), &[], |_, _| {}).unwrap_err().to_string();
         assert!(error.contains("lobe J1: the gauge finds 0.18") && error.contains("are the most"), "{error}");
     }
 

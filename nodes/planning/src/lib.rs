@@ -42,7 +42,7 @@ pub use any_prepared::{AnyPrepared, is_milled, plan_any, prepare_any};
 pub use camwright_files::convert::machine_now::MachineNow;
 pub use capability::{LobeCapability, MeasuredLobe, capability, measure_lobe};
 pub use causes::{Causes, Instead, Without, causes};
-pub use compensation::{LearnedJob, rehearse_learned, with_learned};
+pub use compensation::{LearnedJob, simulate_learned, with_learned};
 pub use deflection::{FORM_TOLERANCE_MM, GivingWay};
 pub use dresses::{DressSummary, KeptPathSummary, dresses};
 pub use error_location::blame;
@@ -60,14 +60,14 @@ pub use lobes::{BLANK_POINTS, LobeFormError, lobe_result};
 pub use program::{ProgramSummary, ProgrammedTurn, compare_program, write_program};
 pub use recorded::{NO_JOB_FILE, plan_recorded};
 pub use simulate::with_raw_part;
-pub use simulate::{Outlines, RehearsalFailed, rehearse_job, rehearse_job_on, rehearse_outlines_on};
+pub use simulate::{Outlines, SimulationFailed, simulate_job, simulate_job_on, simulate_outlines_on};
 pub use summary::{LimitSummary, LobeSummary, PassSummary, Summary, lobe_times_s, summary};
 pub use times::{TimeCompared, compare_times};
 pub use turn_curve::{TurnCurvePoint, turn_curve};
 pub use turn_summary::{BoundSummary, RemovalClass};
 pub use turning::{
     PreparedTurning, TurnedInstead, TurnedLimitSummary, TurnedPassSummary, TurningSummary, bar, form_map_message,
-    plan_turned, rehearse_turned, rehearse_turned_on, turned_causes, turned_form, turned_result, turning_notes,
+    plan_turned, simulate_turned, simulate_turned_on, turned_causes, turned_form, turned_result, turning_notes,
     turning_s, turning_summary, write_turning,
 };
 

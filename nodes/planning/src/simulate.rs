@@ -2,14 +2,14 @@
 //! an effect which leaves an error.
 
 use super::{PreparedJob, correct, lobe_result, raw_lobe};
-use camwright::interpolator::{Interpolator, Motion, Prepared};
+use camwright::interpolator::{Motion, Prepared};
 use camwright::machine::description::{Effect, MachineDescription};
 use camwright::machine::persistent_state::LastingState;
 use camwright::machine::setpoint::Setpoint;
 use camwright::planner::Contact;
 use camwright::planner::PlannedLobe;
 use camwright::simulation::Machine;
-use camwright::simulation::rehearsal::{Rehearsed, rehearse};
+use camwright::simulation::closed_loop::{ClosedLoop, Simulated};
 use camwright::simulation::tick_report::TickReport;
 use camwright_files::convert::gauge::{log, readings};
 use camwright_files::convert::machine_report::cut_of;
@@ -19,10 +19,10 @@ use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe, PlanPage};
 use std::sync::Arc;
 use thiserror::Error;
 
-/// Why a rehearsal gave no part.
+/// A simulation that gave no part.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("the rehearsal of {job} failed: {reason}")]
-pub struct RehearsalFailed {
+#[error("the simulation of {job} failed: {reason}")]
+pub struct SimulationFailed {
     /// Name of the job.
     pub job: String,
     pub reason: String,
@@ -36,49 +36,49 @@ pub type Outlines = Vec<Vec<f64>>;
 ///
 /// # Errors
 /// A motion that does not come to its end; what cannot be measured.
-pub fn rehearse_job(
+pub fn simulate_job(
     prepared: &PreparedJob,
     without: &[Effect],
     tell: impl FnMut(&Setpoint, &TickReport),
-) -> Result<(Rehearsed, Vec<LobeResult>), RehearsalFailed> {
+) -> Result<(Simulated, Vec<LobeResult>), SimulationFailed> {
     let own = prepared.machine.clone();
     let description = without.iter().fold(own, |machine, effect| machine.without(*effect));
-    rehearse_job_on(prepared, &description, tell)
+    simulate_job_on(prepared, &description, tell)
 }
 
 /// Runs a job on a machine that differs from its own in nothing that its plan was made for, and measures what was ground.
 ///
 /// # Errors
-/// See [`rehearse_job`].
-pub fn rehearse_job_on(
+/// See [`simulate_job`].
+pub fn simulate_job_on(
     prepared: &PreparedJob,
     description: &MachineDescription,
     tell: impl FnMut(&Setpoint, &TickReport),
-) -> Result<(Rehearsed, Vec<LobeResult>), RehearsalFailed> {
-    let (rehearsed, results, _) = rehearse_outlines_on(prepared, description, tell)?;
-    Ok((rehearsed, results))
+) -> Result<(Simulated, Vec<LobeResult>), SimulationFailed> {
+    let (simulated, results, _) = simulate_outlines_on(prepared, description, tell)?;
+    Ok((simulated, results))
 }
 
 /// The same, with the outlines of the lobes (mm, at equal azimuths) in their order.
 ///
 /// # Errors
-/// See [`rehearse_job`].
-pub fn rehearse_outlines_on(
+/// See [`simulate_job`].
+pub fn simulate_outlines_on(
     prepared: &PreparedJob,
     description: &MachineDescription,
     tell: impl FnMut(&Setpoint, &TickReport),
-) -> Result<(Rehearsed, Vec<LobeResult>, Outlines), RehearsalFailed> {
-    rehearse_whole(prepared, description, tell, |_| {})
+) -> Result<(Simulated, Vec<LobeResult>, Outlines), SimulationFailed> {
+    simulate_whole(prepared, description, tell, |_| {})
 }
 
 /// Runs a job on its machine and measures what was ground; `told` hears what was decided between its plans.
 #[cfg(test)]
-pub(super) fn rehearse_told(
+pub(super) fn simulate_told(
     prepared: &PreparedJob,
     told: impl FnMut(String),
-) -> Result<(Rehearsed, Vec<LobeResult>), RehearsalFailed> {
-    let (rehearsed, results, _) = rehearse_whole(prepared, &prepared.machine, |_, _| {}, told)?;
-    Ok((rehearsed, results))
+) -> Result<(Simulated, Vec<LobeResult>), SimulationFailed> {
+    let (simulated, results, _) = simulate_whole(prepared, &prepared.machine, |_, _| {}, told)?;
+    Ok((simulated, results))
 }
 
 /// The machine, with the job's raw part in it.
@@ -95,26 +95,25 @@ pub fn with_raw_part(prepared: &PreparedJob, description: &MachineDescription) -
     Ok(machine)
 }
 
-fn rehearse_whole(
+fn simulate_whole(
     prepared: &PreparedJob,
     description: &MachineDescription,
     mut tell: impl FnMut(&Setpoint, &TickReport),
     mut told: impl FnMut(String),
-) -> Result<(Rehearsed, Vec<LobeResult>, Outlines), RehearsalFailed> {
+) -> Result<(Simulated, Vec<LobeResult>, Outlines), SimulationFailed> {
     let job = &prepared.planned.plan.job;
-    let failed = |reason: String| RehearsalFailed { job: job.clone(), reason };
-    let mut machine = with_raw_part(prepared, description).map_err(failed)?;
-    let mut interpolator = Interpolator::new(description);
+    let failed = |reason: String| SimulationFailed { job: job.clone(), reason };
+    let mut closed_loop = ClosedLoop::direct(with_raw_part(prepared, description).map_err(failed)?);
     let mut run = |pages: &[PlanPage], tell: &mut dyn FnMut(&Setpoint, &TickReport)| {
         // The plan as a receiver of its pages has it: the way through metres is part of it.
         let (plan, _) = plan_from_pages(pages, description).map_err(|error| failed(error.to_string()))?;
         let motion =
             Prepared::new(Motion::Plan(Arc::new(plan)), description).map_err(|error| failed(error.to_string()))?;
-        rehearse(Box::new(motion), &mut interpolator, &mut machine, tell).map_err(|error| failed(error.to_string()))
+        closed_loop.simulate(Box::new(motion), tell).map_err(|error| failed(error.to_string()))
     };
     let mut logged = |pages: &[PlanPage], tell: &mut dyn FnMut(&Setpoint, &TickReport)| {
         let mut logs = vec![Contact::default(); prepared.planned.lobes.len()];
-        let rehearsed = run(pages, &mut |setpoint, report| {
+        let simulated = run(pages, &mut |setpoint, report| {
             if let Some(lobe) = report.lobe.and_then(|lobe| logs.get_mut(lobe)) {
                 for (number, reading) in readings(description, report).enumerate() {
                     log(lobe, &reading, number > 0);
@@ -122,19 +121,19 @@ fn rehearse_whole(
             }
             tell(setpoint, report);
         })?;
-        Ok::<_, RehearsalFailed>((rehearsed, logs))
+        Ok::<_, SimulationFailed>((simulated, logs))
     };
     let (mut first_tick, mut for_stock) = (None, None);
     if let Some(measuring) = &prepared.measuring {
-        let (rehearsed, logs) = logged(&measuring.pages, &mut tell)?;
-        first_tick = Some(rehearsed.first_tick);
+        let (simulated, logs) = logged(&measuring.pages, &mut tell)?;
+        first_tick = Some(simulated.first_tick);
         let stock = super::for_stock(prepared, &logs).map_err(|error| failed(error.to_string()))?;
         stock.told.into_iter().chain([stock.saved]).for_each(&mut told);
         for_stock = Some(stock.prepared);
     }
     let prepared = for_stock.as_ref().unwrap_or(prepared);
-    let (mut rehearsed, logs) = logged(&prepared.pages, &mut tell)?;
-    rehearsed.first_tick = first_tick.unwrap_or(rehearsed.first_tick);
+    let (mut simulated, logs) = logged(&prepared.pages, &mut tell)?;
+    simulated.first_tick = first_tick.unwrap_or(simulated.first_tick);
     let correction = match prepared.expected_correction {
         Some(_) => match prepared.dry_correction() {
             Some(dry) => Some(dry),
@@ -145,8 +144,9 @@ fn rehearse_whole(
     if let Some(correction) = &correction {
         correction.told(prepared).into_iter().for_each(&mut told);
         let second = run(&correction.pages, &mut tell)?;
-        rehearsed = Rehearsed { outcome: second.outcome, last_tick: second.last_tick, ..rehearsed };
+        simulated = Simulated { outcome: second.outcome, last_tick: second.last_tick, ..simulated };
     }
+    let machine = closed_loop.machine();
     let cut = |lobe: &PlannedLobe| {
         let lobe = machine.part().lobe(&lobe.design.name)?;
         let common_mm = lobe.width_mm().min(description.wheel.width_mm);
@@ -170,7 +170,7 @@ fn rehearse_whole(
     if let Some(correction) = &correction {
         correction.add_to(&mut results);
     }
-    Ok((rehearsed, results, outlines_mm))
+    Ok((simulated, results, outlines_mm))
 }
 
 #[cfg(test)]
@@ -186,7 +186,7 @@ mod tests {
         let short = ["infeed.total_mm=0.072".to_owned(), "stock_mm=0.06".to_owned()];
         let prepared = prepare("four_lobe_camshaft", &short, None).unwrap();
         let worst = |without: &[Effect]| {
-            let (_, lobes) = rehearse_job(&prepared, without, |_, _| {}).unwrap();
+            let (_, lobes) = simulate_job(&prepared, without, |_, _| {}).unwrap();
             let um = |lobe: &LobeResult| um_from_mm(mm_from_m(lobe.form_error_max.abs()));
             lobes.iter().map(um).fold(0.0, f64::max)
         };
@@ -204,7 +204,7 @@ mod tests {
         {
             let short = ["infeed.total_mm=0.072", "stock_mm=0.06", kind[0], kind[1]].map(str::to_owned);
             let prepared = prepare("four_lobe_camshaft", &short, None).unwrap();
-            let (_, lobes) = rehearse_job(&prepared, &Effect::ALL, |_, _| {}).unwrap();
+            let (_, lobes) = simulate_job(&prepared, &Effect::ALL, |_, _| {}).unwrap();
             for lobe in lobes {
                 let um = um_from_mm(mm_from_m(lobe.form_error_max.abs()));
                 assert!(um < 1.0, "{kind:?}: lobe {} is off by {um} um", lobe.name);
@@ -225,7 +225,7 @@ mod tests {
             "work_speed_rpm=30",
         ];
         let prepared = prepare("eccentric", &set.map(String::from), None).unwrap();
-        let (_, lobes) = rehearse_job(&prepared, &Effect::ALL, |_, _| {}).unwrap();
+        let (_, lobes) = simulate_job(&prepared, &Effect::ALL, |_, _| {}).unwrap();
         let worst_um = um_from_mm(mm_from_m(lobes[0].form_error_max.abs()));
         assert!(worst_um < 1.0, "{worst_um} um");
     }
@@ -241,7 +241,7 @@ mod tests {
         let prepared = crate::plan(job, Some(&now)).unwrap();
         assert_eq!(prepared.planned.dresses.len(), 2, "{:?}", prepared.planned.dresses);
         let others: Vec<Effect> = Effect::ALL.into_iter().filter(|effect| *effect != Effect::Wear).collect();
-        let (_, lobes) = rehearse_job(&prepared, &others, |_, _| {}).unwrap();
+        let (_, lobes) = simulate_job(&prepared, &others, |_, _| {}).unwrap();
         for (result, lobe) in lobes.iter().zip(&prepared.planned.lobes) {
             let (ground, told) = (um_from_mm(mm_from_m(result.form_error_max)), um_from_mm(lobe.wear_mm));
             assert!(told > 0.1 && told <= 0.5, "{}: {told} um", result.name);

@@ -214,7 +214,7 @@ fn a_job_is_ground_by_its_own_program() {
         let prepared = prepare("eccentric", &set, None).unwrap();
         assert!(prepared.plan_hash() != own.plan_hash() && prepared.job.hash != own.job.hash);
         assert_eq!(prepared.planned.plan.lobes, own.planned.plan.lobes);
-        let (_, lobes) = rehearse_job(&prepared, &[], |_, _| {}).unwrap();
+        let (_, lobes) = simulate_job(&prepared, &[], |_, _| {}).unwrap();
         let error_m = lobes[0].form_error_max.abs();
         assert!(error_m > 1e-7 && error_m < 3e-6, "{control}: {error_m} m");
     }

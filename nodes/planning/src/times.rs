@@ -56,7 +56,7 @@ pub fn compare_times(prepared: &PreparedJob, lobes: &[LobeResult], duration_s: f
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{prepare, rehearse_job};
+    use crate::{prepare, simulate_job};
 
     #[test]
     fn what_lies_outside_the_lobes_is_the_rest_of_the_job() {
@@ -81,8 +81,8 @@ mod tests {
     fn a_job_takes_as_long_as_predicted_but_for_its_searches() {
         for job in ["four_lobe_camshaft", "rough_and_finish"] {
             let prepared = prepare(job, &[], None).unwrap();
-            let (rehearsed, _) = rehearse_job(&prepared, &[], |_, _| {}).unwrap();
-            let actual_s = (rehearsed.last_tick - rehearsed.first_tick) as f64 * prepared.machine.cycle_time_s();
+            let (simulated, _) = simulate_job(&prepared, &[], |_, _| {}).unwrap();
+            let actual_s = (simulated.last_tick - simulated.first_tick) as f64 * prepared.machine.cycle_time_s();
             let rest_s = actual_s - prepared.planned.plan.duration_s - 42.75 / 120.0;
             assert!((0.0..0.06).contains(&rest_s), "{job}: {rest_s} s");
         }

@@ -2,6 +2,7 @@
 //! have to reproduce. Run at other optimisation levels by `.ci/run`.
 
 use super::*;
+use crate::interpolator::Outcome;
 use crate::machine::description::{Structure, ThermalDescription};
 use crate::simulation::workpiece::Lobe;
 
@@ -19,8 +20,8 @@ impl Fingerprint {
     }
 }
 
-#[test]
-fn every_setpoint_every_actual_position_and_every_radius_has_the_same_bits_everywhere() {
+/// Two lobes on a machine with every effect.
+fn real_job() -> (JobSpec, MachineDescription, PlannedJob) {
     let mut job = job();
     job.lobes.truncate(2);
     job.passes[0].total_infeed_mm = 0.018;
@@ -46,6 +47,12 @@ fn every_setpoint_every_actual_position_and_every_radius_has_the_same_bits_every
         MachineDescription { contact: Some(contact()), thermal: Some(thermal), ..machine().with_drives(ordinary) };
     description.wheel.unbalance_mm = 1e-4;
     let planned = plan_job(&job, &description, 60.0, None).unwrap_or_else(|error| panic!("{error}"));
+    (job, description, planned)
+}
+
+#[test]
+fn every_setpoint_every_actual_position_and_every_radius_has_the_same_bits_everywhere() {
+    let (job, description, planned) = real_job();
     let mut fingerprint = Fingerprint(0xcbf2_9ce4_8422_2325);
     let (told, machine) = ground(&job, &planned, planned.plan.clone(), &description, |setpoint, report| {
         for axis in 0..3 {
@@ -61,4 +68,21 @@ fn every_setpoint_every_actual_position_and_every_radius_has_the_same_bits_every
     }
     assert!(told.last_tick - told.first_tick > 10_000, "a real job: {told:?}");
     assert_eq!(fingerprint.0, FINGERPRINT, "other bits than before: {:#018x}", fingerprint.0);
+}
+
+#[test]
+fn the_stream_between_interpolator_and_machine_changes_no_bit() {
+    let (job, description, planned) = real_job();
+    let motion = Prepared::new(Motion::Plan(Arc::new(planned.plan.clone())), &description).expect("a plan");
+    let machine = loaded(&job, &planned, &description);
+    let (mut streamed, mut direct) = (ClosedLoop::new(machine.clone()), ClosedLoop::direct(machine));
+    for closed_loop in [&mut streamed, &mut direct] {
+        closed_loop.start(Box::new(motion.clone())).expect("it rests");
+    }
+    while direct.is_running() || !direct.machine().is_at_rest() {
+        assert_eq!(streamed.step(&[]), direct.step(&[]));
+    }
+    assert!(!streamed.is_running());
+    assert_eq!((streamed.outcome(), direct.outcome()), (Some(Outcome::Completed), Some(Outcome::Completed)));
+    assert!(streamed.machine() == direct.machine(), "the machines differ");
 }

@@ -27,19 +27,20 @@ fn a_dress_now_leaves_the_wheel_dressed_and_no_part_made() {
     let (plan, dress) = plan_dress(&machine, wheel, 0.01).expect("it can be dressed");
     assert_eq!((dress.radius_nm, plan.half), (59_486_000, Half::NoPart));
     let motion = Prepared::new(Motion::Plan(Arc::new(plan.clone())), &machine).expect("a motion");
-    let mut grinder = Machine::new(machine.clone(), LastingState::new(&machine).with_wheel(wheel)).expect("a machine");
+    let grinder = Machine::new(machine.clone(), LastingState::new(&machine).with_wheel(wheel)).expect("a machine");
     let mut nearest = f64::INFINITY;
-    let told = rehearse(Box::new(motion), &mut Interpolator::new(&machine), &mut grinder, |setpoint, report| {
+    let mut closed_loop = ClosedLoop::direct(grinder);
+    let simulated = closed_loop.simulate(Box::new(motion), |setpoint, report| {
         if report.wheel_rad_s > 0.0 {
             nearest = nearest.min(machine.axis(Axis::X).scale.position(setpoint.counts[Axis::X.index()]));
         }
-    })
-    .unwrap_or_else(|error| panic!("{error}"));
-    let lasting = grinder.lasting();
+    });
+    let told = simulated.unwrap_or_else(|error| panic!("{error}"));
+    let lasting = closed_loop.machine().lasting();
     assert!((lasting.wheel_radius_mm - 59.486).abs() < 1e-9 && lasting.wheel_wear_mm == 0.0, "{lasting:?}");
     assert_eq!((lasting.dress_count, lasting.lobes_since_dress, lasting.parts_since_dress), (1, 0, 0));
     assert!((nearest - 60.0).abs() < 1e-5, "the dresser's rim: {nearest}");
-    let report = grinder.step(None, &[], &[]);
+    let report = closed_loop.step(&[]);
     assert!(
         (report.axes[1].position - 180.0).abs() < 1e-5 && !report.io.wheel_running,
         "clear of everything, and still"

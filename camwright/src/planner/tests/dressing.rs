@@ -196,10 +196,12 @@ fn a_plan_for_another_wheel_is_stopped_before_it_moves() {
     let description = with_dresser();
     let plan = plan_on(&dressed(), &description).plan;
     let lasting = LastingState { wheel_radius_mm: 59.9, ..LastingState::new(&description) };
-    let mut machine = Machine::new(description.clone(), lasting).expect("a machine");
+    let machine = Machine::new(description.clone(), lasting).expect("a machine");
     let before = machine.setpoint();
     let motion = Prepared::new(Motion::Plan(Arc::new(plan)), &description).unwrap_or_else(|error| panic!("{error}"));
-    let error = rehearse(Box::new(motion), &mut Interpolator::new(&description), &mut machine, |_, _| {});
+    let mut closed_loop = ClosedLoop::direct(machine);
+    let error = closed_loop.simulate(Box::new(motion), |_, _| {});
+    let machine = closed_loop.machine();
     let text = error.expect_err("another wheel").to_string();
     assert_eq!(text, "alarm 104: wheel radius 59.9000 mm, the plan is for 60.0000 mm");
     assert_eq!(machine.setpoint().counts, before.counts);

@@ -30,7 +30,7 @@ fn every_kind_of_infeed_is_planned_within_limits_and_ground_to_the_design() {
             job.passes[0].speed = law;
             let planned = planned(&job);
             assert!(planned.report.max_ratio() <= 1.0 + 1e-6, "{course:?} {direction:?}: {:?}", planned.report);
-            let told = rehearsed(planned.plan.clone(), &machine(), |_, _| {});
+            let told = simulated(planned.plan.clone(), &machine(), |_, _| {});
             assert_eq!(told.outcome, Outcome::Completed);
         }
     }

@@ -2,7 +2,7 @@ use super::*;
 use crate::cam::follower::Follower;
 use crate::cam::lift::{LiftLaw, MotionProgram, MotionSegment};
 use crate::cam::motion_law::MotionLaw;
-use crate::interpolator::{Interpolator, Motion, Prepared};
+use crate::interpolator::{Motion, Prepared};
 use crate::job::grinding::{
     HoldInCut, HomePosition, InfeedCourse, InfeedDirection, LobeSpec, PassSpec, ProfileSpec, SpeedLaw,
 };
@@ -15,7 +15,7 @@ use crate::machine::setpoint::Setpoint;
 use crate::math::units::{TURN_RAD, rad_from_deg, rad_s_from_rpm, wrap_turn};
 use crate::motion::plan::{Phase, SegmentKind};
 use crate::simulation::Machine;
-use crate::simulation::rehearsal::{Rehearsed, rehearse};
+use crate::simulation::closed_loop::{ClosedLoop, Simulated};
 use crate::simulation::tick_report::TickReport;
 use alloc::boxed::Box;
 use alloc::format;
@@ -188,21 +188,15 @@ fn planned(job: &JobSpec) -> PlannedJob {
 }
 
 /// A plan run through interpolator and machine.
-fn rehearsed(plan: Plan, description: &MachineDescription, tell: impl FnMut(&Setpoint, &TickReport)) -> Rehearsed {
+fn simulated(plan: Plan, description: &MachineDescription, observe: impl FnMut(&Setpoint, &TickReport)) -> Simulated {
     let motion = Prepared::new(Motion::Plan(Arc::new(plan)), description).unwrap_or_else(|error| panic!("{error}"));
-    let mut machine = Machine::new(description.clone(), LastingState::new(description)).expect("a machine");
-    let told = rehearse(Box::new(motion), &mut Interpolator::new(description), &mut machine, tell);
-    told.unwrap_or_else(|error| panic!("{error}"))
+    let machine = Machine::new(description.clone(), LastingState::new(description)).expect("a machine");
+    let simulated = ClosedLoop::direct(machine).simulate(Box::new(motion), observe);
+    simulated.unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Runs a plan on raw lobes, with their stock all round.
-fn ground(
-    job: &JobSpec,
-    planned: &PlannedJob,
-    plan: Plan,
-    description: &MachineDescription,
-    tell: impl FnMut(&Setpoint, &TickReport),
-) -> (Rehearsed, Machine) {
+/// The machine with raw lobes, their stock all round.
+fn loaded(job: &JobSpec, planned: &PlannedJob, description: &MachineDescription) -> Machine {
     let mut machine = Machine::new(description.clone(), LastingState::new(description)).expect("a machine");
     for lobe in &planned.lobes {
         let design = &lobe.design;
@@ -211,10 +205,21 @@ fn ground(
         let radii = (0..3600).map(|i| design.radius_at(azimuth(i)) + job.stock_mm).collect();
         machine.load_lobe(&design.name, &design.station, design.width_mm, radii).expect("a raw lobe");
     }
+    machine
+}
+
+/// Runs a plan on raw lobes.
+fn ground(
+    job: &JobSpec,
+    planned: &PlannedJob,
+    plan: Plan,
+    description: &MachineDescription,
+    observe: impl FnMut(&Setpoint, &TickReport),
+) -> (Simulated, Machine) {
     let motion = Prepared::new(Motion::Plan(Arc::new(plan)), description).unwrap_or_else(|error| panic!("{error}"));
-    let told = rehearse(Box::new(motion), &mut Interpolator::new(description), &mut machine, tell)
-        .unwrap_or_else(|error| panic!("{error}"));
-    (told, machine)
+    let mut closed_loop = ClosedLoop::direct(loaded(job, planned, description));
+    let simulated = closed_loop.simulate(Box::new(motion), observe).unwrap_or_else(|error| panic!("{error}"));
+    (simulated, closed_loop.into_machine())
 }
 
 fn first_turn(planned: &PlannedJob, count: u32) -> Vec<crate::motion::cut_motion::TurnSample> {

@@ -17,12 +17,12 @@ fn at_a_removal_rate(job: JobSpec, removal_rate_mm2_s: f64) -> JobSpec {
 /// Setpoints and table of a run, tick by tick.
 struct Run {
     setpoints: Vec<Setpoint>,
-    ticks: Rehearsed,
+    ticks: Simulated,
 }
 
 fn run(planned: &PlannedJob, machine: &MachineDescription) -> Run {
     let mut setpoints = Vec::new();
-    let ticks = rehearsed(planned.plan.clone(), machine, |setpoint, _| setpoints.push(*setpoint));
+    let ticks = simulated(planned.plan.clone(), machine, |setpoint, _| setpoints.push(*setpoint));
     Run { setpoints, ticks }
 }
 

@@ -20,14 +20,14 @@ mod cases;
 mod swing;
 
 use crate::interpolator::Prepared;
-use crate::machine::alarm::{Alarm, Severity};
+use crate::machine::alarm::Alarm;
 use crate::machine::description::{Axis, MachineDescription};
 use crate::machine::setpoint::Setpoint;
 use crate::math::units::TURN_RAD;
 use crate::motion::plan::{CutSegment, Plan};
 use crate::motion::point_to_point::{solve, stop, whole_ticks};
 use crate::planner::LobeDesign;
-use crate::simulation::closed_loop::Cell;
+use crate::simulation::closed_loop::ClosedLoop;
 use crate::simulation::fault::Fault;
 use crate::simulation::plausibility::DRIVE_HEADROOM;
 use crate::simulation::tick_report::{MotionState, TickReport};
@@ -54,7 +54,7 @@ pub struct Keyframe {
     pub tick: u64,
     /// Station of the lobe that is cut next: a switch that nobody presses any more can fail unseen.
     pub station: usize,
-    cell: Cell,
+    cell: ClosedLoop,
 }
 
 /// A job to be struck.
@@ -134,7 +134,7 @@ impl<'a> Campaign<'a> {
         plan: &'a Plan,
         designs: &[&'a LobeDesign],
         motion: Prepared,
-        mut cell: Cell,
+        mut cell: ClosedLoop,
         moments: &[u64],
     ) -> Result<(Self, Vec<Keyframe>), Option<Alarm>> {
         let azimuths = |design: &LobeDesign| {
@@ -163,7 +163,7 @@ impl<'a> Campaign<'a> {
                 frames[of_next_station..].iter_mut().for_each(|frame| frame.station = station);
                 of_next_station = frames.len();
             }
-            if let Some(alarm) = stopping(&report) {
+            if let Some(alarm) = report.stopping_alarm() {
                 return Err(Some(alarm));
             }
             if report.removal.area_mm2 > 0.0 {
@@ -180,7 +180,7 @@ impl<'a> Campaign<'a> {
     }
 
     /// Station of the lobe in front of the wheel.
-    fn station_of(&self, cell: &Cell, report: &TickReport) -> Option<usize> {
+    fn station_of(&self, cell: &ClosedLoop, report: &TickReport) -> Option<usize> {
         let name = cell.machine().part().lobes().get(report.lobe?)?.name();
         let target = self.lobes.iter().find(|target| target.design.name == name)?;
         let stations = &cell.machine().description().stations;
@@ -198,7 +198,7 @@ impl<'a> Campaign<'a> {
 
     /// Deepest cut below the design over every lobe (mm), along the contour's normal; 0 where none is.
     #[must_use]
-    pub fn deepest_mm(&self, cell: &Cell) -> f64 {
+    pub fn deepest_mm(&self, cell: &ClosedLoop) -> f64 {
         let mut deepest = 0.0_f64;
         for target in &self.lobes {
             let Some(lobe) = cell.machine().part().lobe(&target.design.name) else { continue };
@@ -226,7 +226,7 @@ impl<'a> Campaign<'a> {
             let report = cell.step(faults);
             faults = &[];
             detecting_mm = detecting_mm.max(self.error_mm(self.state(&cell, &report)));
-            if let Some(alarm) = stopping(&report) {
+            if let Some(alarm) = report.stopping_alarm() {
                 break (alarm, report);
             }
             if !cell.is_running() && cell.machine().is_at_rest() {
@@ -269,9 +269,9 @@ impl<'a> Campaign<'a> {
     }
 
     /// Nothing moves before a reset, whatever is sent, and nothing moves by the reset.
-    fn must_stay(&self, cell: &mut Cell, case: &FaultCase, alarm: Alarm) -> Result<(), Failure> {
+    fn must_stay(&self, cell: &mut ClosedLoop, case: &FaultCase, alarm: Alarm) -> Result<(), Failure> {
         let place = cell.machine().truth();
-        let moved = |cell: &Cell| cell.machine().truth() != place;
+        let moved = |cell: &ClosedLoop| cell.machine().truth() != place;
         let restarted = |when: &'static str| Failure::Restarted { alarm, when };
         for _ in 0..QUIET_TICKS {
             let beyond = Setpoint { counts: [1; 3], ..cell.machine().setpoint() };
@@ -301,7 +301,7 @@ impl<'a> Campaign<'a> {
     }
 
     /// Axes at the lobe in front of the wheel.
-    fn state(&self, cell: &Cell, report: &TickReport) -> Option<State> {
+    fn state(&self, cell: &ClosedLoop, report: &TickReport) -> Option<State> {
         let machine = cell.machine();
         let name = machine.part().lobes().get(report.lobe?)?.name();
         let target = self.lobes.iter().position(|target| target.design.name == name)?;
@@ -406,10 +406,6 @@ struct State {
 fn between_ticks_mm(machine: &MachineDescription) -> f64 {
     let tick_s = machine.cycle_time_s();
     machine.axis(Axis::X).limits.acceleration * DRIVE_HEADROOM * tick_s * tick_s / 8.0
-}
-
-fn stopping(report: &TickReport) -> Option<Alarm> {
-    report.raised.iter().find(|alarm| alarm.kind.entry().severity > Severity::Warning).copied()
 }
 
 #[cfg(test)]

@@ -61,7 +61,7 @@ fn every_fault_ends_at_rest_with_an_alarm_off_the_part_and_within_its_bound() {
         machine.load_lobe(&design.name, &design.station, design.width_mm, radii).expect("a raw lobe");
     }
     let motion = Prepared::new(Motion::Plan(Arc::new(planned.plan.clone())), &description).expect("a motion");
-    let cell = Cell::new(machine);
+    let cell = ClosedLoop::new(machine);
     let (healthy, _) =
         Campaign::new(&planned.plan, &designs, motion.clone(), cell.clone(), &[]).expect("the job without a fault");
     let moments = seeded_moments(seed, 4, healthy.struck_within());

@@ -2,7 +2,7 @@
 
 use super::{DrivesForm, FlawWithout, Told, TurningDrives, TurningDrivesError};
 use crate::machine::description::{Axis, MachineDescription};
-use crate::simulation::rehearsal::RehearsalError;
+use crate::simulation::closed_loop::SimulationError;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -187,7 +187,7 @@ impl TurningDrives<'_> {
         let machine = self.with_gain(search, kv_1_s);
         let form = match self.form(&machine) {
             Ok(form) => Some(form),
-            Err(TurningDrivesError::Rehearsal(RehearsalError::Alarm(_) | RehearsalError::NotSettled)) => None,
+            Err(TurningDrivesError::Simulation(SimulationError::Alarm(_) | SimulationError::NotSettled)) => None,
             Err(error) => return Err(error),
         };
         let velocity_loop_rad_s = machine.axis(Axis::X).drive.velocity_loop_rad_s;

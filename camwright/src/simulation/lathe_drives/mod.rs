@@ -10,13 +10,13 @@ mod gain;
 pub use flaw::{DriveFlaw, FlawAxes, FlawOf, FlawWithout};
 pub use gain::{FeedForward, GainSearch, GainTried, LeastGain};
 
-use crate::interpolator::{Interpolator, Motion, Outcome, PrepareError, Prepared};
+use crate::interpolator::{Motion, Outcome, PrepareError, Prepared};
 use crate::job::turning::TurningJob;
 use crate::machine::description::{Axis, DescriptionError, Effect, MachineDescription};
 use crate::machine::persistent_state::LastingState;
 use crate::motion::plan::Plan;
 use crate::simulation::Machine;
-use crate::simulation::rehearsal::{RehearsalError, Rehearsed, rehearse};
+use crate::simulation::closed_loop::{ClosedLoop, Simulated, SimulationError};
 use crate::simulation::turned_part::{FormMap, FormMapError, FormPoint, PartGrid, TurnedPart, TurnedPartError};
 use crate::toolpath::insert_path::{Feed, cusp_mm};
 use alloc::boxed::Box;
@@ -45,7 +45,7 @@ pub enum TurningDrivesError {
     Motion(#[from] PrepareError),
     /// The part was not turned to its end.
     #[error(transparent)]
-    Rehearsal(#[from] RehearsalError),
+    Simulation(#[from] SimulationError),
     /// The same, without an alarm.
     #[error("the motion ended as {0:?}")]
     Ended(Outcome),
@@ -207,17 +207,17 @@ pub fn turn(
     plan: &Arc<Plan>,
     description: &MachineDescription,
     grid: PartGrid,
-) -> Result<(Rehearsed, TurnedPart), TurningDrivesError> {
+) -> Result<(Simulated, TurnedPart), TurningDrivesError> {
     let mut machine = Machine::new(description.clone(), LastingState::new(description))?;
     machine.load_turned_part(TurnedPart::round(job.name.clone(), grid, job.bar_radius_mm)?, job.part_zero_mm)?;
     let motion = Prepared::new(Motion::Plan(plan.clone()), description)?;
-    let mut interpolator = Interpolator::new(description);
-    let rehearsed = rehearse(Box::new(motion), &mut interpolator, &mut machine, |_, _| {})?;
-    if rehearsed.outcome != Outcome::Completed {
-        return Err(TurningDrivesError::Ended(rehearsed.outcome));
+    let mut closed_loop = ClosedLoop::direct(machine);
+    let simulated = closed_loop.simulate(Box::new(motion), |_, _| {})?;
+    if simulated.outcome != Outcome::Completed {
+        return Err(TurningDrivesError::Ended(simulated.outcome));
     }
-    let part = machine.turned_part().ok_or(TurningDrivesError::NotALathe)?.clone();
-    Ok((rehearsed, part))
+    let part = closed_loop.machine().turned_part().ok_or(TurningDrivesError::NotALathe)?.clone();
+    Ok((simulated, part))
 }
 
 /// How far a part is off the design of its job, over the length that is turned.

@@ -101,7 +101,7 @@ impl Contact {
     }
 
     /// Forces of the contact on the axes (N of a slide, N m of the headstock): along its normal it pushes the wheelhead away, and turns
-    /// the part out of the wheel's way by the arm that the normal's line has about the part's axis.
+    /// the part away from the wheel by the arm that the normal's line has about the part's axis.
     pub(super) fn forces_on_axes(
         &self,
         wheelhead: &AxisState,

@@ -155,7 +155,7 @@ impl Machine {
         }
     }
 
-    /// Where the axes truly are (mm or rad) and how fast (mm/s or rad/s), which no encoder tells: C from the key-way's
+    /// True positions (mm or rad) and velocities (mm/s or rad/s) of the axes, which no encoder shows: C from the key-way's
     /// centre facing the wheel.
     #[must_use]
     pub fn truth(&self) -> [(f64, f64); AXIS_COUNT] {
@@ -165,7 +165,7 @@ impl Machine {
         })
     }
 
-    /// How far the structure of each axis swings ahead of its slide (mm or rad), and how fast that grows (1/s).
+    /// Distance by which the structure of each axis is ahead of its slide (mm or rad), and its growth (1/s).
     #[must_use]
     pub fn swings(&self) -> [(f64, f64); AXIS_COUNT] {
         core::array::from_fn(|i| self.axes[i].swing())

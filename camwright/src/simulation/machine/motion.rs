@@ -104,7 +104,7 @@ impl Machine {
     }
 
     /// The stream has come to rest: the axes halt once the wheel is off. The path may have gone deeper than the lobe was at the
-    /// alarm, by what was still to be fed and by what wheel and part deflect: then X goes the rest of the way by itself.
+    /// alarm, by what was still to be fed and by what wheel and part deflect: then X goes the rest by itself.
     fn end_draining(&mut self) {
         if self.stream.moves() || !self.is_retreat_over() {
             return;

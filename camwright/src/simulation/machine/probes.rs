@@ -13,7 +13,7 @@ pub(super) struct GapWatch {
     holds_ticks: u32,
     closed: bool,
     silent_ticks: u32,
-    /// Where X stood when the wheel first touched in this tick (counts, true).
+    /// Position of X when the wheel first touched in this tick (counts, true).
     touched: Option<f64>,
 }
 
@@ -32,7 +32,7 @@ impl GapWatch {
         self.closed
     }
 
-    /// The wheel has gone from one place of X to another and stands in the part by so much (counts): it touched where X was when
+    /// The wheel has moved along a span of X and stands in the part by `depth` (counts): it touched where X was when
     /// that began. Along a normal askew of X that is not where it stands back by its depth, but never before the step.
     pub(super) fn touch(&mut self, x: &Span, at: f64, depth: f64) {
         if depth > 0.0 && self.touched.is_none() {
@@ -56,8 +56,8 @@ impl GapWatch {
     }
 }
 
-/// How deep an undeflected wheel would stand in the part (mm): where nothing gives way, as deep as it cuts; else by the law, from how
-/// far both have given way.
+/// Depth of an undeflected wheel in the part (mm): where nothing deflects, the depth of its cut; else by the law, from the
+/// deflection.
 pub(super) fn engagement_mm(law: Option<&ContactLaw>, removal: Removal, deflection: Deflection, cuts: bool) -> f64 {
     let Some(law) = law else { return removal.depth_mm };
     let cutting_n = law.force_n(deflection.mm) - law.threshold_n();

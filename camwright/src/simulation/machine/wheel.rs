@@ -40,12 +40,12 @@ pub(super) struct Surface {
 }
 
 impl Surface {
-    /// How much farther its centre is from the part at fraction `s` of the step (mm).
+    /// Distance by which unbalance throws the centre off the part at fraction `s` of the step (mm).
     pub(super) fn thrown_mm(&self, s: f64) -> f64 {
         if self.unbalance_mm == 0.0 { 0.0 } else { self.unbalance_mm * libm::cos(self.phase_rad + s * self.turn_rad) }
     }
 
-    /// Most of it, either way (mm).
+    /// Largest such distance (mm).
     pub(super) fn most_thrown_mm(&self) -> f64 {
         self.unbalance_mm
     }
@@ -240,7 +240,7 @@ impl GrindingWheel {
         }
         self.wheel_phase_rad = libm::fmod(self.wheel_phase_rad + turned_rad, TURN_RAD);
         if let Some(thermal) = description.thermal {
-            // What is left of the way to a warm machine, times 1 − exp(−T/τ).
+            // The remaining growth times 1 − exp(−T/τ).
             lasting.growth_mm += (thermal.growth_mm - lasting.growth_mm) * self.warming;
         }
     }

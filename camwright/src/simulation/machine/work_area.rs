@@ -9,7 +9,7 @@ use crate::simulation::fault::LoadingFault;
 use crate::simulation::work_area::{Hindrance, LoadingRefused, WorkAreaState};
 
 impl Machine {
-    /// What door, chuck and sensors show; `None`: the machine has none.
+    /// State of door, chuck and sensors; `None`: the machine has none.
     #[must_use]
     pub fn work_area(&self) -> Option<WorkAreaState> {
         self.work_area.as_ref().map(|area| area.state(self.is_quiet()))
@@ -51,7 +51,7 @@ impl Machine {
         Ok(())
     }
 
-    /// Whether there is a part that may be given the outline of a raw one; a machine without a sensor never minds.
+    /// Checks that the chuck holds a part, which may be given the outline of a raw one. A machine without a sensor always agrees.
     ///
     /// # Errors
     /// There is no part, or the chuck does not hold it.
@@ -59,7 +59,7 @@ impl Machine {
         self.work_area.as_ref().map_or(Ok(()), |area| area.holds_part())
     }
 
-    /// What the loader says of where it is; `lost`: it has ceased to say anything.
+    /// Takes the loader's report of its position; `lost`: it reports nothing any more.
     pub fn see_loader(&mut self, inside: bool, lost: bool) {
         if self.work_area.as_mut().is_some_and(|area| area.see_loader(inside, lost)) {
             self.raise(AlarmKind::LoaderLost, 0.0, 0.0);
@@ -82,7 +82,7 @@ impl Machine {
         self.require_stillness().is_ok() && self.axes[Axis::X.index()].true_value() >= safe_mm
     }
 
-    /// What keeps axes and wheel from starting.
+    /// Hindrance that keeps axes and wheel from starting.
     pub(super) fn hindrance(&self) -> Option<Hindrance> {
         self.work_area.as_ref().and_then(|area| area.hindrance())
     }

@@ -1,9 +1,9 @@
-//! Where the form error of a turned part comes from: the same job rehearsed on machines that lack something, or have something better.
+//! Where the form error of a turned part comes from: the same job simulated on machines that lack something, or have something better.
 
 use super::super::causes::{beside_each_other, left_out};
 use super::prepared::PreparedTurning;
-use super::simulate::{rehearse_turned_on, turned_form};
-use crate::RehearsalFailed;
+use super::simulate::{simulate_turned_on, turned_form};
+use crate::SimulationFailed;
 use camwright::machine::description::MachineDescription;
 
 /// What a job leaves on a machine that is not its own.
@@ -20,11 +20,11 @@ pub struct TurnedInstead {
 }
 
 /// What a job leaves without each effect that its machine has, without all of them, and with the good drives that its machine file
-/// describes. The rehearsals run beside each other, one thread a processor.
+/// describes. The simulations run beside each other, one thread a processor.
 ///
 /// # Errors
 /// A motion that does not come to its end; what cannot be measured.
-pub fn turned_causes(prepared: &PreparedTurning) -> Result<Vec<TurnedInstead>, RehearsalFailed> {
+pub fn turned_causes(prepared: &PreparedTurning) -> Result<Vec<TurnedInstead>, SimulationFailed> {
     let own = &prepared.machine;
     let lacking = left_out(own).into_iter().map(|effects| {
         let machine = effects.iter().fold(own.clone(), |machine, effect| machine.without(*effect));
@@ -34,8 +34,8 @@ pub fn turned_causes(prepared: &PreparedTurning) -> Result<Vec<TurnedInstead>, R
     let good = own.clone().with_good_drives().map(|machine| ("with good drives".to_owned(), machine));
     let machines: Vec<(String, MachineDescription)> = lacking.chain(good).collect();
     beside_each_other(&machines, |(name, machine)| {
-        let (_, part) = rehearse_turned_on(prepared, machine)?;
-        let failed = |reason: String| RehearsalFailed { job: prepared.job.spec.name.clone(), reason };
+        let (_, part) = simulate_turned_on(prepared, machine)?;
+        let failed = |reason: String| SimulationFailed { job: prepared.job.spec.name.clone(), reason };
         let form = turned_form(prepared, &part).map_err(|error| failed(error.to_string()))?;
         Ok(TurnedInstead {
             name: name.clone(),

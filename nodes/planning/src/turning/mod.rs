@@ -23,7 +23,7 @@ pub(super) use findings::check_turned;
 pub use findings::turning_notes;
 pub use prepared::{PreparedTurning, plan_turned};
 pub use result::{bar, form_map_message, turned_result, turning_s};
-pub use simulate::{rehearse_turned, rehearse_turned_on, turned_form};
+pub use simulate::{simulate_turned, simulate_turned_on, turned_form};
 pub use summary::{TurnedLimitSummary, TurnedPassSummary, TurningSummary, turning_summary};
 
 #[cfg(test)]

@@ -95,7 +95,7 @@ pub fn form_map_message(prepared: &PreparedTurning, form: &FormMap, tick: u64, s
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{plan_turned, rehearse_turned, turned_form};
+    use crate::{plan_turned, simulate_turned, turned_form};
     use camwright::machine::description::Effect;
     use camwright::math::units::um_from_mm;
     use camwright_files::any_job::{self, AnyJob};
@@ -112,7 +112,7 @@ mod tests {
     fn a_turned_part_keeps_its_tolerance_on_an_ideal_lathe() {
         let prepared = prepared(&["turned.from_mm=24", "turned.to_mm=22", "form_grid.azimuths=180"]);
         let told = |without: &[Effect]| {
-            let (_, part) = rehearse_turned(&prepared, without).unwrap();
+            let (_, part) = simulate_turned(&prepared, without).unwrap();
             turned_result(&prepared, &turned_form(&prepared, &part).unwrap())
         };
         let (ideal, own) = (told(&Effect::ALL), told(&[]));

@@ -1,10 +1,10 @@
 //! A prepared turning job run through interpolator and machine without ROS, and the form of what was turned.
 
 use super::prepared::PreparedTurning;
-use crate::RehearsalFailed;
+use crate::SimulationFailed;
 use camwright::machine::description::{Effect, MachineDescription};
+use camwright::simulation::closed_loop::Simulated;
 use camwright::simulation::lathe_drives::{form_of, turn};
-use camwright::simulation::rehearsal::Rehearsed;
 use camwright::simulation::turned_part::{FormMap, FormMapError, TurnedPart};
 use camwright_files::convert::plan::plan_from_pages;
 use std::sync::Arc;
@@ -13,24 +13,24 @@ use std::sync::Arc;
 ///
 /// # Errors
 /// A motion that does not come to its end.
-pub fn rehearse_turned(
+pub fn simulate_turned(
     prepared: &PreparedTurning,
     without: &[Effect],
-) -> Result<(Rehearsed, TurnedPart), RehearsalFailed> {
+) -> Result<(Simulated, TurnedPart), SimulationFailed> {
     let own = prepared.machine.clone();
-    rehearse_turned_on(prepared, &without.iter().fold(own, |machine, effect| machine.without(*effect)))
+    simulate_turned_on(prepared, &without.iter().fold(own, |machine, effect| machine.without(*effect)))
 }
 
 /// Runs a job on a machine that differs from its own in nothing that its plan was made for.
 ///
 /// # Errors
 /// A motion that does not come to its end.
-pub fn rehearse_turned_on(
+pub fn simulate_turned_on(
     prepared: &PreparedTurning,
     description: &MachineDescription,
-) -> Result<(Rehearsed, TurnedPart), RehearsalFailed> {
+) -> Result<(Simulated, TurnedPart), SimulationFailed> {
     let (spec, grid) = (&prepared.job.spec, prepared.job.grid);
-    let failed = |reason: String| RehearsalFailed { job: spec.name.clone(), reason };
+    let failed = |reason: String| SimulationFailed { job: spec.name.clone(), reason };
     // The plan as a receiver of its pages has it: the way through metres is part of it.
     let (plan, _) = plan_from_pages(&prepared.pages, description).map_err(|error| failed(error.to_string()))?;
     turn(spec, &Arc::new(plan), description, grid).map_err(|error| failed(error.to_string()))

@@ -142,8 +142,8 @@ fn any_job_is_planned_by_its_schema() {
 fn ideal_drives_leave_the_cusps_of_the_feed_and_ordinary_ones_some_micrometres() {
     let prepared = prepared(&[]).unwrap();
     let um = |machine: &MachineDescription| {
-        let (rehearsed, part) = rehearse_turned_on(&prepared, machine).unwrap();
-        assert_eq!(rehearsed.outcome, Outcome::Completed);
+        let (simulated, part) = simulate_turned_on(&prepared, machine).unwrap();
+        assert_eq!(simulated.outcome, Outcome::Completed);
         let map = turned_form(&prepared, &part).unwrap();
         (um_from_mm(map.lowest().deviation_mm), um_from_mm(map.highest().deviation_mm))
     };
