@@ -90,7 +90,7 @@ impl Node {
     /// See [`Node::publisher`].
     pub fn telemetry<M: Message>(&self, topic: &str, qos: &Qos, drops: &Drops) -> Result<Telemetry<M>, RosError> {
         let policies = qos.impatient_writer_policies();
-        let publisher = self.publisher_with(topic, M::DDS_TYPE_NAME, qos, &policies)?;
+        let publisher = self.publisher_with(topic, M::DDS_TYPE_NAME, qos, &policies)?.typed();
         Ok(Telemetry { publisher, drops: drops.clone() })
     }
 }

@@ -14,7 +14,7 @@ use std::{
 use camwright_msgs::Message;
 use futures::Stream;
 use rustdds::{GUID, QosPolicies, bytes::Bytes};
-use serde::{Serialize, de::DeserializeOwned};
+use serde::de::DeserializeOwned;
 
 use super::{
     delay::DelaySource,
@@ -55,49 +55,103 @@ impl From<&SampleInfo> for MessageInfo {
 }
 
 /// Publishes messages of one type on one topic, from any thread. Clones are the same publisher; it lasts as long as one of them.
-pub struct Publisher<M: Serialize> {
-    core: Arc<PublisherCore<M>>,
+pub struct Publisher<M> {
+    raw: RawPublisher,
+    message: PhantomData<fn(M)>,
 }
 
-struct PublisherCore<M: Serialize> {
-    writer: ros2_client::Publisher<M>,
+impl<M> Clone for Publisher<M> {
+    fn clone(&self) -> Self {
+        Publisher { raw: self.raw.clone(), message: PhantomData }
+    }
+}
+
+impl<M> fmt::Debug for Publisher<M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Publisher").field("topic", &self.raw.core.topic).finish_non_exhaustive()
+    }
+}
+
+impl<M> Publisher<M> {
+    /// Resolved name of the topic.
+    pub fn topic(&self) -> &str {
+        self.raw.topic()
+    }
+
+    pub fn guid(&self) -> Guid {
+        self.raw.core.guid.to_bytes()
+    }
+
+    /// Number of matched subscriptions.
+    pub fn matched(&self) -> usize {
+        self.raw.matched()
+    }
+
+    /// Waits until so many subscriptions are matched; `false` after the timeout. The node must spin on another thread.
+    pub fn wait_matched(&self, count: usize, timeout: Duration) -> bool {
+        self.raw.wait_matched(count, timeout)
+    }
+}
+
+impl<M: Message> Publisher<M> {
+    /// Publishes a message.
+    ///
+    /// # Errors
+    /// A text or sequence is longer than its type allows, or the writer is full because a peer does not acknowledge.
+    pub fn publish(&self, message: &M) -> Result<(), RosError> {
+        message.check_bounds().map_err(|error| RosError::publish(self.topic(), error))?;
+        let body = to_cdr(message).map_err(|error| RosError::publish(self.topic(), error))?;
+        self.raw.send(body.into())
+    }
+}
+
+/// Publishes messages that are serialised already, as a bag holds them.
+///
+/// The DDS writer carries octets for every type, so that the compiler builds it once.
+#[derive(Clone)]
+pub struct RawPublisher {
+    core: Arc<PublisherCore>,
+}
+
+struct PublisherCore {
+    writer: ros2_client::Publisher<Octets>,
     local: LocalEndpoint,
     guid: GUID,
     topic: String,
     graph: Arc<Graph>,
 }
 
-impl<M: Serialize> Clone for Publisher<M> {
-    fn clone(&self) -> Self {
-        Publisher { core: Arc::clone(&self.core) }
-    }
-}
-
-impl<M: Serialize> fmt::Debug for Publisher<M> {
+impl fmt::Debug for RawPublisher {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Publisher").field("topic", &self.core.topic).finish_non_exhaustive()
+        f.debug_struct("RawPublisher").field("topic", &self.core.topic).finish_non_exhaustive()
     }
 }
 
-impl<M: Serialize> Publisher<M> {
-    fn send(&self, message: M) -> Result<(), RosError> {
-        let failed = |reason: String| RosError::publish(&self.core.topic, reason);
-        let body = if self.core.local.wants_bodies() { Some(to_cdr(&message).map_err(failed)?) } else { None };
-        self.core.writer.publish(message).map_err(|error| match error {
+impl RawPublisher {
+    /// Publishes a message: CDR with its 4-byte encapsulation header.
+    ///
+    /// # Errors
+    /// The message is not little-endian CDR; otherwise see [`Publisher::publish`].
+    pub fn publish(&self, cdr: &[u8]) -> Result<(), RosError> {
+        match cdr.split_at_checked(4) {
+            Some((header, body)) if header[..2] == CDR_LE_HEADER[..2] => self.send(body.to_vec()),
+            _ => Err(RosError::publish(self.topic(), "the message is not little-endian CDR with its header")),
+        }
+    }
+
+    fn send(&self, body: Vec<u8>) -> Result<(), RosError> {
+        let local_body = self.core.local.wants_bodies().then(|| Bytes::copy_from_slice(&body));
+        self.core.writer.publish(Octets(body)).map_err(|error| match error {
             ros2_client::error::WriteError::WouldBlock { .. } => RosError::Congested { topic: self.core.topic.clone() },
-            error => failed(error.to_string()),
+            error => RosError::publish(&self.core.topic, error.to_string()),
         })?;
-        self.core.local.write(body, None);
+        self.core.local.write(local_body, None);
         Ok(())
     }
 
     /// Resolved name of the topic.
     pub fn topic(&self) -> &str {
         &self.core.topic
-    }
-
-    pub fn guid(&self) -> Guid {
-        self.core.guid.to_bytes()
     }
 
     /// Number of matched subscriptions.
@@ -109,48 +163,10 @@ impl<M: Serialize> Publisher<M> {
     pub fn wait_matched(&self, count: usize, timeout: Duration) -> bool {
         self.core.graph.wait_until(timeout, |matches| matches.count(&self.core.guid) >= count)
     }
-}
 
-impl<M: Message> Publisher<M> {
-    /// Publishes a message.
-    ///
-    /// # Errors
-    /// A text or sequence is longer than its type allows, or the writer is full because a peer does not acknowledge.
-    pub fn publish(&self, message: &M) -> Result<(), RosError> {
-        message.check_bounds().map_err(|error| RosError::publish(&self.core.topic, error))?;
-        self.send(message.clone())
-    }
-}
-
-/// Publishes messages that are serialised already, as a bag holds them.
-#[derive(Debug, Clone)]
-pub struct RawPublisher(Publisher<Octets>);
-
-impl RawPublisher {
-    /// Publishes a message: CDR with its 4-byte encapsulation header.
-    ///
-    /// # Errors
-    /// The message is not little-endian CDR; otherwise see [`Publisher::publish`].
-    pub fn publish(&self, cdr: &[u8]) -> Result<(), RosError> {
-        match cdr.split_at_checked(4) {
-            Some((header, body)) if header[..2] == CDR_LE_HEADER[..2] => self.0.send(Octets(body.to_vec())),
-            _ => Err(RosError::publish(self.topic(), "the message is not little-endian CDR with its header")),
-        }
-    }
-
-    /// Resolved name of the topic.
-    pub fn topic(&self) -> &str {
-        self.0.topic()
-    }
-
-    /// Number of matched subscriptions.
-    pub fn matched(&self) -> usize {
-        self.0.matched()
-    }
-
-    /// See [`Publisher::wait_matched`].
-    pub fn wait_matched(&self, count: usize, timeout: Duration) -> bool {
-        self.0.wait_matched(count, timeout)
+    /// The same for messages of one type, which is that of the topic.
+    pub(super) fn typed<M: Message>(self) -> Publisher<M> {
+        Publisher { raw: self, message: PhantomData }
     }
 }
 
@@ -193,7 +209,8 @@ impl Node {
     /// # Errors
     /// The name breaks the rules, or the node is shut down.
     pub fn publisher<M: Message>(&self, topic: &str, qos: &Qos) -> Result<Publisher<M>, RosError> {
-        self.publisher_of(topic, M::DDS_TYPE_NAME, qos)
+        let publisher = self.publisher_with(topic, M::DDS_TYPE_NAME, qos, &self.writer_policies(qos))?;
+        Ok(publisher.typed())
     }
 
     /// Publishes serialised messages of the type with the ROS name `type_name` (`pkg/msg/Type`).
@@ -201,35 +218,26 @@ impl Node {
     /// # Errors
     /// The type's name is malformed; otherwise see [`Node::publisher`].
     pub fn raw_publisher(&self, topic: &str, type_name: &str, qos: &Qos) -> Result<RawPublisher, RosError> {
-        Ok(RawPublisher(self.publisher_of(topic, &dds_type(type_name)?, qos)?))
+        self.publisher_with(topic, &dds_type(type_name)?, qos, &self.writer_policies(qos))
     }
 
-    pub(super) fn publisher_of<M: Serialize>(
-        &self,
-        topic: &str,
-        dds_type: &str,
-        qos: &Qos,
-    ) -> Result<Publisher<M>, RosError> {
-        self.publisher_with(topic, dds_type, qos, &self.writer_policies(qos))
-    }
-
-    /// The same with policies of its own, of which peers see no more than of `qos`.
-    pub(super) fn publisher_with<M: Serialize>(
+    /// Publishes with policies of its own, of which peers see no more than of `qos`.
+    pub(super) fn publisher_with(
         &self,
         topic: &str,
         dds_type: &str,
         qos: &Qos,
         policies: &QosPolicies,
-    ) -> Result<Publisher<M>, RosError> {
+    ) -> Result<RawPublisher, RosError> {
         let absolute = self.names().resolve(topic, NameKind::Topic)?;
         let dds_topic = self.dds_topic(names::dds_topic(&absolute), dds_type, policies)?;
         let writer = self
-            .with_crate_node(|node| node.create_publisher::<M>(&dds_topic, None))?
+            .with_crate_node(|node| node.create_publisher::<Octets>(&dds_topic, None))?
             .map_err(|error| RosError::create(format!("publisher on {absolute}"), error))?;
         let guid = writer.guid();
         let local = self.loopback().add_writer(&names::dds_topic(&absolute), dds_type, qos, guid);
         let graph = Arc::clone(self.graph());
-        Ok(Publisher { core: Arc::new(PublisherCore { writer, local, guid, topic: absolute, graph }) })
+        Ok(RawPublisher { core: Arc::new(PublisherCore { writer, local, guid, topic: absolute, graph }) })
     }
 
     /// Subscribes to messages of type `M`; the callback runs on the executor thread.
