@@ -64,9 +64,9 @@ impl Fault {
     /// What becomes of a message of the stream; nothing where it is kept back. `joints` counts those of `joint_states`.
     fn stream(self, mut said: MachineStream, count: u64, edges: &mut Vec<Latch>) -> Option<MachineStream> {
         match self {
-            Self::StampOff if count % 30 == 20 => said.stamp.nanosec += 1,
-            Self::StreamTooRare if count % 30 == 20 => return None,
-            Self::CreditTooLarge if count % 30 == 20 => said.credit_tick += 1,
+            Self::StampOff if count % 6 == 4 => said.stamp.nanosec += 1,
+            Self::StreamTooRare if count % 6 == 4 => return None,
+            Self::CreditTooLarge if count % 6 == 4 => said.credit_tick += 1,
             Self::AxesSwapped => {
                 [&mut said.setpoint_counts, &mut said.actual_counts].into_iter().for_each(|axes| axes.swap(0, 1));
             }
@@ -74,9 +74,9 @@ impl Fault {
                 said.setpoint_counts[2] += 1;
                 said.actual_counts[2] += 1;
             }
-            Self::NotAtItsSetpoint if count % 30 == 20 => said.setpoint_counts[2] += 1,
+            Self::NotAtItsSetpoint if count % 6 == 4 => said.setpoint_counts[2] += 1,
             // The largest number there is: whoever adds to it without looking fails.
-            Self::CreditBeyond if count.is_multiple_of(40) => said.credit_tick = u64::MAX,
+            Self::CreditBeyond if count.is_multiple_of(8) => said.credit_tick = u64::MAX,
             Self::UnknownPace => said.pace = 7,
             Self::OneCountOff if said.alarms.is_empty() && said.actual_velocities[0].abs() > 0.1 => {
                 said.setpoint_counts[0] += 1;
