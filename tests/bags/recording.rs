@@ -199,7 +199,8 @@ fn the_machine_hears_how_far_its_joint_states_are_in_the_bag() {
         let stamp = Time { sec: 100, nanosec: tick * 1_000_000 };
         joints.publish(&joint_state(tick)).expect("room");
         if tick % 10 == 0 {
-            let message = MachineStream { stamp, epoch: epoch.clone(), tick: tick.into(), ..MachineStream::default() };
+            let (epoch, pace) = (epoch.clone(), MachineStream::PACE_FAST);
+            let message = MachineStream { stamp, epoch, tick: tick.into(), pace, ..MachineStream::default() };
             stream.publish(&message).expect("room");
         }
         until("the recorder follows", || cell.status().last_tick + 200 >= u64::from(tick));

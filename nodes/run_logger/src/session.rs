@@ -375,7 +375,8 @@ impl Session {
         let mut progress = lock(&self.progress);
         step(&mut progress.watch);
         let tick = progress.watch.last_tick();
-        let is_news = tick < progress.told_tick || tick - progress.told_tick >= self.settings.credit_ticks;
+        let is_news = progress.watch.is_awaited()
+            && (tick < progress.told_tick || tick - progress.told_tick >= self.settings.credit_ticks);
         drop(progress);
         if is_news {
             self.tell();

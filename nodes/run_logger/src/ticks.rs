@@ -1,7 +1,12 @@
 //! Up to which tick of the machine the bag has the joint states: what the machine may run ahead of at pace fast.
 
+use camwright_msgs::camwright_msgs::msg::MachineStream;
+
 /// Where the leading fields of a message stand behind the four bytes that say which CDR (always little-endian here).
 const BODY: usize = 4;
+
+/// Offset of the pace in a `MachineStream`: behind two times and two ticks.
+const PACE_OFFSET: usize = 32;
 
 /// Follows the machine by the stamps of its messages.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -11,9 +16,16 @@ pub(super) struct TickWatch {
     /// Stamp of joint states that came before the grid was known (ns).
     waiting_stamp_ns: Option<i64>,
     last_tick: u64,
+    /// The machine runs at pace fast, where it waits for the recorder.
+    is_fast: bool,
 }
 
 impl TickWatch {
+    /// Returns whether the machine waits for the recorder.
+    pub(super) fn is_awaited(&self) -> bool {
+        self.is_fast
+    }
+
     /// The last tick whose joint states are in the writer's queue.
     pub(super) fn last_tick(&self) -> u64 {
         self.last_tick
@@ -24,6 +36,7 @@ impl TickWatch {
         let (Some(stamp_ns), Some(epoch_ns), Some(tick)) = (time(cdr, 0), time(cdr, 8), u64_at(cdr, 16)) else {
             return;
         };
+        self.is_fast = cdr.get(BODY + PACE_OFFSET) == Some(&MachineStream::PACE_FAST);
         let Ok(ticks) = i64::try_from(tick) else { return };
         if ticks == 0 || stamp_ns <= epoch_ns {
             return;
@@ -106,10 +119,20 @@ mod tests {
             let info = camwright_msgs::by_type_name(type_name).expect("the type is one of ours");
             info.fields.iter().map(|f| f.name).collect::<Vec<_>>()
         };
-        assert_eq!(fields("camwright_msgs/msg/MachineStream")[..3], ["stamp", "epoch", "tick"]);
+        assert_eq!(fields("camwright_msgs/msg/MachineStream")[..5], ["stamp", "epoch", "tick", "credit_tick", "pace"]);
         assert_eq!(fields("sensor_msgs/msg/JointState")[0], "header");
         assert_eq!(fields("std_msgs/msg/Header")[0], "stamp");
         assert_eq!(fields("builtin_interfaces/msg/Time"), ["sec", "nanosec"]);
+    }
+
+    #[test]
+    fn only_a_machine_at_pace_fast_waits() {
+        let mut watch = TickWatch::default();
+        for (pace, awaits) in [(MachineStream::PACE_FAST, true), (MachineStream::PACE_REALTIME, false)] {
+            let message = MachineStream { pace, ..MachineStream::default() };
+            watch.stream(&camwright_msgs::cdr::sample_from_message(&message).expect("serialisable"));
+            assert_eq!(watch.is_awaited(), awaits);
+        }
     }
 
     #[test]
