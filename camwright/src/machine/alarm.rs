@@ -1,4 +1,4 @@
-//! Numbered alarms of the cell: cause, reaction, remedy. [`alarms!`] is their table.
+//! Numbered alarms of the cell: cause, reaction, remedy. `alarms!` is their table.
 //!
 //! Alarms are data: they travel to the operator and into the recording. They are latched; a reset clears them once
 //! their cause is gone, and never restarts motion.

@@ -55,7 +55,7 @@ pub enum DescriptionError {
         low: f64,
         high: f64,
     },
-    /// Axes are in another order than [`Axis::ALL`].
+    /// Axes are in another order than [`Axis::ALL`](crate::machine::axes::Axis::ALL).
     #[error("axis {found} stands where {expected} must")]
     AxisOrder {
         /// Joint expected at this place.
