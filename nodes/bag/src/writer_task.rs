@@ -17,7 +17,7 @@ use camwright_threads::supervised::injected;
 /// How often an idle writer looks into its queue. Messages do not wake it: a wake costs whoever hands one over a system call and, where
 /// processors are short, its own turn; 5000 messages a second took 14 µs (p50) and 45 µs (p99) each into the queue, and take 0.2 and 1.3 µs
 /// without (`tests/recorder_load.rs` on two loaded processors). What is asked of the writer wakes it.
-const LOOK: Duration = Duration::from_millis(5);
+const LOOK: Duration = Duration::from_millis(20);
 
 /// What the thread has.
 pub(super) struct WriterTask {

@@ -128,7 +128,7 @@ impl Ticker {
         let (began, mut deadline) = (Instant::now(), Instant::now());
         while !self.bounds.stop.load(Ordering::Acquire) {
             injected::point("machine cycle");
-            self.receive();
+            let is_addressed = self.receive();
             self.halt_at_rest();
             self.look_after_recorder(Instant::now());
             if !self.active {
@@ -142,7 +142,7 @@ impl Ticker {
             } else {
                 match self.pace {
                     Pace::Fast => self.run_fast(&mut deadline, waker),
-                    Pace::Realtime => self.run_realtime(began, waker),
+                    Pace::Realtime => self.run_realtime(began, is_addressed, waker),
                 }
             }
         }
@@ -195,13 +195,14 @@ impl Ticker {
         }
     }
 
-    fn run_realtime(&mut self, began: Instant, waker: &Waker) {
+    fn run_realtime(&mut self, began: Instant, is_addressed: bool, waker: &Waker) {
         let moment = Moment {
             monotonic_ns: i64::try_from(began.elapsed().as_nanos()).unwrap_or(i64::MAX),
             system_ns: system_time_ns(),
             tick: self.machine.tick(),
             is_idle: self.is_idle(),
             has_room: self.has_room(),
+            rests: !is_addressed && self.rests(),
         };
         let step = self.pacing.next(&moment);
         if let Some(slip) = self.pacing.take_slip() {
@@ -243,6 +244,18 @@ impl Ticker {
     /// Nothing moves, and nothing that moves has been announced.
     fn is_idle(&self) -> bool {
         !self.has_work(self.machine.tick() + 1) && (self.buffer.is_spent() || self.is_stopped_by_alarm())
+    }
+
+    /// Returns whether the next ticks can only repeat the last one, unless a message comes.
+    fn rests(&self) -> bool {
+        self.is_idle()
+            && !self.state.has_holder
+            && !self.state.news
+            && !self.job_running
+            && self.reset_done.is_none()
+            && self.commands.iter().all(Option::is_none)
+            && !self.machine.is_wheel_changing()
+            && self.last_report.is_some_and(|last| last.motion == MotionState::Standstill)
     }
 
     /// Setpoints for more than half of the credit are there.

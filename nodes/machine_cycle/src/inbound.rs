@@ -15,9 +15,11 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 impl Ticker {
-    /// Takes what has come, in its order.
-    pub fn receive(&mut self) {
+    /// Handles the messages that have come, in their order. Returns whether there was one.
+    pub fn receive(&mut self) -> bool {
+        let mut is_addressed = false;
         while let Some(message) = self.inbound.receive() {
+            is_addressed = true;
             match message {
                 Inbound::Chunk(writer, chunk) => self.take_chunk(writer, chunk),
                 Inbound::NoChunk(writer) => self.take_no_chunk(writer),
@@ -78,6 +80,7 @@ impl Ticker {
                 Inbound::Room(room) => self.keyframes.room = Some(room),
             }
         }
+        is_addressed
     }
 
     /// Told in its order, so that who computes the run again gives it in the same tick.

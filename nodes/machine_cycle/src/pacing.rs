@@ -15,6 +15,8 @@ use std::time::Duration;
 
 /// Ticks that are made up for at once, in motion too: fewer than setpoints are sent ahead.
 const SLIP_TICKS: i64 = 50;
+/// Ticks that a resting machine executes at one wake-up: a wake-up of the cycle costs more than a tick.
+pub const REST_BATCH_TICKS: u64 = 5;
 /// Ticks without credit and without a message before ticks are made up for: longer than a message is under way.
 const QUIET_TICKS: u32 = 200;
 
@@ -40,6 +42,8 @@ pub struct Moment {
     pub is_idle: bool,
     /// Setpoints for more than half of the credit are there.
     pub has_room: bool,
+    /// The ticks up to the next message can only repeat the last one.
+    pub rests: bool,
 }
 
 /// What is to be done.
@@ -111,9 +115,12 @@ impl Pacing {
         self.slip.take()
     }
 
-    /// By how much the machine's time is behind the system clock (ns); negative: ahead.
+    /// Lateness of the next wake-up against the system clock (ns); negative: it is not due yet.
     pub fn behind_ns(&self, moment: &Moment) -> i64 {
-        moment.system_ns.saturating_sub(self.clock.ns(moment.tick.saturating_add(1)))
+        let next = moment.tick.saturating_add(1);
+        let is_batch = moment.rests && self.mode == Mode::OnTime;
+        let due = if is_batch { next.next_multiple_of(REST_BATCH_TICKS) } else { next };
+        moment.system_ns.saturating_sub(self.clock.ns(due))
     }
 
     pub fn next(&mut self, moment: &Moment) -> Step {
@@ -123,6 +130,7 @@ impl Pacing {
         self.judge(moment, behind_ns, resumes);
         let step = match self.mode {
             Mode::OnTime | Mode::MakingUp { .. } if behind_ns >= 0 => Step::Tick(behind_ns),
+            Mode::OnTime if moment.rests => wait(-behind_ns),
             Mode::OnTime | Mode::MakingUp { .. } | Mode::Ahead => {
                 let slow_ns = (self.last_ns + cycle_ns + cycle_ns / 10).saturating_sub(moment.monotonic_ns);
                 let wait_ns = slow_ns.min(behind_ns.saturating_neg());
@@ -217,7 +225,8 @@ mod tests {
     impl Bench {
         fn new() -> Self {
             let clock = TickClock { epoch_ns: EPOCH_NS, cycle_time_ns: 1_000_000 };
-            let moment = Moment { monotonic_ns: 0, system_ns: EPOCH_NS, tick: 0, is_idle: true, has_room: false };
+            let moment =
+                Moment { monotonic_ns: 0, system_ns: EPOCH_NS, tick: 0, is_idle: true, has_room: false, rests: false };
             Self { pacing: Pacing::new(clock), moment, slips: Vec::new(), withheld: 0 }
         }
 
@@ -261,6 +270,35 @@ mod tests {
             assert!(bench.behind_ms() <= 0.2, "{}", bench.behind_ms());
         }
         assert!(bench.slips.is_empty(), "{:?}", bench.slips);
+    }
+
+    #[test]
+    fn a_resting_machine_wakes_once_for_five_ticks_and_its_batches_end_on_time() {
+        let mut bench = Bench::new();
+        bench.run(100 * MS);
+        bench.moment.rests = true;
+        let (mut wakes, before) = (0_u64, bench.moment.tick);
+        for _ in 0..2_000 {
+            match bench.pacing.next(&bench.moment) {
+                Step::Tick(late_ns) => {
+                    assert!(late_ns < MS / 2, "{late_ns} ns late");
+                    bench.moment.tick += 1;
+                    bench.pass(5_000);
+                }
+                Step::Wait(time) => {
+                    assert!(wakes == 0 || bench.moment.tick.is_multiple_of(REST_BATCH_TICKS), "waits within a batch");
+                    wakes += 1;
+                    bench.pass(i64::try_from(time.as_nanos()).expect("short"));
+                }
+            }
+        }
+        let ticks = bench.moment.tick - before;
+        assert!(ticks > 1_000 && wakes <= ticks / REST_BATCH_TICKS + 1, "{wakes} wake-ups for {ticks} ticks");
+        // A message came: its tick does not wait for the end of a batch.
+        bench.moment.rests = false;
+        bench.pass(2 * MS);
+        bench.run(MS);
+        assert!(bench.behind_ms() <= 0.0 && bench.slips.is_empty(), "{}", bench.behind_ms());
     }
 
     #[test]

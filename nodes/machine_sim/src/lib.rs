@@ -132,7 +132,7 @@ fn parameters() -> Vec<Parameter> {
             )
             .range(0.0, 1000.0)
             .read_only(),
-        Parameter::double(REST_RATE, 20.0)
+        Parameter::double(REST_RATE, 5.0)
             .describe("joint_states of a machine at pace realtime that rests and runs no job (Hz); every tick is published otherwise")
             .range(1.0, 10_000.0)
             .read_only(),
