@@ -1,4 +1,4 @@
-//! The alarm tables of the README and of the alarm message are generated from the table of the core.
+//! The alarm tables of `docs/reference/alarms.md` and of the alarm message are generated from the table of the core.
 //!
 //! `CAMWRIGHT_WRITE_REFERENCE=1 cargo test -p camwright_nodes --test architecture alarm_table` writes them anew.
 
@@ -43,11 +43,11 @@ fn assert_generated(path: &str, heading: &str, prefix: &str, table: &[String]) {
 }
 
 #[test]
-fn the_table_of_the_readme_is_generated() {
+fn the_table_of_the_document_is_generated() {
     let rows = lines(" … ", |numbers, AlarmEntry { name, remedy, .. }, reaction| {
         format!("| {numbers} | {name} | {reaction} | {remedy} |")
     });
-    assert_generated("README.md", "## Alarms", "| ", &rows);
+    assert_generated("docs/reference/alarms.md", "# Alarms", "| ", &rows);
 }
 
 #[test]

@@ -214,7 +214,7 @@ fn report_death(logger: &Logger, node: &str) -> impl Fn(&str) + Send + use<> {
     move |reason| {
         let text = format!(
             "{node} has lost its connection to the graph: {reason}. The process ends with exit code {EXIT_FAILED}; start it again. If it \
-             happens again, look for a peer that sends malformed datagrams (README, Network and security)"
+             happens again, look for a peer that sends malformed datagrams (docs/guides/network_and_security.md)"
         );
         logger.log(Level::Fatal, &text);
         Shutdown::fail_process(&text);

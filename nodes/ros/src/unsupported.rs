@@ -59,8 +59,8 @@ impl Unsupported {
         let Some(value) = &self.security else { return Ok(()) };
         Err(format!(
             "{SECURITY}={value}, but DDS security is not supported: the node would run without authentication and encryption. Unset \
-             {SECURITY} to run it unprotected on this host alone (the default discovery range); README, Network and security, tells what \
-             protects a cell"
+             {SECURITY} to run it unprotected on this host alone (the default discovery range). What protects \
+             a cell: docs/guides/network_and_security.md"
         ))
     }
 
@@ -68,7 +68,7 @@ impl Unsupported {
     pub(super) fn warning(&self) -> Option<String> {
         let settings = self.ignored.join(", ");
         (!settings.is_empty())
-            .then(|| format!("ignored: {settings}. README, Network and security, lists what has an effect"))
+            .then(|| format!("ignored: {settings}. Settings with an effect: docs/guides/network_and_security.md"))
     }
 }
 

@@ -1,4 +1,4 @@
-//! The command line of `camwright`, see the README's table.
+//! The command line of `camwright`, see `docs/reference/command_line.md`.
 
 pub mod bag;
 
