@@ -2,6 +2,7 @@
 //!
 //! Campaigns, each with a seed (`CAMWRIGHT_SEED`, default 1):
 //! `CAMWRIGHT_KILLS=20 cargo test -p camwright_nodes --test faults liveness -- --ignored --nocapture campaign_of_kills`
+//! `cargo test -p camwright_nodes --test faults liveness -- --ignored --nocapture campaign_of_restart_orders`
 //! `CAMWRIGHT_JOBS=1000 cargo test -p camwright_nodes --test faults liveness -- --ignored --nocapture soak_of_jobs`
 #![allow(clippy::print_stdout, reason = "campaigns print what they measure")]
 
@@ -257,6 +258,40 @@ fn campaign_of_kills() {
                 print!("{round:3} ");
                 cell.try_fate(name, fate, after);
             }
+        }
+        cell.end();
+    }
+}
+
+/// The 24 orders of the four nodes.
+fn restart_orders() -> Vec<Vec<&'static str>> {
+    let mut orders = vec![Vec::new()];
+    for _ in NODES {
+        let longer = |order: &Vec<&'static str>| {
+            let rest = NODES.into_iter().filter(|name| !order.contains(name));
+            rest.map(|name| [order.as_slice(), &[name]].concat()).collect::<Vec<_>>()
+        };
+        orders = orders.iter().flat_map(longer).collect();
+    }
+    orders
+}
+
+/// Kills all four nodes in the middle of a job and starts them again in each order.
+#[test]
+#[ignore = "a campaign: see the head of this file"]
+fn campaign_of_restart_orders() {
+    let paces = std::env::var("CAMWRIGHT_PACES").unwrap_or_else(|_| "fast realtime".to_owned());
+    for pace in ["fast", "realtime"].into_iter().filter(|pace| paces.contains(pace)) {
+        let mut cell = Cell::start(pace);
+        for order in restart_orders() {
+            let _goal_without_a_server = cell.begin();
+            for name in NODES {
+                cell.strike(name, Fate::Kill);
+            }
+            for name in &order {
+                cell.start_node(name);
+            }
+            println!("{pace:9} {}: the next job succeeded after {:.1} s", order.join(", "), cell.run_next().as_secs_f64());
         }
         cell.end();
     }
