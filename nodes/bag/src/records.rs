@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use mcap::records::Record;
+use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::sans_io::summary_reader::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
 use mcap::{McapError, Summary};
@@ -13,7 +13,7 @@ use super::{BagError, metadata};
 
 /// No record or chunk of a bag is larger than this (B); a damaged length is, and must not take all memory.
 pub(super) const RECORD_LIMIT: usize = 256 << 20;
-/// How much is read at a time (B).
+/// Size of one read (B).
 const READ_BYTES: usize = 1 << 20;
 
 /// Opens a file to be read. What is no file, a pipe for example, would wait for ever.
@@ -59,10 +59,56 @@ pub(super) fn last_metadata_record(path: &Path, summary: &Summary) -> Result<Opt
     at.take(length).read_to_end(&mut bytes).map_err(|e| BagError::io("read", path, e))?;
     // Behind the operation code and the length.
     let body = bytes.get(9..).ok_or_else(|| BagError::mcap(path, McapError::BadIndex))?;
-    match mcap::parse_record(mcap::records::op::METADATA, body).map_err(|e| BagError::mcap(path, e))? {
+    match parse_record(op::METADATA, body).map_err(|e| BagError::mcap(path, e))? {
         Record::Metadata(mut m) => Ok(m.metadata.remove(metadata::RECORD_KEY)),
         _ => Ok(None),
     }
+}
+
+/// Part of a record up to its last text.
+enum Field {
+    /// Numbers of this many bytes in total.
+    Numbers(usize),
+    /// A text behind its length of 4 bytes.
+    Text,
+}
+
+/// Checks that the texts of a record fit into it. The parser allocates the length that a text claims before it reads the text.
+fn check_texts(opcode: u8, body: &[u8]) -> Result<(), McapError> {
+    use Field::{Numbers, Text};
+    let fields: &[Field] = match opcode {
+        op::HEADER => &[Text, Text],
+        op::SCHEMA => &[Numbers(2), Text, Text],
+        op::CHANNEL => &[Numbers(4), Text, Text],
+        op::CHUNK => &[Numbers(28), Text],
+        op::ATTACHMENT => &[Numbers(16), Text, Text],
+        op::ATTACHMENT_INDEX => &[Numbers(40), Text, Text],
+        op::METADATA => &[Text],
+        op::METADATA_INDEX => &[Numbers(16), Text],
+        _ => &[],
+    };
+    let mut rest = body;
+    for field in fields {
+        let length = match field {
+            Numbers(length) => *length,
+            Text => {
+                let (length, behind) = rest.split_first_chunk().ok_or(McapError::UnexpectedEof)?;
+                rest = behind;
+                usize::try_from(u32::from_le_bytes(*length)).map_err(|_| McapError::UnexpectedEof)?
+            }
+        };
+        rest = rest.get(length..).ok_or(McapError::UnexpectedEof)?;
+    }
+    Ok(())
+}
+
+/// Decodes one record.
+///
+/// # Errors
+/// The record is damaged, or one of its texts is longer than the record.
+pub(super) fn parse_record(opcode: u8, body: &[u8]) -> Result<Record<'_>, McapError> {
+    check_texts(opcode, body)?;
+    mcap::parse_record(opcode, body)
 }
 
 /// Reads on through a torn tail's end, checking each chunk before anything of it is used.
@@ -110,7 +156,7 @@ impl Records {
                     self.reader.notify_read(read);
                 }
                 Ok(LinearReadEvent::Record { data, opcode }) => {
-                    let record = mcap::parse_record(opcode, data).map_err(|e| BagError::mcap(&self.path, e))?;
+                    let record = parse_record(opcode, data).map_err(|e| BagError::mcap(&self.path, e))?;
                     return Ok(Some(record.into_owned()));
                 }
                 Err(McapError::UnexpectedEof) => {
@@ -120,5 +166,26 @@ impl Records {
                 Err(error) => return Err(BagError::mcap(&self.path, error)),
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Head of a chunk whose compression claims this many bytes.
+    fn chunk_head(claimed: u32) -> Vec<u8> {
+        let mut body = vec![0; 28];
+        body.extend(claimed.to_le_bytes());
+        body.extend(b"zstd");
+        body.extend(0_u64.to_le_bytes());
+        body
+    }
+
+    #[test]
+    fn a_text_that_claims_more_than_its_record_is_refused_before_memory_is_taken() {
+        assert!(matches!(check_texts(op::CHUNK, &chunk_head(1_612_245_650)), Err(McapError::UnexpectedEof)));
+        assert!(matches!(parse_record(op::CHUNK, &chunk_head(1_612_245_650)), Err(McapError::UnexpectedEof)));
+        assert!(matches!(parse_record(op::CHUNK, &chunk_head(4)), Ok(Record::Chunk { .. })));
     }
 }

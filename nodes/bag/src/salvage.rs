@@ -1,5 +1,4 @@
-//! What is whole in a damaged MCAP file, from its beginning to its end: chunks whose check sums prove them, and what lies between that is
-//! lost.
+//! Intact parts of a damaged MCAP file, from its beginning to its end: chunks with a correct check sum; everything between them is lost.
 //!
 //! ```text
 //! record · record · chunk ✓ · chunk ✗ (told, with what its index says of it) · ??? … search … · chunk ✓ · torn tail
@@ -16,19 +15,19 @@ use mcap::records::{ChunkHeader, Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader};
 
 use super::BagError;
-use super::records::{RECORD_LIMIT, open_file, tolerant};
+use super::records::{RECORD_LIMIT, open_file, parse_record, tolerant};
 
 /// Operation code and length of a record (B).
 const HEAD: u64 = 9;
 /// Magic bytes at the beginning and at the end.
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
-/// How much is looked through at a time in search of a chunk (B).
+/// Size of a window in the search for a chunk (B).
 const WINDOW: usize = 1 << 20;
 /// The shortest chunk record: times, size, check sum, an empty word for the compression, and a length (B).
 const MIN_CHUNK: u64 = 8 + 8 + 8 + 4 + 4 + 8;
 /// The same with its head.
 const MIN_RECORD: usize = 49;
-/// How often a search may look at the bytes of a file: what looks like a chunk everywhere would be read without end.
+/// Maximum number of passes over the bytes of a file: a file that looks like chunks everywhere would be read without end.
 const LOOKS: u64 = 32;
 
 /// Something of the file, in its order.
@@ -40,7 +39,7 @@ pub(super) enum Piece {
     Lost(Loss),
 }
 
-/// What makes sure that records are what was written.
+/// Proof that records are unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Proof {
     CheckSum,
@@ -50,12 +49,12 @@ pub(super) enum Proof {
 /// Bytes that are lost.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Loss {
-    /// Where they begin, and how many they are.
+    /// Offset and size.
     pub(super) offset: u64,
     pub(super) bytes: u64,
-    /// What is wrong with them.
+    /// Reason.
     pub(super) reason: String,
-    /// Messages in them by channel, where the index behind a chunk tells.
+    /// Messages in them by channel, if the index behind a chunk lists them.
     pub(super) messages: BTreeMap<u16, u64>,
 }
 
@@ -111,7 +110,7 @@ impl Salvage {
                 },
                 // A message index only repeats what is in the chunk before it.
                 op::MESSAGE_INDEX => Ok(None),
-                _ => match mcap::parse_record(opcode, &body) {
+                _ => match parse_record(opcode, &body) {
                     Ok(record) => Ok(Some(vec![record.into_owned()])),
                     Err(error) => Err(error.to_string()),
                 },
@@ -152,14 +151,14 @@ impl Salvage {
         Ok(self.head(at)?.is_some_and(|(opcode, _)| opcode == op::DATA_END || is_of_the_data(opcode)))
     }
 
-    /// What the indexes behind a chunk say that it held.
+    /// Messages of a chunk according to the indexes behind it.
     fn messages_by_index(&mut self) -> Result<BTreeMap<u16, u64>, BagError> {
         let mut messages = BTreeMap::new();
         while self.at < self.length {
             let at = self.at;
             let Some((op::MESSAGE_INDEX, length)) = self.head(at)? else { break };
             let body = self.read(at + HEAD, length)?;
-            if let Ok(Record::MessageIndex(index)) = mcap::parse_record(op::MESSAGE_INDEX, &body) {
+            if let Ok(Record::MessageIndex(index)) = parse_record(op::MESSAGE_INDEX, &body) {
                 *messages.entry(index.channel_id).or_insert(0) += index.records.len() as u64;
             }
             self.at = at + HEAD + length;
@@ -226,7 +225,7 @@ fn is_of_the_data(opcode: u8) -> bool {
 
 /// The records of a chunk, all of them or the reason why none can be trusted.
 fn chunk(body: &[u8]) -> Result<Vec<Record<'static>>, String> {
-    let Ok(Record::Chunk { header, data }) = mcap::parse_record(op::CHUNK, body) else {
+    let Ok(Record::Chunk { header, data }) = parse_record(op::CHUNK, body) else {
         return Err("its head cannot be read".to_owned());
     };
     if header.compressed_size != data.len() as u64 || header.uncompressed_size > RECORD_LIMIT as u64 {
@@ -251,13 +250,13 @@ fn chunk(body: &[u8]) -> Result<Vec<Record<'static>>, String> {
 fn records_of(body: &[u8]) -> Result<Vec<Record<'static>>, McapError> {
     let mut records = Vec::new();
     walk_chunk(body, |opcode, data| {
-        records.push(mcap::parse_record(opcode, data)?.into_owned());
+        records.push(parse_record(opcode, data)?.into_owned());
         Ok(())
     })?;
     Ok(records)
 }
 
-/// Unpacks a chunk, its check sum first, and tells operation code and content of each of its records.
+/// Unpacks a chunk after checking its check sum, and passes on operation code and content of each record.
 pub(super) fn walk_chunk(
     body: &[u8],
     mut told: impl FnMut(u8, &[u8]) -> Result<(), McapError>,
