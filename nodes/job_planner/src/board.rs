@@ -1,6 +1,6 @@
-//! What the planner says about its job, on `~/job_status`.
+//! Publisher of the planner's job: `~/job_status`, plan pages and job files.
 
-use super::cell::Told;
+use super::cell::CellEvent;
 use super::lock;
 use camwright_files::convert::job_files::{MAX_PAGES, pages_from_files};
 use camwright_msgs::camwright_msgs::action::RunJobResult;
@@ -11,20 +11,20 @@ use std::sync::{Mutex, mpsc};
 
 /// The latched status and what it said last.
 #[derive(Debug)]
-pub(super) struct Board {
+pub(super) struct PlanPublisher {
     node: Node,
     publisher: Publisher<JobStatus>,
-    /// The files that the job names, and the job whose files were told last.
+    /// Files of the job, and the job whose files were published last.
     files: Publisher<JobFilePage>,
     told: Mutex<String>,
     /// Held while publishing, so that the last message is the last change.
     last: Mutex<JobStatus>,
     /// The cell, which follows what becomes of jobs.
-    cell: mpsc::Sender<Told>,
+    cell: mpsc::Sender<CellEvent>,
 }
 
-impl Board {
-    pub(super) fn new(node: &Node, cell: mpsc::Sender<Told>) -> Result<Self, RosError> {
+impl PlanPublisher {
+    pub(super) fn new(node: &Node, cell: mpsc::Sender<CellEvent>) -> Result<Self, RosError> {
         let publisher = node.publisher("~/job_status", &Qos::latched(1))?;
         let files = node.publisher("~/job_files", &Qos::latched(MAX_PAGES))?;
         let (last, told) = (Mutex::default(), Mutex::default());
@@ -40,7 +40,7 @@ impl Board {
         if let Err(error) = self.publisher.publish(&last) {
             self.node.logger().warn(&error.to_string());
         }
-        let _ending = self.cell.send(Told::Job(Box::new(last.clone())));
+        let _ending = self.cell.send(CellEvent::Job(Box::new(last.clone())));
     }
 
     /// A job is being planned.
@@ -61,7 +61,7 @@ impl Board {
 
     /// A job is planned; `state` says what becomes of it.
     pub(super) fn planned(&self, state: u8, prepared: &AnyPrepared, message: &str) {
-        self.tell_files(prepared);
+        self.publish_files(prepared);
         self.set(|status| {
             *status = JobStatus {
                 state,
@@ -76,7 +76,7 @@ impl Board {
     }
 
     /// The files that a job names, once for each job.
-    fn tell_files(&self, prepared: &AnyPrepared) {
+    fn publish_files(&self, prepared: &AnyPrepared) {
         let mut told = lock(&self.told);
         if *told == prepared.job_hash() {
             return;

@@ -1,9 +1,9 @@
-//! What every job that runs has in common, whatever it makes: who asked for it, its plans on their way through the interpolator, its end.
+//! Common parts of all running jobs: the client, the execution of plans by the interpolator, the end.
 
-use super::asker::{self, Asker};
-use super::course::{Course, Event};
+use super::job_slot::{Event, JobSlot};
 use super::lobe_ticks::LobeTicks;
 use super::partners::Identity;
+use super::request_origin::{self, RequestOrigin};
 use super::{Shared, lock};
 use camwright::machine::alarm::AlarmKind;
 use camwright_files::convert::plan::{phase_from, phase_name};
@@ -18,16 +18,16 @@ use camwright_ros::{ClientGoal, GoalStatus};
 use std::sync::{Arc, Mutex, mpsc};
 use std::time::{Duration, Instant};
 
-/// How long a peer may take to answer a request.
+/// Maximum time of a peer's answer.
 pub(super) const ANSWER: Duration = Duration::from_secs(10);
-/// How long a job may take to come to rest after it was cancelled.
+/// Maximum time for coming to rest after a cancel.
 const STOPPING: Duration = Duration::from_secs(60);
-/// How often the interpolator is looked for while it executes.
+/// Period of the check for the interpolator during execution.
 const WATCH: Duration = Duration::from_millis(200);
-/// How long it may be out of sight: longer than a discovery hiccup.
+/// Maximum absence of the interpolator: longer than a discovery hiccup.
 const OUT_OF_SIGHT: Duration = Duration::from_secs(5);
 
-/// How a job ended that did not reach its end.
+/// Reason for the early end of a job.
 pub(super) enum Failure {
     Cancelled(String),
     /// It could not go on.
@@ -41,7 +41,7 @@ impl Failure {
     }
 }
 
-/// What of a job one plan is (s, as predicted).
+/// Share of a plan in a job (s, predicted).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Share {
     pub(super) done_s: f64,
@@ -52,7 +52,7 @@ pub(super) struct Share {
 /// A job in execution.
 pub(super) struct Execution {
     pub(super) shared: Arc<Shared>,
-    asker: Asker,
+    asker: RequestOrigin,
     /// Name of the job.
     name: String,
     /// Names of what it makes one after the other: its lobes.
@@ -70,7 +70,7 @@ impl Execution {
     pub(super) fn new(
         shared: Arc<Shared>,
         prepared: &AnyPrepared,
-        asker: Asker,
+        asker: RequestOrigin,
         events: mpsc::Sender<Event>,
         inbox: mpsc::Receiver<Event>,
     ) -> Self {
@@ -88,11 +88,12 @@ impl Execution {
         }
     }
 
-    /// Tells how the job ended; the course is idle again when it returns. `journals` is what was measured for who asked for stiffness.
+    /// Publishes the end of the job; the slot is idle again when it returns. `journals` holds the measurements for clients that requested
+    /// stiffness.
     pub(super) fn end(self, outcome: Result<(), Failure>, mut result: RunJobResult, journals: Vec<JournalStiffness>) {
         let (logger, name) = (self.shared.node.logger(), &self.name);
         // Idle before the client hears of the end: it may send the next goal at once.
-        *lock(&self.shared.course) = Course::Idle;
+        *lock(&self.shared.job_slot) = JobSlot::Idle;
         let state = match outcome {
             Ok(()) => {
                 result.success = true;
@@ -112,14 +113,14 @@ impl Execution {
         };
         self.shared.board.ended(state, &result);
         match (self.asker, state) {
-            (Asker::Goal(goal), JobStatus::COMPLETE) => drop(goal.succeed(result)),
-            (Asker::Goal(goal), JobStatus::STOPPED) => drop(goal.canceled(result)),
-            (Asker::Goal(goal), _) => drop(goal.abort(result)),
-            (Asker::Cell, _) => {}
-            (Asker::Stiffness(waiting), _) => {
+            (RequestOrigin::Goal(goal), JobStatus::COMPLETE) => drop(goal.succeed(result)),
+            (RequestOrigin::Goal(goal), JobStatus::STOPPED) => drop(goal.canceled(result)),
+            (RequestOrigin::Goal(goal), _) => drop(goal.abort(result)),
+            (RequestOrigin::Cell, _) => {}
+            (RequestOrigin::Stiffness(waiting), _) => {
                 let success = result.success && journals.len() == result.lobes.len();
                 let message = result.message;
-                asker::answer(&waiting, &IdentifyStiffnessResponse { success, message, journals });
+                request_origin::answer(&waiting, &IdentifyStiffnessResponse { success, message, journals });
             }
         }
     }
@@ -154,7 +155,7 @@ impl Execution {
         ticks as f64 * self.cycle_time_s
     }
 
-    /// Whether somebody wishes the end before anything has moved.
+    /// Returns whether a client cancelled the job before anything moved.
     pub(super) fn is_cancelled(&self) -> bool {
         matches!(self.inbox.try_recv(), Ok(Event::Cancel))
     }
@@ -255,8 +256,8 @@ impl Execution {
     /// Passes the interpolator's feedback on in the words of the job.
     fn feedback(&self, Share { done_s, own_s, whole_s }: Share) -> impl FnMut(ExecutePlanFeedback) + Send + 'static {
         let goal = match &self.asker {
-            Asker::Goal(goal) => Some(goal.clone()),
-            Asker::Stiffness(_) | Asker::Cell => None,
+            RequestOrigin::Goal(goal) => Some(goal.clone()),
+            RequestOrigin::Stiffness(_) | RequestOrigin::Cell => None,
         };
         let times = Arc::clone(&self.times);
         let names = self.lobes.clone();
@@ -284,7 +285,7 @@ impl Execution {
     }
 }
 
-/// A plan whose end the interpolator does not tell.
+/// Result of a plan whose end the interpolator does not report.
 fn without_interpolator(alarm: u16, text: &str) -> (GoalStatus, ExecutePlanResult) {
     let message = format!("alarm {alarm} has stopped the machine ({text}), and the axis interpolator does not answer");
     (GoalStatus::Aborted, ExecutePlanResult { alarm, message, ..ExecutePlanResult::default() })

@@ -1,4 +1,4 @@
-//! What a job that runs learns from the gauge: the stock of its journals, the stiffness at them, and how their runout is corrected.
+//! Gauge measurements of a running job: the stock of its journals, the stiffness at them, and the correction of their runout.
 
 use super::execution::Failure;
 use super::grinding_run::GrindingRun;
@@ -9,7 +9,7 @@ use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_planning::{self as planning, MeasuredContacts, PreparedCorrection};
 use std::time::Duration;
 
-/// How long readings may be on their way.
+/// Maximum delay of readings.
 const READING: Duration = Duration::from_secs(20);
 
 impl GrindingRun {
@@ -42,7 +42,7 @@ impl GrindingRun {
         }
     }
 
-    /// What was read of every lobe up to these angles of C (rad), at the end of what.
+    /// Readings of every lobe up to these angles of C (rad); `of` names the phase for errors.
     fn logs(&self, until_rad: &[f64], of: &str) -> Result<Vec<Contact>, Failure> {
         let names = self.prepared.planned.lobes.iter().map(|lobe| lobe.design.name.as_str());
         let wanted: Vec<(&str, f64)> = names.zip(until_rad.iter().copied()).collect();
@@ -55,7 +55,7 @@ impl GrindingRun {
         Ok(logs)
     }
 
-    /// What was read of every lobe while it was ground.
+    /// Readings of every lobe during grinding.
     fn ground_logs(&self) -> Result<Vec<Contact>, Failure> {
         let rests = rests_rad(&self.prepared.planned, &self.prepared.machine);
         let until_rad: Vec<f64> = rests.iter().map(|rest_rad| rest_rad - LOG_ENDS_RAD).collect();
@@ -67,18 +67,18 @@ impl GrindingRun {
         let logs = self.ground_logs()?;
         let measured = planning::measured_contacts(&self.prepared, &logs)
             .map_err(|error| Failure::Failed(format!("{error}; the wheel is clear of the part")))?;
-        measured.told(&self.prepared).iter().for_each(|told| self.execution.shared.node.logger().info(told));
-        self.keep(&measured);
+        measured.summary_lines(&self.prepared).iter().for_each(|told| self.execution.shared.node.logger().info(told));
+        self.store(&measured);
         Ok(measured)
     }
 
-    /// Keeps what was measured of the machine's stiffness. What cannot be kept is told, and was measured all the same.
-    fn keep(&mut self, measured: &MeasuredContacts) {
+    /// Stores the measured stiffness of the machine. A failure to store it is reported; the measurement stays valid.
+    fn store(&mut self, measured: &MeasuredContacts) {
         if measured.contacts.iter().all(Option::is_none) {
             return;
         }
         let logger = self.execution.shared.node.logger();
-        match self.execution.shared.stiffness.keep(&self.prepared, measured) {
+        match self.execution.shared.stiffness.store(&self.prepared, measured) {
             Ok(kept) => {
                 logger.info(&format!(
                     "the stiffness at {} journals is kept for {}",
@@ -99,10 +99,10 @@ impl GrindingRun {
         let logs = self.ground_logs()?;
         let correction = planning::correct(&self.prepared, &logs)
             .map_err(|error| Failure::Failed(format!("{error}; the wheel is clear of the part")))?;
-        for told in correction.told(&self.prepared) {
+        for told in correction.summary_lines(&self.prepared) {
             self.execution.shared.node.logger().info(&told);
         }
-        self.keep(&correction.measured);
+        self.store(&correction.measured);
         self.execution.shared.node.logger().info(&format!(
             "second half: {:.2} s, plan {:.12}",
             correction.planned.plan.duration_s,

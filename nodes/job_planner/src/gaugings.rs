@@ -1,4 +1,4 @@
-//! What the gauges read while a job runs that is measured by them, and how a stopped wheel pushes where its stiffness is measured.
+//! Gauge readings during a measured job, and the pushes of a stopped wheel for its stiffness.
 
 use super::{lock, wait_for};
 use camwright::planner::Contact;
@@ -8,18 +8,18 @@ use std::collections::BTreeMap;
 use std::sync::{Condvar, Mutex};
 use std::time::Duration;
 
-/// How far an angle may be off on its way through a message (rad).
+/// Tolerance of an angle after its conversion in a message (rad).
 const SAME_RAD: f64 = 1e-9;
 
 /// Readings by lobe, while they are wanted.
 #[derive(Debug, Default)]
 pub(super) struct Gaugings {
-    heard: Mutex<Heard>,
+    heard: Mutex<Collected>,
     changed: Condvar,
 }
 
 #[derive(Debug, Default)]
-struct Heard {
+struct Collected {
     wanted: bool,
     /// Angles of the machine's gauges behind the wheel (rad).
     gauge_angle: f64,
@@ -30,15 +30,15 @@ struct Heard {
 impl Gaugings {
     /// Forgets everything and listens from now on to the gauge, or the two, at these angles behind the wheel (rad).
     pub(super) fn listen(&self, gauge_angle: f64, second_angle: Option<f64>) {
-        *lock(&self.heard) = Heard { wanted: true, gauge_angle, second_angle, lobes: BTreeMap::new() };
+        *lock(&self.heard) = Collected { wanted: true, gauge_angle, second_angle, lobes: BTreeMap::new() };
     }
 
     /// Forgets everything and listens no more.
     pub(super) fn stop(&self) {
-        *lock(&self.heard) = Heard::default();
+        *lock(&self.heard) = Collected::default();
     }
 
-    pub(super) fn take(&self, reading: &GaugeReading) {
+    pub(super) fn add(&self, reading: &GaugeReading) {
         let mut heard = lock(&self.heard);
         let is_at = |angle: f64| (reading.gauge_angle - angle).abs() <= SAME_RAD;
         let (first, second) = (is_at(heard.gauge_angle), heard.second_angle.is_some_and(is_at));
@@ -81,21 +81,21 @@ mod tests {
             ..GaugeReading::default()
         };
         let wait = |until_rad: f64| gaugings.wait(&[("J1", until_rad)], Duration::from_millis(1));
-        gaugings.take(&reading(1, 9.0, 1.0));
+        gaugings.add(&reading(1, 9.0, 1.0));
         assert_eq!(wait(1.0), Err("J1"), "nobody wanted it");
         gaugings.listen(1.0, None);
-        gaugings.take(&reading(2, 1.0, 1.0));
-        gaugings.take(&reading(2, 5.0, 2.0));
+        gaugings.add(&reading(2, 1.0, 1.0));
+        gaugings.add(&reading(2, 5.0, 2.0));
         assert_eq!(wait(2.0), Err("J1"));
-        gaugings.take(&reading(3, 2.5, 1.0));
+        gaugings.add(&reading(3, 2.5, 1.0));
         assert_eq!(wait(2.0).map(|logs| logs[0].gauged.len()), Ok(2));
         gaugings.listen(1.0, Some(2.0));
-        gaugings.take(&reading(4, 9.0, 1.0));
+        gaugings.add(&reading(4, 9.0, 1.0));
         assert_eq!(wait(9.0), Err("J1"), "the second has not read it yet");
-        gaugings.take(&reading(4, 9.0, 2.0));
+        gaugings.add(&reading(4, 9.0, 2.0));
         assert_eq!(wait(9.0).map(|logs| logs[0].gauged[0].second_mm.is_some()), Ok(true));
         gaugings.stop();
-        gaugings.take(&reading(4, 9.0, 1.0));
+        gaugings.add(&reading(4, 9.0, 1.0));
         assert_eq!(wait(0.0), Err("J1"));
     }
 }

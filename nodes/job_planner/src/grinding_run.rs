@@ -3,15 +3,15 @@
 use super::execution::{Execution, Failure, Share};
 use super::{identify, lock};
 use camwright::motion::speed_plan::SpeedPlan;
-use camwright_files::stiffness_file::KeptPlace;
+use camwright_files::stiffness_file::StoredContact;
 use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_msgs::camwright_msgs::msg::{LobeResult, PartLobe};
 use camwright_planning::{self as planning, MeasuredContacts, PreparedJob, hash_of};
 use std::time::Duration;
 
-/// How long the finished part may take to arrive: one page of outline per lobe.
+/// Maximum delay of the finished part: one page of outline per lobe.
 const MEASURING: Duration = Duration::from_secs(20);
-/// How the message of a dry run begins.
+/// Start of the message of a dry run.
 const DRY_RUN: &str = "dry run";
 
 /// One run of a job that grinds.
@@ -19,8 +19,8 @@ pub(super) struct GrindingRun {
     pub(super) execution: Execution,
     pub(super) prepared: PreparedJob,
     /// Stiffness that was measured and is kept, in the order of machining.
-    pub(super) stiffness: Vec<KeptPlace>,
-    /// What the turns save that were left out for the stock that was measured.
+    pub(super) stiffness: Vec<StoredContact>,
+    /// Time saved by skipped turns after the stock measurement.
     pub(super) saved: Option<String>,
 }
 
@@ -89,7 +89,7 @@ impl GrindingRun {
             measured = self.identify()?;
         }
         if is_dry {
-            result.message = self.told_dry(result);
+            result.message = self.dry_run_message(result);
             return Ok(());
         }
         result.lobes = self.measure(result, &turns_left_out)?;
@@ -100,11 +100,11 @@ impl GrindingRun {
         let times = planning::compare_times(&self.prepared, &result.lobes, result.duration);
         let told: Vec<String> = times.iter().map(ToString::to_string).collect();
         self.execution.shared.node.logger().info(&told.join("; "));
-        result.message = self.told(result);
+        result.message = self.message(result);
         Ok(())
     }
 
-    fn told_dry(&self, result: &RunJobResult) -> String {
+    fn dry_run_message(&self, result: &RunJobResult) -> String {
         format!(
             "{} in {:.2} s, predicted {:.2} s, with the wheel {} mm farther out: nothing was cut, and nothing is judged",
             DRY_RUN,
@@ -114,7 +114,7 @@ impl GrindingRun {
         )
     }
 
-    fn told(&self, result: &RunJobResult) -> String {
+    fn message(&self, result: &RunJobResult) -> String {
         let (lobes, predicted_s) = (result.lobes.len(), self.prepared.duration_s());
         let late_s = result.duration - predicted_s;
         let mut took =
@@ -163,7 +163,7 @@ impl GrindingRun {
             let left_out = turns_left_out.get(index).copied().unwrap_or_default();
             let planned = lobe.passes.iter().map(SpeedPlan::turns).sum::<u32>();
             result.turns = f64::from(planned.saturating_sub(left_out));
-            result.duration = match times.of(index, ended.last_tick) {
+            result.duration = match times.first_tick(index, ended.last_tick) {
                 Some(ticks) => self.execution.seconds(ticks),
                 // Feedback may be lost on its way; then the plan's time is the best there is.
                 None => predicted.get(index).copied().unwrap_or_default(),
@@ -175,8 +175,8 @@ impl GrindingRun {
 }
 
 impl GrindingRun {
-    /// Learns from a finished part where the job says so. What cannot be kept is told; the part is good or not all the same. A part
-    /// that was begun twice teaches nothing.
+    /// Learns from a finished part if the job says so. A failure to store the result is reported and does not change the verdict. A
+    /// part that was started twice is not used.
     fn learn(&self, parts: &[PartLobe]) {
         if self.prepared.job.spec.compensation.is_none() || self.prepared.job.starts_in_the_middle {
             return;

@@ -1,13 +1,14 @@
-//! Measuring the stiffness of the machine on the journals of a job, and telling what is kept: `~/identify_stiffness`, `~/get_stiffness`.
+//! Stiffness services: `~/identify_stiffness` measures the stiffness of the machine on the journals of a job, `~/get_stiffness` returns
+//! the stored values.
 
-use super::asker::{Asker, Waiting, answer};
-use super::course::Course;
 use super::deferred::deferred;
+use super::job_slot::JobSlot;
+use super::request_origin::{RequestOrigin, Waiting, answer};
 use super::{Shared, lock, settings};
 use camwright::gauging::stiffness::Measured;
 use camwright_files::convert::{m_from_mm, mm_from_m};
 use camwright_files::job_file;
-use camwright_files::stiffness_file::KeptPlace;
+use camwright_files::stiffness_file::StoredContact;
 use camwright_msgs::camwright_msgs::msg::JournalStiffness;
 use camwright_msgs::camwright_msgs::srv::{
     GetStiffness, GetStiffnessRequest, GetStiffnessResponse, IdentifyStiffness, IdentifyStiffnessRequest,
@@ -45,11 +46,11 @@ fn begin(shared: &Arc<Shared>, request: IdentifyStiffnessRequest, responder: Res
         return refuse(&waiting, format!("{reason}; nothing moved"));
     }
     {
-        let mut course = lock(&shared.course);
-        if !matches!(*course, Course::Idle) {
+        let mut course = lock(&shared.job_slot);
+        if !matches!(*course, JobSlot::Idle) {
             return refuse(&waiting, format!("{course}; nothing moved"));
         }
-        *course = Course::Deciding(request.job.clone());
+        *course = JobSlot::Deciding(request.job.clone());
     }
     let (this, asked) = (Arc::clone(shared), Arc::clone(&waiting));
     let sent = shared.order(move || {
@@ -57,17 +58,17 @@ fn begin(shared: &Arc<Shared>, request: IdentifyStiffnessRequest, responder: Res
         let overrides = measures_only(&this, &job, overrides, request.forget);
         this.board.planning(&job);
         let started = this.decide(&job, &overrides).and_then(|prepared| match this.active.load(Ordering::Acquire) {
-            true => this.start(&mut lock(&this.course), prepared, Asker::Stiffness(Arc::clone(&asked))),
+            true => this.start(&mut lock(&this.job_slot), prepared, RequestOrigin::Stiffness(Arc::clone(&asked))),
             false => Err("the node is not active any more".into()),
         });
         if let Err(reason) = started {
-            *lock(&this.course) = Course::Idle;
+            *lock(&this.job_slot) = JobSlot::Idle;
             this.board.refused(&job, &reason);
             refuse(&asked, format!("{reason}; nothing moved"));
         }
     });
     if !sent {
-        *lock(&shared.course) = Course::Idle;
+        *lock(&shared.job_slot) = JobSlot::Idle;
     }
 }
 
@@ -87,7 +88,7 @@ fn get_stiffness(shared: &Shared, request: &GetStiffnessRequest) -> GetStiffness
     let machine = if request.machine.is_empty() { here } else { Some(request.machine.clone()) };
     let kept = machine
         .ok_or_else(|| "the machine has not said what it is (topic machine/description)".to_owned())
-        .and_then(|machine| shared.stiffness.of(&machine));
+        .and_then(|machine| shared.stiffness.load(&machine));
     match kept {
         Ok(kept) => GetStiffnessResponse {
             success: true,
@@ -98,8 +99,8 @@ fn get_stiffness(shared: &Shared, request: &GetStiffnessRequest) -> GetStiffness
     }
 }
 
-/// A place as others are told of it.
-pub(super) fn message(kept: &KeptPlace) -> JournalStiffness {
+/// Message of a stored contact.
+pub(super) fn message(kept: &StoredContact) -> JournalStiffness {
     // N/mm and N/m differ as m and mm do, the other way round.
     let n_m = |measured: Measured| (mm_from_m(measured.value), mm_from_m(measured.uncertainty));
     let times_width = |measured: Measured| Measured {

@@ -1,315 +1,39 @@
-//! The one job there can be: from a goal's request to its thread.
+//! The job under way: its stage, and the events for its thread.
 
-use super::asker::Asker;
-use super::cell::Told;
-use super::course::{Course, Event};
-use super::execution::Execution;
-use super::grinding_run::GrindingRun;
-use super::turning_run::TurningRun;
-use super::{Shared, lock, settings};
-use camwright::machine::description::MachineDescription;
-use camwright_files::convert::machine_now::MachineNow;
-use camwright_files::job_file::{self, Job};
-use camwright_files::{access, any_job};
-use camwright_msgs::camwright_msgs::action::{RunJob, RunJobGoal, RunJobResult};
-use camwright_msgs::camwright_msgs::msg::{Alarm, JobStatus};
-use camwright_planning::{self as planning, AnyPrepared};
-use camwright_ros::{ActionHandler, GoalDecider, GoalDecision, GoalHandle, GoalId, RosError};
-use std::path::PathBuf;
-use std::sync::atomic::Ordering;
-use std::sync::{Arc, mpsc};
-use std::time::Duration;
+use camwright_msgs::camwright_msgs::action::ExecutePlanResult;
+use camwright_planning::AnyPrepared;
+use camwright_ros::GoalStatus;
+use std::fmt;
+use std::sync::mpsc;
 
-/// How long the machine and the interpolator may take to be there when a job is to run.
-const MEETING: Duration = Duration::from_secs(5);
-
-/// A job that `load_job` planned, and what it was planned with.
+/// Event for the thread of a running job.
 #[derive(Debug)]
-pub(super) struct Loaded {
-    /// Name or path it was loaded by.
-    pub(super) name: String,
-    /// Overrides of the request.
-    pub(super) overrides: Vec<String>,
-    /// Overrides as used, the parameters' included.
-    used: Vec<String>,
-    machine: Option<MachineNow>,
-    prepared: AnyPrepared,
+pub(super) enum Event {
+    Cancel,
+    /// The interpolator has ended the plan.
+    Ended(GoalStatus, ExecutePlanResult),
 }
 
-impl Shared {
-    /// Asks a job that runs to come to rest; false if none does.
-    pub(super) fn cancel(&self) -> bool {
-        match &*lock(&self.course) {
-            Course::Running(_, events) => events.send(Event::Cancel).is_ok(),
-            Course::Idle | Course::Deciding(_) | Course::Prepared(_) => false,
-        }
-    }
-
-    /// Name and overrides of a goal: an empty name is the loaded job, else the parameter's.
-    pub(super) fn wanted(&self, job: &str, overrides: &[String]) -> (String, Vec<String>) {
-        if !job.is_empty() {
-            return (job.to_owned(), overrides.to_vec());
-        }
-        match &*lock(&self.loaded) {
-            Some(loaded) => {
-                let all = loaded.overrides.iter().chain(overrides).cloned().collect();
-                (loaded.name.clone(), all)
-            }
-            None => (self.node.parameters().string(settings::JOB), overrides.to_vec()),
-        }
-    }
-
-    /// The overrides of a job as it is planned: the parameters', the request's, and what its parts have taught.
-    ///
-    /// # Errors
-    /// A file that nobody may name over ROS.
-    pub(super) fn used(
-        &self,
-        name: &str,
-        overrides: &[String],
-        machine: Option<&MachineNow>,
-    ) -> Result<Vec<String>, String> {
-        let used = settings::overrides(self.node.parameters(), overrides);
-        let folders: Vec<PathBuf> =
-            self.node.parameters().string_array(settings::FILE_FOLDERS).into_iter().map(PathBuf::from).collect();
-        access::check(name, &used, &folders)?;
-        Ok(self.with_what_is_known(name, used, machine))
-    }
-
-    /// Overrides with what the parts of a job have taught, and where they are clamped.
-    fn with_what_is_known(&self, name: &str, mut used: Vec<String>, machine: Option<&MachineNow>) -> Vec<String> {
-        // What parts have taught, and where they are clamped, is of jobs that grind.
-        if any_job::turns(name, &used) {
-            return used;
-        }
-        let Ok(job) = job_file::load(name, &used) else { return used };
-        // A job on the part as it is; what somebody says of its phase counts more.
-        let is_said = used.iter().any(|pair| pair.starts_with("part_phase_deg="));
-        if (job.starts_in_the_middle || job.spec.dry_run_mm.is_some()) && !is_said {
-            used.extend(self.setup.phase_override());
-        }
-        let description = machine.map_or(&job.machine.description, |now| &now.description);
-        let (learned, kept) = (self.learned_by(&job, description), self.kept_for(&job, description));
-        used.into_iter().chain(learned).chain(kept).collect()
-    }
-
-    /// What the parts of a job have taught.
-    fn learned_by(&self, job: &Job, machine: &MachineDescription) -> Option<String> {
-        job.spec.compensation.as_ref()?;
-        match self.learned.of(&machine.name, &job.spec.name) {
-            Ok(learned) => learned.override_for(job),
-            Err(error) => {
-                self.node.logger().error(&format!("{error}; the part is ground as designed"));
-                None
-            }
-        }
-    }
-
-    /// The stiffness that is kept for the machine, where a job takes it.
-    fn kept_for(&self, job: &Job, machine: &MachineDescription) -> Option<String> {
-        job.spec.correction.as_ref()?;
-        match self.stiffness.of(&machine.name) {
-            Ok(kept) => {
-                let contacts = planning::kept_contacts(&kept, job, machine);
-                contacts.told.iter().for_each(|told| self.node.logger().warn(told));
-                contacts.over
-            }
-            Err(error) => {
-                self.node.logger().error(&format!("{error}; no stiffness is taken from it"));
-                None
-            }
-        }
-    }
-
-    /// Plans a job for the machine as it is now, or takes the loaded plan if nothing has changed since.
-    fn prepare(&self, name: &str, overrides: &[String], machine: Option<MachineNow>) -> Result<AnyPrepared, String> {
-        settings::check_against_job(self.node.parameters(), name, overrides)?;
-        let used = self.used(name, overrides, machine.as_ref())?;
-        let loaded = lock(&self.loaded);
-        let same = |loaded: &&Loaded| loaded.name == name && loaded.used == used && loaded.machine == machine;
-        if let Some(loaded) = loaded.as_ref().filter(same) {
-            return Ok(loaded.prepared.clone());
-        }
-        drop(loaded);
-        planning::prepare_any(name, &used, machine.as_ref()).map_err(|error| error.to_string())
-    }
-
-    /// The loaded job, or that of the parameter, planned for the machine as it is.
-    pub(super) fn prepare_usual(&self, machine: MachineNow) -> Result<AnyPrepared, String> {
-        let (name, overrides) = self.wanted("", &[]);
-        self.prepare(&name, &overrides, Some(machine))
-    }
-
-    /// Plans a job and keeps it, for `load_job`.
-    pub(super) fn load(&self, job: &str, overrides: &[String]) -> Result<AnyPrepared, String> {
-        let (name, overrides) = self.wanted(job, overrides);
-        let machine = lock(&self.machine).clone();
-        settings::check_against_job(self.node.parameters(), &name, &overrides)?;
-        let used = self.used(&name, &overrides, machine.as_ref())?;
-        let prepared = planning::prepare_any(&name, &used, machine.as_ref()).map_err(|error| error.to_string())?;
-        if matches!(*lock(&self.course), Course::Idle) {
-            self.board.planned(JobStatus::IDLE, &prepared, &format!("loaded {}", prepared.summary()));
-        }
-        *lock(&self.loaded) = Some(Loaded { name, overrides, used, machine, prepared: prepared.clone() });
-        Ok(prepared)
-    }
-
-    /// The first alarm that keeps the machine from moving.
-    pub(super) fn stopping_alarm(&self) -> Option<Alarm> {
-        lock(&self.alarms).iter().find(|alarm| alarm.active && alarm.severity >= Alarm::STOP).cloned()
-    }
-
-    /// Everything that stands between a goal and its first motion.
-    pub(super) fn decide(&self, name: &str, overrides: &[String]) -> Result<AnyPrepared, String> {
-        let there = |outcome: Result<(), RosError>| outcome.map_err(|error| error.to_string());
-        there(self.load_lobe.wait_for_service(MEETING))?;
-        there(self.execute.wait_for_server(MEETING))?;
-        let machine = lock(&self.machine).clone();
-        let machine = machine.ok_or("the machine has not said what it is (topic machine/description)")?;
-        if let Some(alarm) = self.stopping_alarm() {
-            return Err(format!("alarm {} needs a reset: {}; {}", alarm.number, alarm.text, alarm.remedy));
-        }
-        if let Some(reason) = self.cell.hindrance() {
-            return Err(reason);
-        }
-        self.prepare(name, overrides, Some(machine))
-    }
-
-    /// Plans and starts the job of a part of the cell's own run; the cell hears of it when that cannot be.
-    pub(super) fn run_part(self: &Arc<Self>, name: String, overrides: Vec<String>) {
-        {
-            let mut course = lock(&self.course);
-            if !matches!(*course, Course::Idle) {
-                return self.cell.tell(Told::PartRefused(course.to_string()));
-            }
-            *course = Course::Deciding(name.clone());
-        }
-        let shared = Arc::clone(self);
-        let sent = self.order(move || {
-            shared.board.planning(&name);
-            let started = shared.decide(&name, &overrides).and_then(|prepared| match shared.cell.wants_part() {
-                true => shared.start(&mut lock(&shared.course), prepared, Asker::Cell),
-                false => Err("it was stopped before anything moved".into()),
-            });
-            if let Err(reason) = started {
-                *lock(&shared.course) = Course::Idle;
-                shared.board.refused(&name, &reason);
-                shared.cell.tell(Told::PartRefused(reason));
-            }
-        });
-        if !sent {
-            *lock(&self.course) = Course::Idle;
-        }
-    }
-
-    /// Starts the thread of a job; without one the course stays as it is.
-    pub(super) fn start(
-        self: &Arc<Self>,
-        course: &mut Course,
-        prepared: AnyPrepared,
-        asker: Asker,
-    ) -> Result<(), String> {
-        let (events, inbox) = mpsc::channel();
-        let name = prepared.name().to_owned();
-        let execution = Execution::new(Arc::clone(self), &prepared, asker, events.clone(), inbox);
-        let thread = self.node.supervisor().spawn("job", move || run(execution, prepared));
-        let thread = thread.map_err(|error| format!("no thread for the job: {error}"))?;
-        *course = Course::Running(name, events);
-        // The one before has ended: it set the course to idle as its last act.
-        *lock(&self.run) = Some(thread);
-        Ok(())
-    }
+/// Stage of the one job that can be under way.
+#[derive(Debug, Default)]
+pub(super) enum JobSlot {
+    #[default]
+    Idle,
+    /// A goal is being decided on.
+    Deciding(String),
+    /// A goal was accepted; its thread is about to start.
+    Prepared(Box<AnyPrepared>),
+    /// A job runs; its thread listens here.
+    Running(String, mpsc::Sender<Event>),
 }
 
-/// A job from its start to its end, on a thread of its own.
-fn run(execution: Execution, prepared: AnyPrepared) {
-    let shared = Arc::clone(&execution.shared);
-    let logger = shared.node.logger();
-    let _current = logger.enter();
-    let started = prepared.summary();
-    shared.board.planned(JobStatus::EXECUTING, &prepared, &started);
-    shared.lobe_forms.designed(&prepared);
-    logger.info(&format!("job {started}"));
-    match prepared {
-        AnyPrepared::Ground(prepared) => GrindingRun::new(execution, *prepared).run(),
-        AnyPrepared::Turned(prepared) => TurningRun::new(execution, *prepared).run(),
-    }
-}
-
-/// Serves `~/run_job`.
-#[derive(Debug)]
-pub(super) struct RunHandler(pub(super) Arc<Shared>);
-
-impl RunHandler {
-    /// Decides on the planning thread.
-    fn begin(&self, name: String, overrides: Vec<String>, decider: GoalDecider) {
-        let shared = Arc::clone(&self.0);
-        let sent = self.0.order(move || {
-            shared.board.planning(&name);
-            match shared.decide(&name, &overrides) {
-                Ok(prepared) => {
-                    shared.board.planned(JobStatus::PLANNING, &prepared, &prepared.summary());
-                    *lock(&shared.course) = Course::Prepared(Box::new(prepared));
-                    decider.accept();
-                }
-                Err(reason) => {
-                    *lock(&shared.course) = Course::Idle;
-                    shared.board.refused(&name, &reason);
-                    decider.reject(&reason);
-                }
-            }
-        });
-        if !sent {
-            *lock(&self.0.course) = Course::Idle;
+impl fmt::Display for JobSlot {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            JobSlot::Idle => f.write_str("idle"),
+            JobSlot::Deciding(job) => write!(f, "job {job} is being planned"),
+            JobSlot::Prepared(prepared) => write!(f, "job {} is about to start", prepared.name()),
+            JobSlot::Running(job, _) => write!(f, "job {job} is running"),
         }
-    }
-}
-
-impl ActionHandler<RunJob> for RunHandler {
-    fn goal(&mut self, _id: GoalId, goal: &RunJobGoal) -> GoalDecision {
-        if !self.0.active.load(Ordering::Acquire) {
-            return GoalDecision::Reject("the node is not active".into());
-        }
-        if let Some(reason) = self.0.cell.keeps_jobs_out() {
-            return GoalDecision::Reject(reason);
-        }
-        let (name, mut overrides) = self.0.wanted(&goal.job, &goal.overrides);
-        if !goal.start_lobe.is_empty() {
-            overrides.push(format!("start_at={}", goal.start_lobe));
-        }
-        {
-            let mut course = lock(&self.0.course);
-            if !matches!(*course, Course::Idle) {
-                return GoalDecision::Reject(course.to_string());
-            }
-            *course = Course::Deciding(name.clone());
-        }
-        let (decider, decision) = GoalDecision::later();
-        self.begin(name, overrides, decider);
-        decision
-    }
-
-    fn accepted(&mut self, goal: GoalHandle<RunJob>) {
-        let abort = |message: &str| {
-            goal.abort(RunJobResult { message: format!("{message}; nothing moved"), ..RunJobResult::default() });
-        };
-        let mut course = lock(&self.0.course);
-        let prepared = match std::mem::take(&mut *course) {
-            Course::Prepared(prepared) => prepared,
-            other => {
-                *course = other;
-                return abort("its plan is gone");
-            }
-        };
-        if !self.0.active.load(Ordering::Acquire) {
-            return abort("the node is not active any more");
-        }
-        if let Err(reason) = self.0.start(&mut course, *prepared, Asker::Goal(goal.clone())) {
-            abort(&reason);
-        }
-    }
-
-    fn cancel(&mut self, _id: GoalId) -> bool {
-        self.0.cancel()
     }
 }

@@ -1,4 +1,4 @@
-//! What was learned from the parts of each job, kept over the end of the node: one small file for each machine and job.
+//! Learned corrections of each job, stored beyond the end of the node: one small file for each machine and job.
 
 use super::lock;
 use camwright_files::convert::mm_from_m;
@@ -36,8 +36,8 @@ impl LearnedStore {
         Some(self.directory.as_ref()?.join(plain(machine)).join(format!("{}.yaml", plain(job))))
     }
 
-    /// What is known of a job on a machine.
-    pub(super) fn of(&self, machine: &str, job: &str) -> Result<LearnedJob, String> {
+    /// Loads the learned corrections of a job on a machine.
+    pub(super) fn load(&self, machine: &str, job: &str) -> Result<LearnedJob, String> {
         let key = (machine.to_owned(), job.to_owned());
         if let Some(kept) = lock(&self.kept).get(&key) {
             return Ok(kept.clone());
@@ -57,8 +57,8 @@ impl LearnedStore {
         let (machine, job) = (&prepared.machine.name, &prepared.job.spec.name);
         let outlines_mm: Vec<Vec<f64>> =
             parts.iter().map(|part| part.radius.iter().map(|radius| mm_from_m(*radius)).collect()).collect();
-        // A file that cannot be read is told where the job is planned; here it is begun anew.
-        let mut learned = self.of(machine, job).unwrap_or_else(|_| LearnedJob::new(machine, job));
+        // An unreadable file is reported when the job is planned; here learning starts anew.
+        let mut learned = self.load(machine, job).unwrap_or_else(|_| LearnedJob::new(machine, job));
         let mut told = learned.learn(prepared, &outlines_mm)?;
         told.push(format!("job {job} has learned from {} parts on {machine}", learned.parts));
         // As its file says it, whether there is a file or not.
@@ -109,16 +109,16 @@ mod tests {
         let told = LearnedStore::new(&at).learn(&prepared, &parts).unwrap();
         assert_eq!(told.last().unwrap(), "job four_lobe_camshaft has learned from 1 parts on cam_grinder");
         let again = LearnedStore::new(&at);
-        let learned = again.of("cam_grinder", "four_lobe_camshaft").unwrap();
+        let learned = again.load("cam_grinder", "four_lobe_camshaft").unwrap();
         assert_eq!(learned.parts, 1);
         assert!(learned.override_for(&prepared.job).is_some());
-        assert_eq!(again.of("cam_grinder", "eccentric").unwrap().parts, 0);
-        assert_eq!(again.of("other", "four_lobe_camshaft").unwrap().parts, 0);
+        assert_eq!(again.load("cam_grinder", "eccentric").unwrap().parts, 0);
+        assert_eq!(again.load("other", "four_lobe_camshaft").unwrap().parts, 0);
         std::fs::write(directory.join("cam_grinder/four_lobe_camshaft.yaml"), "nothing").unwrap();
-        assert!(LearnedStore::new(&at).of("cam_grinder", "four_lobe_camshaft").is_err());
+        assert!(LearnedStore::new(&at).load("cam_grinder", "four_lobe_camshaft").is_err());
         std::fs::remove_dir_all(directory).unwrap();
         let nowhere = LearnedStore::new("none");
         nowhere.learn(&prepared, &parts).unwrap();
-        assert_eq!(nowhere.of("cam_grinder", "four_lobe_camshaft").unwrap().parts, 1);
+        assert_eq!(nowhere.load("cam_grinder", "four_lobe_camshaft").unwrap().parts, 1);
     }
 }

@@ -3,16 +3,15 @@
 //! The executor thread only takes requests and answers. Files are read and jobs planned on a worker thread; a job that
 //! runs has a thread of its own, which loads the blanks, hands the plan to the axis interpolator, and measures the part.
 
-mod asker;
 mod board;
 mod cell;
-mod course;
 mod deferred;
 mod execution;
 mod gauged_run;
 mod gaugings;
 mod grinding_run;
 mod identify;
+mod job_request;
 mod job_slot;
 mod learned;
 mod loading;
@@ -21,6 +20,7 @@ mod lobe_ticks;
 mod partners;
 pub mod parts;
 mod preview;
+mod request_origin;
 mod services;
 mod settings;
 mod setup;
@@ -28,7 +28,7 @@ mod stiffness;
 mod turned_parts;
 mod turning_run;
 
-use board::Board;
+use board::PlanPublisher;
 use camwright_authority::{Grant, Membership, Role, subscribe_to_machine};
 use camwright_files::convert::machine_now::MachineNow;
 use camwright_machine_cycle::part::MAX_PAGES;
@@ -47,10 +47,10 @@ use camwright_ros::{
 };
 use camwright_scene as scene;
 use camwright_threads::supervised::injected;
-use cell::{Cell, Told};
-use course::Course;
+use cell::{Cell, CellEvent};
 use gaugings::Gaugings;
-use job_slot::{Loaded, RunHandler};
+use job_request::{Loaded, RunHandler};
+use job_slot::JobSlot;
 use learned::LearnedStore;
 use lobe_forms::LobeForms;
 use parts::Parts;
@@ -70,9 +70,9 @@ const MAX_LOBES: u32 = 32;
 /// Readings of the gauge that may wait for this node: two seconds of them.
 const GAUGE_DEPTH: u32 = 2000;
 
-/// How long a job may take to come to rest when the node ends within a larger program.
+/// Maximum time for coming to rest when the node ends within a larger program.
 const STOPPING: Duration = Duration::from_secs(60);
-/// How long the cell's thread may take to end.
+/// Maximum time for the end of the cell's thread.
 const LAST_WORD: Duration = Duration::from_millis(200);
 
 /// A running `job_planner`.
@@ -93,7 +93,7 @@ pub struct JobPlanner {
 /// A piece of work for the planning thread.
 type Work = Box<dyn FnOnce() + Send>;
 
-/// What callbacks, the planning thread and a running job share.
+/// State shared by callbacks, the planning thread and a running job.
 #[derive(Debug)]
 struct Shared {
     node: Node,
@@ -106,15 +106,15 @@ struct Shared {
     /// The cell as a unit of PackML.
     cell: Cell,
     gaugings: Gaugings,
-    /// What was learned from the parts of each job.
+    /// Learned corrections of each job.
     learned: LearnedStore,
-    /// What is kept of the stiffness of each machine.
+    /// Stored stiffness of each machine.
     stiffness: StiffnessStore,
-    board: Board,
+    board: PlanPublisher,
     /// The job that `load_job` planned last.
     loaded: Mutex<Option<Loaded>>,
     /// The one job there can be.
-    course: Mutex<Course>,
+    job_slot: Mutex<JobSlot>,
     /// The thread of the job that runs or ran last.
     run: Mutex<Option<JoinHandle<Option<()>>>>,
     /// The way to the planning thread; gone when the node ends.
@@ -178,10 +178,10 @@ impl JobPlanner {
             gaugings: Gaugings::default(),
             learned: LearnedStore::new(&node.parameters().string(settings::LEARNED_DIR)),
             stiffness: StiffnessStore::new(&node.parameters().string(settings::LEARNED_DIR)),
-            board: Board::new(&node, cell.mailbox())?,
+            board: PlanPublisher::new(&node, cell.mailbox())?,
             cell,
             loaded: Mutex::default(),
-            course: Mutex::default(),
+            job_slot: Mutex::default(),
             run: Mutex::default(),
             work: Mutex::new(Some(work)),
             plan: node.publisher("~/plan", &Qos::latched(PLAN_DEPTH))?,
@@ -212,7 +212,7 @@ impl JobPlanner {
         let this = Arc::clone(&shared);
         let diagnostics = node.diagnostics("job_planner", move || vec![this.health()])?;
         let this = Arc::downgrade(&shared);
-        let is_busy = |shared: &Shared| !matches!(*lock(&shared.course), Course::Idle) || shared.cell.has_run();
+        let is_busy = |shared: &Shared| !matches!(*lock(&shared.job_slot), JobSlot::Idle) || shared.cell.has_run();
         let busy = move || this.upgrade().is_some_and(|shared| is_busy(&shared));
         let membership = camwright_authority::join(&node, &grant, Role::Planner, busy)?;
         let spin = node.spin_in_thread()?;
@@ -240,7 +240,7 @@ impl JobPlanner {
         &self.lifecycle
     }
 
-    /// Whether the machine has said what it is.
+    /// Returns whether the machine has published its description.
     #[must_use]
     pub fn knows_machine(&self) -> bool {
         lock(&self.shared.machine).is_some()
@@ -302,7 +302,7 @@ impl LifecycleCallbacks for Activation {
 impl Shared {
     /// Takes the machine's description: what it is, and the wheel that is mounted.
     fn meet(&self, message: &DescriptionMessage) {
-        match MachineNow::of(message) {
+        match MachineNow::from_message(message) {
             Ok(now) => *lock(&self.machine) = Some(now),
             Err(reason) => self.node.logger().error(&reason),
         }
@@ -315,7 +315,7 @@ impl Shared {
 
     /// One status: whether it works, whether the machine is known, what runs.
     fn health(&self) -> DiagnosticStatus {
-        let course = lock(&self.course).to_string();
+        let course = lock(&self.job_slot).to_string();
         let (level, message) = if !self.active.load(Ordering::Acquire) {
             (DiagnosticStatus::OK, "not active".to_owned())
         } else if lock(&self.machine).is_none() {
@@ -344,23 +344,23 @@ fn subscriptions(shared: &Arc<Shared>, grant: &Arc<Grant>) -> Result<Vec<Subscri
     let lobes = &Qos::latched(MAX_LOBES);
     let part =
         subscribe_to_machine::<PartLobe>(node, grant, "machine/part", (lobes, MAX_LOBES as usize), move |lobe, _| {
-            this.parts.take(lobe);
+            this.parts.add(lobe);
         })?;
     let this = Arc::clone(shared);
     let pages = (&Qos::latched(MAX_PAGES), MAX_PAGES as usize);
     let turned = subscribe_to_machine::<TurnedPage>(node, grant, "machine/turned_part", pages, move |page, _| {
-        this.turned_parts.take(&page);
+        this.turned_parts.receive_page(&page);
     })?;
     let this = Arc::clone(shared);
     let alarms =
         subscribe_to_machine::<MachineAlarms>(node, grant, "machine/alarms", (latched, 1), move |message, _| {
             *lock(&this.alarms) = message.alarms;
-            this.cell.tell(Told::Alarms);
+            this.cell.send(CellEvent::Alarms);
         })?;
     let this = Arc::clone(shared);
     let every = &Qos::default_topic().keep_last(GAUGE_DEPTH);
     let gauge = subscribe_to_machine::<GaugeReading>(node, grant, "machine/gauge", (every, 0), move |reading, _| {
-        this.gaugings.take(&reading);
+        this.gaugings.add(&reading);
     })?;
     Ok(vec![description, part, turned, alarms, gauge])
 }

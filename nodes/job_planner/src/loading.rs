@@ -8,43 +8,43 @@ use camwright_planning::{self as planning, PreparedJob};
 use camwright_ros::Client;
 use std::time::{Duration, Instant};
 
-/// How long the machine may take to come to rest before it takes a new part.
+/// Maximum time for the machine to come to rest before it takes a new part.
 const AT_REST: Duration = Duration::from_secs(5);
 const BETWEEN_ATTEMPTS: Duration = Duration::from_millis(50);
 
 /// Why a part was not put in.
 #[derive(Debug)]
-pub(super) enum NotPutIn {
+pub(super) enum LoadingFailure {
     Cancelled,
     /// The machine does not take it, or does not answer.
     Refused(String),
 }
 
-impl From<NotPutIn> for Failure {
-    fn from(reason: NotPutIn) -> Self {
+impl From<LoadingFailure> for Failure {
+    fn from(reason: LoadingFailure) -> Self {
         match reason {
-            NotPutIn::Cancelled => Self::Cancelled("cancelled before anything moved".into()),
-            NotPutIn::Refused(reason) => Self::still(&reason),
+            LoadingFailure::Cancelled => Self::Cancelled("cancelled before anything moved".into()),
+            LoadingFailure::Refused(reason) => Self::still(&reason),
         }
     }
 }
 
 impl Shared {
     /// Puts the raw part of a job between the centres, in the place of another.
-    pub(super) fn put_in(&self, prepared: &PreparedJob, is_cancelled: &dyn Fn() -> bool) -> Result<(), NotPutIn> {
+    pub(super) fn put_in(&self, prepared: &PreparedJob, is_cancelled: &dyn Fn() -> bool) -> Result<(), LoadingFailure> {
         self.setup.forget_phase();
         self.parts.clear();
         for index in 0..prepared.planned.lobes.len() {
             let request = LoadLobeRequest { clear: index == 0, lobe: planning::raw_lobe(prepared, index) };
             offered(&self.load_lobe, &request, |answer| (answer.success, answer.message), is_cancelled)?;
             // The machine reports what was ground, not what was put in.
-            self.parts.take(request.lobe);
+            self.parts.add(request.lobe);
         }
         Ok(())
     }
 
     /// Puts a bar into the chuck of a lathe, in the place of another part.
-    pub(super) fn clamp(&self, bar: &LoadBarRequest, is_cancelled: &dyn Fn() -> bool) -> Result<(), NotPutIn> {
+    pub(super) fn clamp(&self, bar: &LoadBarRequest, is_cancelled: &dyn Fn() -> bool) -> Result<(), LoadingFailure> {
         self.turned_parts.clear();
         offered(&self.load_bar, bar, |answer| (answer.success, answer.message), is_cancelled)
     }
@@ -56,20 +56,20 @@ fn offered<S: Service>(
     request: &S::Request,
     taken: fn(S::Response) -> (bool, String),
     is_cancelled: &dyn Fn() -> bool,
-) -> Result<(), NotPutIn> {
+) -> Result<(), LoadingFailure> {
     let end = Instant::now() + AT_REST;
     loop {
         if is_cancelled() {
-            return Err(NotPutIn::Cancelled);
+            return Err(LoadingFailure::Cancelled);
         }
-        let answer = client.call(request, ANSWER).map_err(|error| NotPutIn::Refused(error.to_string()))?;
+        let answer = client.call(request, ANSWER).map_err(|error| LoadingFailure::Refused(error.to_string()))?;
         let (is_taken, message) = taken(answer);
         if is_taken {
             return Ok(());
         }
         // The job before may just have ended: its last axis is still settling.
         if Instant::now() >= end {
-            return Err(NotPutIn::Refused(format!("the machine does not take the part: {message}")));
+            return Err(LoadingFailure::Refused(format!("the machine does not take the part: {message}")));
         }
         std::thread::sleep(BETWEEN_ATTEMPTS);
     }

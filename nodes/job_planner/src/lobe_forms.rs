@@ -11,14 +11,14 @@ use camwright_msgs::visualization_msgs::msg::{Marker, MarkerArray};
 use camwright_planning::{AnyPrepared, FORM_TOLERANCE_MM, PreparedJob};
 use camwright_ros::running::NodeError;
 use camwright_ros::{Node, Publisher, Qos, RosError};
-use camwright_scene::{self as scene, Colour, Frames, Place};
+use camwright_scene::{self as scene, Colour, Frames, MarkerPose};
 use std::sync::Mutex;
 
 /// Azimuths of a form: half a degree.
 const AZIMUTHS: usize = 720;
 /// Messages that a late viewer still gets: design and form of every lobe.
 const DEPTH: u32 = 64;
-/// How many times as large an error is drawn: the tolerance is then as wide as a pencil's line is long.
+/// Magnification of a drawn error: the tolerance is then as wide as a pencil line is long.
 const MAGNIFICATION: f64 = 1000.0;
 
 const DESIGN: Colour = [0.10, 0.75, 0.95, 1.0];
@@ -53,13 +53,13 @@ impl LobeForms {
             let mut lobes = prepared.planned.lobes.iter().enumerate();
             lobes.try_for_each(|(index, lobe)| self.publish(prepared, index, &lobe.design, None))
         });
-        self.told(outcome);
+        self.log_failure(outcome);
     }
 
     /// A lobe has been ground.
     pub(super) fn ground(&self, prepared: &PreparedJob, index: usize, measured: &PartLobe) {
         let Some(lobe) = prepared.planned.lobes.get(index) else { return };
-        self.told(self.publish(prepared, index, &lobe.design, Some(measured)));
+        self.log_failure(self.publish(prepared, index, &lobe.design, Some(measured)));
     }
 
     fn publish(
@@ -90,15 +90,15 @@ impl LobeForms {
         Ok(())
     }
 
-    fn told(&self, outcome: Result<(), NodeError>) {
+    fn log_failure(&self, outcome: Result<(), NodeError>) {
         if let Err(error) = outcome {
             self.node.logger().warn(&format!("what viewers see cannot be published: {error}"));
         }
     }
 }
 
-fn place<'a>(frames: &'a Frames, ns: &'a str, id: i32) -> Place<'a> {
-    Place { frame: if ns == "form_error_text" { &frames.table } else { &frames.part }, ns, id }
+fn place<'a>(frames: &'a Frames, ns: &'a str, id: i32) -> MarkerPose<'a> {
+    MarkerPose { frame: if ns == "form_error_text" { &frames.table } else { &frames.part }, ns, id }
 }
 
 /// The design, and where the lobe has been measured what it is off there.
@@ -124,7 +124,7 @@ fn form(job: &str, machine: &MachineDescription, design: &LobeDesign, measured: 
     }
 }
 
-/// Of every stretch between two of so many places the value that is largest in size, so that no extreme is lost.
+/// Value of the largest magnitude in each of `count` intervals, so that no extreme is lost.
 fn largest_of(values: &[f64], count: usize) -> Vec<f64> {
     let stretch =
         |i: usize| &values[i * values.len() / count..((i + 1) * values.len() / count).max(i + 1).min(values.len())];

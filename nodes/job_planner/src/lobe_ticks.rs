@@ -1,11 +1,11 @@
 //! When each lobe of a job that runs began and ended.
 
-/// Ticks at which each lobe began and ended, as the interpolator told.
+/// First and last tick of each lobe, as the interpolator reported them.
 #[derive(Debug, Default)]
 pub(super) struct LobeTicks {
     current: Option<usize>,
     spans: Vec<(u64, Option<u64>)>,
-    /// What the lobes took in the half before (ticks).
+    /// Duration of the lobes in the previous half (ticks).
     before: Vec<u64>,
 }
 
@@ -13,7 +13,7 @@ impl LobeTicks {
     /// The lobes come once more: the half before is over.
     pub(super) fn next_half(&mut self) {
         let last = self.spans.iter().filter_map(|(_, end)| *end).max().unwrap_or_default();
-        self.before = (0..self.spans.len()).filter_map(|lobe| self.of(lobe, last)).collect();
+        self.before = (0..self.spans.len()).filter_map(|lobe| self.first_tick(lobe, last)).collect();
         (self.current, self.spans) = (None, Vec::new());
     }
 
@@ -32,7 +32,7 @@ impl LobeTicks {
     }
 
     /// Ticks of a lobe; the last one may end with the job.
-    pub(super) fn of(&self, lobe: usize, last_tick: u64) -> Option<u64> {
+    pub(super) fn first_tick(&self, lobe: usize, last_tick: u64) -> Option<u64> {
         let (begin, end) = self.spans.get(lobe)?;
         let before = self.before.get(lobe).copied().unwrap_or_default();
         Some(before + end.unwrap_or(last_tick).saturating_sub(*begin))
@@ -49,7 +49,10 @@ mod tests {
         for (lobe, tick) in [(None, 0), (Some(0), 100), (Some(0), 150), (Some(1), 300), (None, 450), (None, 500)] {
             ticks.note(lobe, tick);
         }
-        assert_eq!((ticks.of(0, 600), ticks.of(1, 600), ticks.of(2, 600)), (Some(200), Some(150), None));
+        assert_eq!(
+            (ticks.first_tick(0, 600), ticks.first_tick(1, 600), ticks.first_tick(2, 600)),
+            (Some(200), Some(150), None)
+        );
     }
 
     #[test]
@@ -62,13 +65,13 @@ mod tests {
         for (lobe, tick) in [(Some(0), 1000), (Some(1), 1040), (None, 1090)] {
             ticks.note(lobe, tick);
         }
-        assert_eq!((ticks.of(0, 1100), ticks.of(1, 1100)), (Some(240), Some(200)));
+        assert_eq!((ticks.first_tick(0, 1100), ticks.first_tick(1, 1100)), (Some(240), Some(200)));
     }
 
     #[test]
     fn the_last_lobe_may_end_with_the_job() {
         let mut ticks = LobeTicks::default();
         ticks.note(Some(0), 10);
-        assert_eq!(ticks.of(0, 60), Some(50));
+        assert_eq!(ticks.first_tick(0, 60), Some(50));
     }
 }

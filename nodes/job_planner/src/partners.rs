@@ -8,7 +8,7 @@ use std::time::Duration;
 
 /// The interpolator as it was heard last.
 #[derive(Debug, Clone, Copy)]
-struct Heard {
+struct LastContact {
     participant: [u8; 12],
     silence: Silence,
 }
@@ -17,7 +17,7 @@ struct Heard {
 #[derive(Debug)]
 pub(super) struct Interpolator {
     limit: Duration,
-    heard: Mutex<Option<Heard>>,
+    heard: Mutex<Option<LastContact>>,
 }
 
 /// The interpolator that a job has begun with.
@@ -29,11 +29,11 @@ impl Interpolator {
         Self { limit, heard: Mutex::default() }
     }
 
-    /// It has told its state.
-    pub(super) fn hear(&self, writer: Guid) {
+    /// Records a message of the partner.
+    pub(super) fn receive(&self, writer: Guid) {
         let mut participant = [0; 12];
         participant.copy_from_slice(&writer[..12]);
-        *lock(&self.heard) = Some(Heard { participant, silence: Silence::new(self.limit) });
+        *lock(&self.heard) = Some(LastContact { participant, silence: Silence::new(self.limit) });
     }
 
     /// The one that is there now.
@@ -68,14 +68,14 @@ mod tests {
         let interpolator = Interpolator::new(Duration::from_secs(1));
         let nobody = interpolator.identity();
         assert_eq!(interpolator.look(nobody), Ok(()), "it has not been heard of yet");
-        interpolator.hear([1; 16]);
+        interpolator.receive([1; 16]);
         let first = interpolator.identity();
         assert_eq!(interpolator.look(first), Ok(()));
         let mut endpoint = [1; 16];
         endpoint[15] = 7;
-        interpolator.hear(endpoint);
+        interpolator.receive(endpoint);
         assert_eq!(interpolator.look(first), Ok(()), "another endpoint of the same participant");
-        interpolator.hear([2; 16]);
+        interpolator.receive([2; 16]);
         assert!(interpolator.look(first).expect_err("another participant").contains("started again"));
     }
 }

@@ -13,7 +13,7 @@ pub struct Parts {
 }
 
 impl Parts {
-    pub fn take(&self, lobe: PartLobe) {
+    pub fn add(&self, lobe: PartLobe) {
         lock(&self.lobes).insert(lobe.name.clone(), lobe);
         self.changed.notify_all();
     }
@@ -60,12 +60,12 @@ mod tests {
         let lobe = |tick, finished| PartLobe { name: "I1".into(), tick, finished, ..PartLobe::default() };
         let wait = |since| parts.wait_finished(&["I1"], since, Duration::from_millis(1)).map(|lobes| lobes[0].tick);
         assert_eq!(wait(0), Err("I1"));
-        parts.take(lobe(100, true));
+        parts.add(lobe(100, true));
         assert_eq!(wait(50), Ok(100));
         assert_eq!(wait(101), Err("I1"), "that was the part before");
-        parts.take(lobe(200, false));
+        parts.add(lobe(200, false));
         assert_eq!(wait(101), Err("I1"), "a blank");
-        parts.take(lobe(300, true));
+        parts.add(lobe(300, true));
         assert_eq!(wait(101), Ok(300));
     }
 }

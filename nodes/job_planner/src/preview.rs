@@ -1,4 +1,4 @@
-//! What a job would do, without its plan being published: `~/preview_job`.
+//! Preview of a job without publishing its plan: `~/preview_job`.
 
 use super::{Shared, lock};
 use camwright::machine::description::Axis;
@@ -34,13 +34,13 @@ fn preview(shared: &Shared, request: &PreviewJobRequest) -> Result<PreviewJobRes
     let overrides = shared.used(&request.job, &request.overrides, machine.as_ref())?;
     let prepared = planning::prepare_any(&request.job, &overrides, machine.as_ref());
     match prepared.map_err(|error| error.to_string())? {
-        AnyPrepared::Ground(prepared) => of_lobe(&prepared, &request.lobe, points),
-        AnyPrepared::Turned(prepared) => of_part(&prepared, mm_from_m(request.z), points),
+        AnyPrepared::Ground(prepared) => preview_lobe(&prepared, &request.lobe, points),
+        AnyPrepared::Turned(prepared) => preview_part(&prepared, mm_from_m(request.z), points),
     }
 }
 
 /// A lobe that is ground.
-fn of_lobe(prepared: &PreparedJob, lobe: &str, points: u32) -> Result<PreviewJobResponse, String> {
+fn preview_lobe(prepared: &PreparedJob, lobe: &str, points: u32) -> Result<PreviewJobResponse, String> {
     let names = &prepared.planned.plan.lobes;
     let lobe = match lobe {
         "" => 0,
@@ -62,7 +62,7 @@ fn of_lobe(prepared: &PreparedJob, lobe: &str, points: u32) -> Result<PreviewJob
 }
 
 /// The section of a turned part at a place along it, and the turn of its last pass in which the insert is there.
-fn of_part(prepared: &PreparedTurning, z_mm: f64, points: u32) -> Result<PreviewJobResponse, String> {
+fn preview_part(prepared: &PreparedTurning, z_mm: f64, points: u32) -> Result<PreviewJobResponse, String> {
     let (spec, plan) = (&prepared.job.spec, &prepared.planned.plan);
     let (from_mm, to_mm) = spec.range_mm();
     if !(from_mm..=to_mm).contains(&z_mm) {
@@ -110,7 +110,7 @@ fn turn_at(prepared: &PreparedTurning, z_mm: f64, points: u32) -> Option<JointTr
     })
 }
 
-/// Where something ends that holds from the low end on.
+/// End of a property that holds from the low end on, by bisection.
 fn bisected(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..60 {
         let middle = 0.5 * (low + high);

@@ -8,7 +8,7 @@ use camwright_ros::{Parameter, ParameterValue, Parameters};
 
 /// Job that runs when a goal names none and none is loaded.
 pub(super) const JOB: &str = "job";
-/// Where what was learned is kept.
+/// Folder of learned corrections.
 pub(super) const LEARNED_DIR: &str = "learned_dir";
 /// Parts of a run of the cell where START says none.
 pub(super) const CELL_PARTS: &str = "cell_parts";
@@ -72,7 +72,7 @@ fn declared(key: &Key) -> Parameter {
     }
 }
 
-/// What the node declares.
+/// Parameters of the node.
 pub(super) fn parameters() -> Vec<Parameter> {
     let mut parameters = vec![
         Parameter::string(JOB, "four_lobe_camshaft").describe("job that runs when a goal names none, by name or path"),
@@ -101,12 +101,12 @@ pub(super) fn parameters() -> Vec<Parameter> {
             .describe("folders of files that overrides over ROS may name, besides those of the job and of params")
             .read_only(),
     );
-    parameters.extend(of_the_cell());
+    parameters.extend(cell_parameters());
     parameters
 }
 
-/// What the cell as a whole declares.
-fn of_the_cell() -> [Parameter; 5] {
+/// Parameters of the cell.
+fn cell_parameters() -> [Parameter; 5] {
     let seconds =
         |name: &str, default: f64, text: &str| Parameter::double(name, default).describe(text).range(0.1, 1e5);
     [
@@ -174,7 +174,7 @@ pub(super) fn overrides(parameters: &Parameters, of_goal: &[String]) -> Vec<Stri
     overrides
 }
 
-/// What the parameters with the name of a key say.
+/// Overrides from parameters that have the name of a key.
 fn overrides_by_key(value_of: impl Fn(&str) -> Option<ParameterValue>) -> Vec<String> {
     let mut overrides = Vec::new();
     for name in &KEYS {

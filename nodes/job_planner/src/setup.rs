@@ -1,8 +1,8 @@
 //! Set-up work of the planner: dress now, touch off, find the part's phase. Each is a sequence of goals of the axis interpolator, on a
 //! thread of its own, and holds the one place that a job has; `~/stop` ends it.
 
-use super::course::{Course, Event};
-use super::loading::NotPutIn;
+use super::job_slot::{Event, JobSlot};
+use super::loading::LoadingFailure;
 use super::{Shared, lock};
 use camwright::machine::description::{Axis, MachineDescription};
 use camwright::math::units::{TURN_RAD, deg_from_rad, um_from_mm};
@@ -24,26 +24,25 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, mpsc};
 use std::time::{Duration, Instant};
 
-/// How long a peer may take to answer a request.
+/// Maximum time of a peer's answer.
 const ANSWER: Duration = Duration::from_secs(10);
-/// How long the interpolator may take to be there.
+/// Maximum time until the interpolator is present.
 const MEETING: Duration = Duration::from_secs(5);
-/// How often it is looked for while it executes, and how long it may be out of sight.
+/// Period of the check during execution, and maximum absence.
 const WATCH: Duration = Duration::from_millis(200);
 const OUT_OF_SIGHT: Duration = Duration::from_secs(5);
 
-/// By how much a touch-off may correct the zero of X unless the request says otherwise, and at most (mm): more is another wheel, or
-/// another part.
+/// Default and maximum correction of the zero of X by a touch-off (mm): a larger one indicates another wheel or another part.
 const USUAL_CORRECTION_MM: f64 = 0.2;
 const MAX_CORRECTION_MM: f64 = 1.0;
-/// How far the wheel stands off when it has touched (mm), besides what the zero may be off.
+/// Stand-off of the wheel after the touch (mm), in addition to the possible error of the zero.
 const STAND_OFF_MM: f64 = 1.0;
-/// How much of a turn is searched for the key-way: all of it, and a part of it again.
+/// Searched share of a turn for the keyway: all of it, and a part of it again.
 const SEARCHED: f64 = 1.2;
-/// By what share the key-way may be wider or narrower than the machine file says.
+/// Relative tolerance of the keyway's width against the machine file.
 const WIDTH_TOLERANCE: f64 = 0.25;
 
-/// What the planner asks of the interpolator besides plans, and the angle at which the part is clamped.
+/// Set-up requests of the planner to the interpolator, and the angle at which the part is clamped.
 #[derive(Debug)]
 pub(super) struct Setup {
     home: ActionClient<Home>,
@@ -131,17 +130,17 @@ where
         let responder = responder.or_fail(move |reason: String| failed(Failed::from(reason)));
         let (events, inbox) = mpsc::channel();
         {
-            let mut course = lock(&this.course);
+            let mut course = lock(&this.job_slot);
             let busy = match &*course {
-                Course::Idle if this.active.load(Ordering::Acquire) => None,
-                Course::Idle => Some("the node is not active".to_owned()),
+                JobSlot::Idle if this.active.load(Ordering::Acquire) => None,
+                JobSlot::Idle => Some("the node is not active".to_owned()),
                 other => Some(other.to_string()),
             };
             let busy = busy.or_else(|| this.cell.keeps_set_up_out());
             if let Some(reason) = busy {
                 return responder.send(&failed(Failed::from(reason)));
             }
-            *course = Course::Running(what.to_owned(), events);
+            *course = JobSlot::Running(what.to_owned(), events);
         }
         let work_of = Work { shared: Arc::clone(&this), inbox };
         let thread = this.node.supervisor().spawn("set-up", move || {
@@ -150,7 +149,7 @@ where
             logger.info(&format!("{what} begins"));
             let outcome = work_of.ready().and_then(|()| work(&work_of, &request));
             // Idle before the client hears of the end: it may send the next request at once.
-            *lock(&work_of.shared.course) = Course::Idle;
+            *lock(&work_of.shared.job_slot) = JobSlot::Idle;
             let response = outcome.unwrap_or_else(|error| {
                 logger.error(&format!("{what} failed: {}", error.message));
                 failed(error)
@@ -161,7 +160,7 @@ where
             Ok(thread) => *lock(&this.run) = Some(thread),
             Err(error) => {
                 this.node.logger().error(&format!("no thread for {what}: {error}"));
-                *lock(&this.course) = Course::Idle;
+                *lock(&this.job_slot) = JobSlot::Idle;
             }
         }
     })
@@ -174,7 +173,7 @@ struct Work {
 }
 
 impl Work {
-    /// Whether anything may move.
+    /// Checks that motion is possible.
     fn ready(&self) -> Result<(), Failed> {
         self.shared.execute.wait_for_server(MEETING)?;
         self.shared.setup.probe.wait_for_server(MEETING)?;
@@ -302,7 +301,7 @@ impl Work {
         Ok(DressResponse { success: true, message, alarm: 0, radius: m_from_mm(dress.radius_mm()) })
     }
 
-    /// Where a touch-off touches: position of the table, radius there and the largest one around it (mm).
+    /// Contact of a touch-off: position of the table, radius there and the largest one around it (mm).
     fn place(&self, request: &TouchOffRequest, machine: &MachineDescription) -> Result<(f64, f64, f64), Failed> {
         let given_mm = mm_from_m(request.radius);
         if !(given_mm >= 0.0 && given_mm.is_finite()) {
@@ -401,8 +400,8 @@ impl Work {
         if request.load_part {
             let job = self.job()?;
             self.shared.put_in(&job, &|| self.is_cancelled()).map_err(|reason| match reason {
-                NotPutIn::Cancelled => "cancelled before anything moved".to_owned(),
-                NotPutIn::Refused(reason) => reason,
+                LoadingFailure::Cancelled => "cancelled before anything moved".to_owned(),
+                LoadingFailure::Refused(reason) => reason,
             })?;
         }
         self.clear(&machine)?;

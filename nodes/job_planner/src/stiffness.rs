@@ -4,7 +4,7 @@
 
 use super::learned::{self, LearnedStore};
 use super::lock;
-use camwright_files::stiffness_file::{KeptPlace, KeptStiffness};
+use camwright_files::stiffness_file::{StoredContact, StoredStiffness};
 use camwright_planning::{MeasuredContacts, PreparedJob};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -14,7 +14,7 @@ use std::sync::Mutex;
 #[derive(Debug, Default)]
 pub(super) struct StiffnessStore {
     directory: Option<PathBuf>,
-    kept: Mutex<BTreeMap<String, KeptStiffness>>,
+    kept: Mutex<BTreeMap<String, StoredStiffness>>,
 }
 
 impl StiffnessStore {
@@ -28,34 +28,38 @@ impl StiffnessStore {
         Some(self.directory.as_ref()?.join(format!("{}.stiffness.yaml", learned::plain(machine))))
     }
 
-    /// What is kept of a machine.
-    pub(super) fn of(&self, machine: &str) -> Result<KeptStiffness, String> {
+    /// Loads the stored stiffness of a machine.
+    pub(super) fn load(&self, machine: &str) -> Result<StoredStiffness, String> {
         if let Some(kept) = lock(&self.kept).get(machine) {
             return Ok(kept.clone());
         }
-        let Some(path) = self.path(machine) else { return Ok(KeptStiffness::new(machine)) };
+        let Some(path) = self.path(machine) else { return Ok(StoredStiffness::new(machine)) };
         let text = match std::fs::read_to_string(&path) {
             Ok(text) => text,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(KeptStiffness::new(machine)),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(StoredStiffness::new(machine)),
             Err(error) => return Err(format!("{}: cannot be read: {error}", path.display())),
         };
-        let read = KeptStiffness::parse(&path, &text).map_err(|error| error.to_string())?;
+        let read = StoredStiffness::parse(&path, &text).map_err(|error| error.to_string())?;
         // Two machines whose names differ only in what no file name has share a file, which knows its machine.
-        Ok(if read.machine == machine { read } else { KeptStiffness::new(machine) })
+        Ok(if read.machine == machine { read } else { StoredStiffness::new(machine) })
     }
 
     /// Keeps what was measured on the journals of a part: what it keeps of them. A file that cannot be read is not written over.
-    pub(super) fn keep(&self, prepared: &PreparedJob, measured: &MeasuredContacts) -> Result<Vec<KeptPlace>, String> {
+    pub(super) fn store(
+        &self,
+        prepared: &PreparedJob,
+        measured: &MeasuredContacts,
+    ) -> Result<Vec<StoredContact>, String> {
         let machine = &prepared.machine.name;
         let afresh = prepared.job.spec.identification.is_some_and(|identification| identification.afresh);
-        let mut kept = if afresh { KeptStiffness::new(machine) } else { self.of(machine)? };
+        let mut kept = if afresh { StoredStiffness::new(machine) } else { self.load(machine)? };
         let places = camwright_planning::learn_stiffness(&mut kept, prepared, measured)?;
         let text = kept.text()?;
         if let Some(path) = self.path(machine) {
             learned::write(&path, &text).map_err(|error| format!("{}: cannot be written: {error}", path.display()))?;
         }
         // As its file says it, whether there is a file or not.
-        let read = KeptStiffness::parse(&PathBuf::from(machine), &text).map_err(|error| error.to_string())?;
+        let read = StoredStiffness::parse(&PathBuf::from(machine), &text).map_err(|error| error.to_string())?;
         lock(&self.kept).insert(machine.clone(), read);
         Ok(places)
     }
@@ -65,8 +69,8 @@ impl StiffnessStore {
 mod tests {
     use super::*;
     use camwright::gauging::decay::Comparison;
-    use camwright::gauging::identify::{Identified, KnownTo};
-    use camwright::gauging::stiffness::{GrindingStiffness, Measured, OneFeed};
+    use camwright::gauging::identify::{Identified, Uncertainty};
+    use camwright::gauging::stiffness::{FeedForce, GrindingStiffness, Measured};
     use camwright::machine::contact_law::ContactLaw;
     use camwright_planning::prepare;
 
@@ -75,10 +79,10 @@ mod tests {
         Some(Identified {
             machine_n_mm: of(n_mm),
             grinding: GrindingStiffness { grinding_n_mm: of(3e4), threshold_n: of(16.0) },
-            one_feed: OneFeed { grinding_n_mm: 3e4, bias_n_mm: 0.0 },
-            comparison: Comparison::of(of(0.2), of(0.2)),
+            one_feed: FeedForce { grinding_n_mm: 3e4, bias_n_mm: 0.0 },
+            comparison: Comparison::from_measurements(of(0.2), of(0.2)),
             law: ContactLaw::new(n_mm, 3e4, 16.0).unwrap(),
-            known_to: KnownTo { ratio: of(0.2), machine_n_mm: 60.0, grinding_n_mm: 900.0, threshold_n: 3.0 },
+            known_to: Uncertainty { ratio: of(0.2), machine_n_mm: 60.0, grinding_n_mm: 900.0, threshold_n: 3.0 },
         })
     }
 
@@ -91,31 +95,31 @@ mod tests {
         let prepared = prepare("journal_runout", &[], None).unwrap();
         let directory = std::env::temp_dir().join(format!("camwright-stiffness-{}", std::process::id()));
         let at = directory.display().to_string();
-        StiffnessStore::new(&at).keep(&prepared, &measured([6e3, 4e3, 6e3])).unwrap();
+        StiffnessStore::new(&at).store(&prepared, &measured([6e3, 4e3, 6e3])).unwrap();
         let again = StiffnessStore::new(&at);
-        let kept = again.of("journal_grinder").unwrap();
+        let kept = again.load("journal_grinder").unwrap();
         assert_eq!((kept.parts, kept.places().len()), (1, 3));
         assert!((kept.map().at(150.0).unwrap().grinding_n_mm2.value - 1500.0).abs() < 1e-9);
-        assert!(again.of("other").unwrap().places().is_empty());
-        // Another part that tells of one journal alone replaces that one.
+        assert!(again.load("other").unwrap().places().is_empty());
+        // Another part with one measured journal replaces that one only.
         let mut one = measured([6e3, 4.4e3, 6e3]);
         (one.contacts[0], one.contacts[2]) = (None, None);
-        assert_eq!(again.keep(&prepared, &one).unwrap().len(), 1);
-        let kept = StiffnessStore::new(&at).of("journal_grinder").unwrap();
+        assert_eq!(again.store(&prepared, &one).unwrap().len(), 1);
+        let kept = StiffnessStore::new(&at).load("journal_grinder").unwrap();
         assert_eq!((kept.parts, kept.places()[1].part, kept.places()[2].part), (2, 2, 1));
         // What cannot be read is neither taken nor lost.
         let path = directory.join("journal_grinder.stiffness.yaml");
         std::fs::write(&path, "schema: camwright/stiffness/7\n").unwrap();
-        let error = StiffnessStore::new(&at).of("journal_grinder").unwrap_err();
+        let error = StiffnessStore::new(&at).load("journal_grinder").unwrap_err();
         assert!(error.contains("journal_grinder.stiffness.yaml:1"), "{error}");
-        assert!(StiffnessStore::new(&at).keep(&prepared, &one).is_err());
+        assert!(StiffnessStore::new(&at).store(&prepared, &one).is_err());
         let afresh = prepare("journal_runout", &["identification.afresh=true".to_owned()], None).unwrap();
-        StiffnessStore::new(&at).keep(&afresh, &one).unwrap();
-        let kept = StiffnessStore::new(&at).of("journal_grinder").unwrap();
+        StiffnessStore::new(&at).store(&afresh, &one).unwrap();
+        let kept = StiffnessStore::new(&at).load("journal_grinder").unwrap();
         assert_eq!((kept.parts, kept.places().len()), (1, 1));
         std::fs::remove_dir_all(directory).unwrap();
         let nowhere = StiffnessStore::new("none");
-        nowhere.keep(&prepared, &one).unwrap();
-        assert_eq!(nowhere.of("journal_grinder").unwrap().places().len(), 1);
+        nowhere.store(&prepared, &one).unwrap();
+        assert_eq!(nowhere.load("journal_grinder").unwrap().places().len(), 1);
     }
 }

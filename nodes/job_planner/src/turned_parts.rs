@@ -21,7 +21,7 @@ pub(crate) enum NoTurnedPart {
         missing: usize,
         pages: usize,
     },
-    /// What arrived is no part.
+    /// The received part is invalid.
     #[error(transparent)]
     Part(#[from] TurnedPartError),
 }
@@ -62,7 +62,7 @@ impl State {
     }
 
     /// Puts a page into its place; what does not fit there is left out, and the page stays missing.
-    fn take(&mut self, page: &TurnedPage) {
+    fn add_page(&mut self, page: &TurnedPage) {
         let place = usize::try_from(page.first).ok().and_then(|first| self.radii_mm.get_mut(first..));
         let place = place.and_then(|rest| rest.get_mut(..page.radius.len()));
         let came = usize::try_from(page.page).ok().and_then(|page| self.pages.get_mut(page));
@@ -79,7 +79,7 @@ impl State {
 
 impl TurnedParts {
     /// Takes a page; those of an older state than the newest are late and count no more.
-    pub(crate) fn take(&self, page: &TurnedPage) {
+    pub(crate) fn receive_page(&self, page: &TurnedPage) {
         let mut newest = lock(&self.newest);
         let is_of = |state: &State| state.tick == page.tick && state.name == page.name;
         if !newest.as_ref().is_some_and(is_of) {
@@ -90,7 +90,7 @@ impl TurnedParts {
             *newest = Some(begun);
         }
         if let Some(state) = newest.as_mut() {
-            state.take(page);
+            state.add_page(page);
         }
         drop(newest);
         self.changed.notify_all();
@@ -148,10 +148,10 @@ mod tests {
     fn a_part_is_there_when_all_its_pages_are_in_any_order() {
         let parts = TurnedParts::default();
         assert_eq!(wait(&parts, 0), Err(NoTurnedPart::Missing { name: "cam".into() }));
-        parts.take(&page(100, 2));
-        parts.take(&page(100, 0));
+        parts.receive_page(&page(100, 2));
+        parts.receive_page(&page(100, 0));
         assert_eq!(wait(&parts, 0), Err(NoTurnedPart::Pages { name: "cam".into(), missing: 1, pages: 3 }));
-        parts.take(&page(100, 1));
+        parts.receive_page(&page(100, 1));
         let part = wait(&parts, 0).expect("it is whole");
         assert!((part.radius_mm(19, 1) - 21.0).abs() < 1e-12 && (part.grid().to_mm - 2.0).abs() < 1e-12);
         assert!(wait(&parts, 101).is_err(), "that was the part before");
@@ -162,10 +162,10 @@ mod tests {
     #[test]
     fn pages_of_an_older_state_do_not_disturb_the_newest() {
         let parts = TurnedParts::default();
-        (0..3).for_each(|number| parts.take(&page(200, number)));
-        parts.take(&page(100, 0));
+        (0..3).for_each(|number| parts.receive_page(&page(200, number)));
+        parts.receive_page(&page(100, 0));
         assert!(wait(&parts, 150).is_ok());
-        parts.take(&page(300, 0));
+        parts.receive_page(&page(300, 0));
         assert!(matches!(wait(&parts, 150), Err(NoTurnedPart::Pages { missing: 2, .. })));
     }
 
@@ -178,7 +178,7 @@ mod tests {
             TurnedPage { pages: 0, ..page(100, 0) },
             TurnedPage { pages: u32::MAX, ..page(100, 0) },
         ] {
-            parts.take(&wrong);
+            parts.receive_page(&wrong);
             assert_eq!(wait(&parts, 0), Err(NoTurnedPart::Missing { name: "cam".into() }));
         }
         for wrong in [
@@ -186,11 +186,11 @@ mod tests {
             TurnedPage { radius: vec![0.02; 61], ..page(100, 0) },
             TurnedPage { page: 3, ..page(100, 0) },
         ] {
-            parts.take(&wrong);
+            parts.receive_page(&wrong);
             assert!(matches!(wait(&parts, 0), Err(NoTurnedPart::Pages { missing: 3, .. })));
         }
         let flat = TurnedPage { radius: vec![-0.02; 20], ..page(300, 0) };
-        [flat, page(300, 1), page(300, 2)].iter().for_each(|page| parts.take(page));
+        [flat, page(300, 1), page(300, 2)].iter().for_each(|page| parts.receive_page(page));
         assert!(matches!(wait(&parts, 0), Err(NoTurnedPart::Part(_))));
     }
 }

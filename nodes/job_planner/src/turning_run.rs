@@ -5,7 +5,7 @@ use camwright_msgs::camwright_msgs::action::RunJobResult;
 use camwright_planning::{self as planning, PreparedTurning, hash_of};
 use std::time::Duration;
 
-/// How long the finished part may take to arrive: some hundred pages of 32 kB.
+/// Maximum delay of the finished part: some hundred pages of 32 kB.
 const MEASURING: Duration = Duration::from_secs(30);
 
 /// One run of a job that turns.
@@ -52,7 +52,7 @@ impl TurningRun {
             shared.node.logger().warn(&format!("the form map cannot be published: {error}"));
         }
         let mut turned = planning::turned_result(&self.prepared, &form);
-        let ticks = super::lock(&self.execution.times).of(0, result.last_tick);
+        let ticks = super::lock(&self.execution.times).first_tick(0, result.last_tick);
         turned.duration =
             ticks.map_or_else(|| planning::turning_s(&self.prepared), |ticks| self.execution.seconds(ticks));
         let predicted_s = self.prepared.duration_s();

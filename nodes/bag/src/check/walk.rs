@@ -15,7 +15,7 @@ use crate::BagError;
 use crate::metadata::{self, BagMetadata};
 use crate::records::{Records, strict};
 
-/// What has been seen of the bag so far.
+/// State of the walk through a bag.
 #[derive(Default)]
 pub(super) struct Walk {
     pub(super) report: Report,
@@ -27,7 +27,7 @@ pub(super) struct Walk {
     pub(super) record: Option<BagMetadata>,
     /// A file could not be read to its end.
     pub(super) is_damaged: bool,
-    /// What was seen of each file, by name, in their order.
+    /// Content of each file, by name, in their order.
     pub(super) files: Vec<(String, FileCount)>,
     /// Messages that had been in an earlier file.
     pub(super) repeated: u64,
@@ -40,7 +40,7 @@ pub(super) struct FileCount {
     pub(super) log_times_ns: Option<(u64, u64)>,
 }
 
-/// What has been seen of the file under way.
+/// State of the current file.
 #[derive(Default)]
 pub(super) struct FileWalk {
     pub(super) topics: FileTopics,
@@ -150,7 +150,7 @@ impl Walk {
         }
     }
 
-    /// What the end of a file should have that was closed.
+    /// Checks the end of a closed file.
     fn summary(&mut self, place: &str, file: &FileWalk) {
         let Some(told) = &file.statistics else {
             return self.report.warning(place, "its summary has no statistics: viewers have to count first");
@@ -161,13 +161,14 @@ impl Walk {
             ("messages", told.message_count, count.messages),
             ("channels", u64::from(told.channel_count), file.topics.channels() as u64),
             ("types", u64::from(told.schema_count), file.topics.schemas() as u64),
-            ("chunks in the index", u64::from(told.chunk_count), file.chunk_indexes),
             ("ns as the first log time", told.message_start_time, times.0),
             ("ns as the last log time", told.message_end_time, times.1),
         ];
-        for (what, told, seen) in figures {
-            // Who leaves the index of chunks out counts its chunks all the same; the layout says that there is none.
-            if told != seen && !(what.starts_with("chunks") && seen == 0) {
+        // Writers that omit the chunk index still count their chunks; the layout check reports the missing index.
+        let chunks = ("chunks in the index", u64::from(told.chunk_count), file.chunk_indexes);
+        let has_chunk_index = file.chunk_indexes > 0;
+        for (what, told, seen) in figures.into_iter().chain(has_chunk_index.then_some(chunks)) {
+            if told != seen {
                 self.report.error(place, format!("statistics say {told} {what}, the file has {seen}"));
             }
         }
@@ -187,7 +188,7 @@ impl Walk {
             topic.close_file(&mut self.report, &place, name, is_whole_later_file);
         }
         if self.is_damaged {
-            // What is missing is told once.
+            // A missing record is reported once.
         } else if file.metadata.is_none() {
             self.report.warning(&place, "there is no rosbag2 metadata record");
         } else if file.opening == 0 {

@@ -1,8 +1,8 @@
-//! What is asked of the cell: taken, or refused with the reason and with who has command.
+//! Commands to the cell: accepted, or refused with the reason and the holder of command.
 
 use super::Shared;
-use super::controller::{Brain, Cause, Reason};
-use super::devices::Asked;
+use super::controller::{Cause, CellController, Reason};
+use super::devices::DeviceRequest;
 use super::run::{Phase, Run};
 use crate::settings;
 use camwright::cell::packml::{Command, Mode};
@@ -14,7 +14,7 @@ use camwright_ros::Responder;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-impl Brain {
+impl CellController {
     pub(super) fn commanded(
         &mut self,
         shared: &Arc<Shared>,
@@ -95,7 +95,7 @@ impl Brain {
 
     fn hold_feed(&mut self, shared: &Shared) {
         if Self::is_busy(shared) && self.motion_state() == InterpolatorState::EXECUTING {
-            self.devices.ask(Asked::Hold(true));
+            self.devices.ask(DeviceRequest::Hold(true));
         }
     }
 
@@ -140,7 +140,7 @@ impl Brain {
             Some(_) if Self::is_busy(shared) => Err(format!("the mode changes at rest; {}", self.holder(shared))),
             Some(mode) => self.unit.select(mode).map_err(|refused| refused.to_string()),
         };
-        self.tell(shared);
+        self.publish(shared);
         let (success, message) = match outcome {
             Ok(()) => (true, String::new()),
             Err(message) => (false, message),

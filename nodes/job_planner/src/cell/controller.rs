@@ -1,10 +1,10 @@
 //! The cell thread: what it knows of jobs, machine and robot, and how that moves the state of the cell.
 
-use super::devices::{Asked, Devices};
-use super::publisher::Telling;
+use super::devices::{DeviceRequest, Devices};
+use super::publisher::CellPublisher;
 use super::run::Run;
-use super::{Shared, Told, lock};
-use crate::course::Course;
+use super::{CellEvent, Shared, lock};
+use crate::job_slot::JobSlot;
 use camwright::cell::loading::Handshake;
 use camwright::cell::packml::{Command, State, Unit};
 use camwright_msgs::camwright_msgs::msg::{InterpolatorState, JobStatus, LoaderState, MachineCounters, WorkArea};
@@ -15,12 +15,12 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, Weak, mpsc};
 use std::time::{Duration, Instant};
 
-/// How often it looks around when nobody tells it anything.
+/// Period of the checks without an event.
 const PERIOD: Duration = Duration::from_millis(50);
-/// How old the last news of the interpolator may be for it to count as there.
+/// Maximum age of the interpolator's last message while it counts as present.
 const HEARD_OF: Duration = Duration::from_secs(5);
 
-/// How long machine and interpolator may take to be cleared (s).
+/// Maximum time for clearing machine and interpolator (s).
 const CLEARING_S: f64 = 10.0;
 
 /// Why it is suspended, or held.
@@ -48,20 +48,22 @@ impl Reason {
 }
 
 /// Everything the cell thread has.
-pub(super) struct Brain {
-    /// Weak: the planner's other threads end before this one is told to.
+pub(super) struct CellController {
+    /// Weak: the planner's other threads end before this one is ordered to.
     planner: Weak<Shared>,
-    inbox: mpsc::Receiver<Told>,
+    inbox: mpsc::Receiver<CellEvent>,
     began: Instant,
     pub(super) unit: Unit,
     pub(super) devices: Devices,
-    pub(super) telling: Telling,
+    pub(super) telling: CellPublisher,
     pub(super) run: Option<Run>,
     pub(super) handshake: Option<Handshake>,
     pub(super) cause: Option<Cause>,
     pub(super) reason: Reason,
-    /// What is done or waited for.
+    /// Current action or wait.
     pub(super) substate: String,
+    /// The machine refused the last request for the door; `substate` has its reason.
+    pub(super) is_door_refused: bool,
     /// Somebody said ABORT, or something happened that no alarm of the machine keeps: only CLEAR ends it.
     pub(super) needs_clear: bool,
     /// The alarm of the machine that it was aborted for.
@@ -82,8 +84,8 @@ pub(super) struct Brain {
     pub(super) parts: (u32, u32),
 }
 
-impl Brain {
-    pub(super) fn new(shared: &Arc<Shared>, inbox: mpsc::Receiver<Told>) -> Result<Self, RosError> {
+impl CellController {
+    pub(super) fn new(shared: &Arc<Shared>, inbox: mpsc::Receiver<CellEvent>) -> Result<Self, RosError> {
         let mailbox = shared.cell.mailbox.clone();
         Ok(Self {
             planner: Arc::downgrade(shared),
@@ -91,12 +93,13 @@ impl Brain {
             began: Instant::now(),
             unit: Unit::new(0.0),
             devices: Devices::new(&shared.node, mailbox)?,
-            telling: Telling::new(&shared.node)?,
+            telling: CellPublisher::new(&shared.node)?,
             run: None,
             handshake: None,
             cause: None,
             reason: Reason::default(),
             substate: String::new(),
+            is_door_refused: false,
             needs_clear: false,
             by_alarm: false,
             clearing: None,
@@ -125,15 +128,15 @@ impl Brain {
                 Err(mpsc::RecvTimeoutError::Disconnected) => return,
             };
             while let Some(next) = told {
-                if matches!(next, Told::End) {
+                if matches!(next, CellEvent::End) {
                     return;
                 }
-                self.take(&shared, next);
+                self.apply(&shared, next);
                 self.settle(&shared);
                 told = self.inbox.try_recv().ok();
             }
             self.settle(&shared);
-            self.tell(&shared);
+            self.publish(&shared);
         }
     }
 
@@ -141,25 +144,25 @@ impl Brain {
         self.began.elapsed().as_secs_f64()
     }
 
-    fn take(&mut self, shared: &Arc<Shared>, told: Told) {
+    fn apply(&mut self, shared: &Arc<Shared>, told: CellEvent) {
         match told {
-            Told::Command(request, responder) => self.commanded(shared, request, responder),
-            Told::Mode(mode, responder) => self.select(shared, mode, responder),
-            Told::Chuck(open, responder) => self.work_chuck(shared, open, responder),
-            Told::Job(status) => self.job(shared, &status),
-            Told::PartRefused(reason) => self.part_refused(shared, &reason),
-            Told::WorkArea(area) => {
+            CellEvent::Command(request, responder) => self.commanded(shared, request, responder),
+            CellEvent::Mode(mode, responder) => self.select(shared, mode, responder),
+            CellEvent::Chuck(open, responder) => self.work_chuck(shared, open, responder),
+            CellEvent::Job(status) => self.job(shared, &status),
+            CellEvent::PartRefused(reason) => self.part_refused(shared, &reason),
+            CellEvent::WorkArea(area) => {
                 if let Err(error) = self.devices.meet_area() {
                     shared.node.logger().error(&error.to_string());
                 }
                 self.is_machined &= area.part_present;
                 self.area = Some(area);
             }
-            Told::Loader(loader) => self.loader = Some((loader, Instant::now())),
-            Told::Motion(motion) => (self.motion, self.motion_at) = (Some(*motion), Some(Instant::now())),
-            Told::Counters(counters) => self.counters = counters,
-            Told::Alarms | Told::End => {}
-            Told::Answered(asked, success, message) => self.answered(shared, asked, success, &message),
+            CellEvent::Loader(loader) => self.loader = Some((loader, Instant::now())),
+            CellEvent::Motion(motion) => (self.motion, self.motion_at) = (Some(*motion), Some(Instant::now())),
+            CellEvent::Counters(counters) => self.counters = counters,
+            CellEvent::Alarms | CellEvent::End => {}
+            CellEvent::Answered(asked, success, message) => self.answered(shared, asked, success, &message),
         }
     }
 
@@ -168,8 +171,8 @@ impl Brain {
         // Every turn enters a state or is the last one; there is no way round that is longer.
         for _ in 0..32 {
             let before = self.unit.state();
-            self.look_at_alarms(shared);
-            self.look_at_hold(shared);
+            self.check_alarms(shared);
+            self.check_hold(shared);
             self.act(shared);
             self.let_go_of_handshake();
             self.finish_chuck(shared);
@@ -177,7 +180,7 @@ impl Brain {
             if self.unit.state() == before {
                 return;
             }
-            self.tell(shared);
+            self.publish(shared);
         }
     }
 
@@ -186,7 +189,7 @@ impl Brain {
         let now_s = self.now_s();
         let is_taken = self.unit.command(command, now_s).is_ok();
         if is_taken {
-            self.tell(shared);
+            self.publish(shared);
         }
         is_taken
     }
@@ -194,20 +197,20 @@ impl Brain {
     pub(super) fn complete(&mut self, shared: &Shared) {
         let now_s = self.now_s();
         if self.unit.complete(now_s) {
-            self.tell(shared);
+            self.publish(shared);
         }
     }
 
     /// A job of whoever runs, or none.
     pub(super) fn is_busy(shared: &Shared) -> bool {
-        !matches!(*lock(&shared.course), Course::Idle)
+        !matches!(*lock(&shared.job_slot), JobSlot::Idle)
     }
 
     pub(super) fn motion_state(&self) -> u8 {
         self.motion.as_ref().map_or(InterpolatorState::IDLE, |motion| motion.state)
     }
 
-    fn look_at_alarms(&mut self, shared: &Shared) {
+    fn check_alarms(&mut self, shared: &Shared) {
         let alarm = shared.stopping_alarm();
         let state = self.unit.state();
         match alarm {
@@ -231,7 +234,7 @@ impl Brain {
     }
 
     /// Somebody else holds the feed, or lets go of it.
-    fn look_at_hold(&mut self, shared: &Shared) {
+    fn check_hold(&mut self, shared: &Shared) {
         if !Self::is_busy(shared) {
             return;
         }
@@ -253,7 +256,7 @@ impl Brain {
         }
     }
 
-    /// What the present state is there for.
+    /// Performs the action of the present state.
     fn act(&mut self, shared: &Arc<Shared>) {
         let busy = Self::is_busy(shared);
         let inside = self.is_inside();
@@ -285,7 +288,7 @@ impl Brain {
             // Whoever held it has let go of it already.
             (true, _) if self.cause == Some(Cause::Feed) => self.complete(shared),
             // A job that is being planned, or whose part is put in, is held once it moves.
-            (true, _) => self.devices.ask(Asked::Hold(true)),
+            (true, _) => self.devices.ask(DeviceRequest::Hold(true)),
             (false, _) if !inside => self.complete(shared),
             (false, _) => self.substate = "the loader is inside and ends what it does".into(),
         }
@@ -293,7 +296,9 @@ impl Brain {
 
     fn release_feed(&mut self, shared: &Shared, busy: bool) {
         match (busy, self.motion_state()) {
-            (true, InterpolatorState::HELD | InterpolatorState::HOLDING) => self.devices.ask(Asked::Hold(false)),
+            (true, InterpolatorState::HELD | InterpolatorState::HOLDING) => {
+                self.devices.ask(DeviceRequest::Hold(false))
+            }
             (true, InterpolatorState::UNHOLDING) => {}
             _ => {
                 self.cause = None;
@@ -306,11 +311,11 @@ impl Brain {
     /// Alarms are reset; nothing moves.
     fn clear(&mut self, shared: &Shared) {
         if self.unit.time_in_state_s(self.now_s()) > CLEARING_S {
-            self.devices.answered(Asked::Reset);
+            self.devices.answered(DeviceRequest::Reset);
             return self.refuse_clear(shared, "the machine or the axis interpolator does not answer");
         }
         if shared.stopping_alarm().is_some() {
-            self.devices.ask(Asked::Reset);
+            self.devices.ask(DeviceRequest::Reset);
             return;
         }
         // Who executes has to hear of it too, or it would refuse what comes next.
@@ -342,19 +347,22 @@ impl Brain {
         self.answer_clear(false, &refused);
     }
 
-    fn answered(&mut self, shared: &Shared, asked: Asked, success: bool, message: &str) {
+    fn answered(&mut self, shared: &Shared, asked: DeviceRequest, success: bool, message: &str) {
         self.devices.answered(asked);
         match asked {
-            Asked::Reset if !success && self.unit.state() == State::Clearing => {
+            DeviceRequest::Reset if !success && self.unit.state() == State::Clearing => {
                 self.refuse_clear(shared, message);
             }
-            Asked::Chuck(_) if !success => self.answer_chuck(false, message),
-            Asked::Door(_) if !success => self.substate = format!("door {message}"),
+            DeviceRequest::Chuck(_) if !success => self.answer_chuck(false, message),
+            DeviceRequest::Door(_) if !success => {
+                self.substate = format!("door {message}");
+                self.is_door_refused = true;
+            }
             _ => {}
         }
     }
 
-    /// What the planner's jobs do.
+    /// Updates the cell from the state of the planner's jobs.
     fn job(&mut self, shared: &Arc<Shared>, status: &JobStatus) {
         self.in_job = matches!(status.state, JobStatus::EXECUTING | JobStatus::STOPPING);
         match status.state {

@@ -1,20 +1,21 @@
-//! What the cell asks others for: door and chuck, reset, feed hold, the judgement of a part. Answers come through the mailbox.
+//! Requests of the cell to other nodes: door and chuck, reset, feed hold, the judgement of a part. Answers come through the
+//! mailbox.
 
-use super::Told;
+use super::CellEvent;
 use camwright_msgs::camwright_msgs::srv::{FeedHold, FeedHoldRequest, JudgePart, JudgePartRequest};
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerRequest};
 use camwright_ros::{Client, Node, RosError};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-/// How long an answer may take before the request is made again.
+/// Time after which an unanswered request is repeated.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// The least time between two requests for the same that was refused.
 const AGAIN: Duration = Duration::from_millis(100);
 
-/// What was asked for.
+/// Kinds of requests.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Asked {
+pub(crate) enum DeviceRequest {
     /// The door: open, or close.
     Door(bool),
     Chuck(bool),
@@ -33,17 +34,17 @@ struct AreaClients {
 #[derive(Debug)]
 pub(super) struct Devices {
     node: Node,
-    mailbox: mpsc::Sender<Told>,
+    mailbox: mpsc::Sender<CellEvent>,
     area: Option<AreaClients>,
     reset: Client<Trigger>,
     hold: Client<FeedHold>,
     judge: Client<JudgePart>,
     /// Asked for since, and whether the answer is still out.
-    out: Vec<(Asked, Instant, bool)>,
+    out: Vec<(DeviceRequest, Instant, bool)>,
 }
 
 impl Devices {
-    pub(super) fn new(node: &Node, mailbox: mpsc::Sender<Told>) -> Result<Self, RosError> {
+    pub(super) fn new(node: &Node, mailbox: mpsc::Sender<CellEvent>) -> Result<Self, RosError> {
         Ok(Self {
             node: node.clone(),
             mailbox,
@@ -68,8 +69,8 @@ impl Devices {
     }
 
     /// Asks for something unless it was asked for just now.
-    pub(super) fn ask(&mut self, asked: Asked) {
-        let is_early = |(what, at, is_out): &(Asked, Instant, bool)| {
+    pub(super) fn ask(&mut self, asked: DeviceRequest) {
+        let is_early = |(what, at, is_out): &(DeviceRequest, Instant, bool)| {
             *what == asked && at.elapsed() < if *is_out { PATIENCE } else { AGAIN }
         };
         if self.out.iter().any(is_early) {
@@ -82,18 +83,19 @@ impl Devices {
         }
     }
 
-    fn send(&self, asked: Asked) -> Result<(), RosError> {
+    fn send(&self, asked: DeviceRequest) -> Result<(), RosError> {
         let mailbox = self.mailbox.clone();
-        let answer = move |success: bool, message: String| drop(mailbox.send(Told::Answered(asked, success, message)));
+        let answer =
+            move |success: bool, message: String| drop(mailbox.send(CellEvent::Answered(asked, success, message)));
         let trigger = TriggerRequest::default();
         let of_area = |clients: fn(&AreaClients) -> &[Client<Trigger>; 2], open: bool| {
             self.area.as_ref().map(|area| clients(area)[usize::from(open)].clone())
         };
         let client = match asked {
-            Asked::Door(open) => of_area(|area| &area.door, open),
-            Asked::Chuck(open) => of_area(|area| &area.chuck, open),
-            Asked::Reset => Some(self.reset.clone()),
-            Asked::Hold(hold) => {
+            DeviceRequest::Door(open) => of_area(|area| &area.door, open),
+            DeviceRequest::Chuck(open) => of_area(|area| &area.chuck, open),
+            DeviceRequest::Reset => Some(self.reset.clone()),
+            DeviceRequest::Hold(hold) => {
                 let request = FeedHoldRequest { hold };
                 return self.hold.call_with(&request, move |reply| answer(reply.success, reply.message)).map(drop);
             }
@@ -105,7 +107,7 @@ impl Devices {
     }
 
     /// An answer has come.
-    pub(super) fn answered(&mut self, asked: Asked) {
+    pub(super) fn answered(&mut self, asked: DeviceRequest) {
         for (what, _, is_out) in &mut self.out {
             if *what == asked {
                 *is_out = false;
@@ -113,7 +115,7 @@ impl Devices {
         }
     }
 
-    /// Tells the machine what became of a part.
+    /// Reports the judgement of a part to the machine.
     pub(super) fn judge(&self, good: bool) {
         let node = self.node.clone();
         let answer = move |reply: camwright_msgs::camwright_msgs::srv::JudgePartResponse| {

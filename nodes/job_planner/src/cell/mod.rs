@@ -26,15 +26,15 @@ use camwright_msgs::std_srvs::srv::{Trigger, TriggerResponse};
 use camwright_ros::liveness;
 use camwright_ros::running::join_within;
 use camwright_ros::{Node, Qos, Responder, RosError, ServiceHandle, Subscription};
-use controller::Brain;
-use devices::Asked;
+use controller::CellController;
+use devices::DeviceRequest;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, mpsc};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// What the cell thread is told.
-pub(super) enum Told {
+/// Event for the cell thread.
+pub(super) enum CellEvent {
     Command(CellCommandRequest, Responder<CellCommand>),
     Mode(u8, Responder<SetCellMode>),
     /// Open the chuck, or close it.
@@ -49,7 +49,7 @@ pub(super) enum Told {
     /// The alarms are others.
     Alarms,
     /// Who was asked for something has answered.
-    Answered(Asked, bool, String),
+    Answered(DeviceRequest, bool, String),
     End,
 }
 
@@ -61,14 +61,14 @@ struct Gate {
     has_run: bool,
 }
 
-/// What the rest of the planner has of the cell.
+/// Interface of the cell to the rest of the planner.
 #[derive(Debug)]
 pub(super) struct Cell {
-    mailbox: mpsc::Sender<Told>,
+    mailbox: mpsc::Sender<CellEvent>,
     gate: Mutex<Gate>,
     /// Door, chuck and sensors of a machine that has some.
     area: Mutex<Option<WorkArea>>,
-    /// The interpolator tells its state, which it does once it has heard the machine.
+    /// True after the interpolator has published its state, which it does once it has received the machine's messages.
     interpolator_told: Mutex<bool>,
     told: Condvar,
     /// A part of the cell's own run may be begun.
@@ -78,19 +78,19 @@ pub(super) struct Cell {
 
 impl Cell {
     /// The cell, and what it will hear.
-    pub(super) fn new() -> (Self, mpsc::Receiver<Told>) {
+    pub(super) fn new() -> (Self, mpsc::Receiver<CellEvent>) {
         let (mailbox, inbox) = mpsc::channel();
         let (gate, area, interpolator_told, told, wants_part, thread) = Default::default();
         (Self { mailbox, gate, area, interpolator_told, told, wants_part, thread }, inbox)
     }
 
-    /// The way to it for who only tells.
-    pub(super) fn mailbox(&self) -> mpsc::Sender<Told> {
+    /// Sender for events.
+    pub(super) fn mailbox(&self) -> mpsc::Sender<CellEvent> {
         self.mailbox.clone()
     }
 
-    /// Tells the cell something; while the node ends nobody listens.
-    pub(super) fn tell(&self, told: Told) {
+    /// Sends an event to the cell; while the node ends there is no receiver.
+    pub(super) fn send(&self, told: CellEvent) {
         let _ending = self.mailbox.send(told);
     }
 
@@ -109,7 +109,7 @@ impl Cell {
         lock(&self.gate).set_up.clone()
     }
 
-    /// What about door, chuck or work area keeps axes and wheel from starting.
+    /// Condition of door, chuck or work area that prevents axes and wheel from starting.
     pub(super) fn hindrance(&self) -> Option<String> {
         let area = lock(&self.area);
         area.as_ref().filter(|area| !area.may_move).map(|area| format!("nothing may start: {}", area.message))
@@ -122,14 +122,14 @@ impl Cell {
         })
     }
 
-    /// Whether a part of the cell's own run may still be begun.
+    /// Returns whether a part of the cell's own run may still be started.
     pub(super) fn wants_part(&self) -> bool {
         self.wants_part.load(Ordering::Acquire)
     }
 
     /// Ends its thread, within `limit`.
     pub(super) fn end(&self, limit: Duration) {
-        self.tell(Told::End);
+        self.send(CellEvent::End);
         let thread = lock(&self.thread).take();
         if let Some(thread) = thread {
             let _in_time = join_within(thread, limit);
@@ -138,8 +138,8 @@ impl Cell {
 }
 
 /// Starts the cell's thread.
-pub(super) fn start(shared: &Arc<Shared>, inbox: mpsc::Receiver<Told>) -> Result<(), super::NodeError> {
-    let brain = Brain::new(shared, inbox)?;
+pub(super) fn start(shared: &Arc<Shared>, inbox: mpsc::Receiver<CellEvent>) -> Result<(), super::NodeError> {
+    let brain = CellController::new(shared, inbox)?;
     let thread = shared.node.supervisor().spawn("cell", move || brain.run())?;
     *lock(&shared.cell.thread) = Some(thread);
     Ok(())
@@ -151,24 +151,24 @@ pub(super) fn offer(shared: &Arc<Shared>) -> Result<Vec<ServiceHandle>, RosError
     let this = Arc::clone(shared);
     let command = node.service_deferred::<CellCommand>("~/cell_command", move |request, responder| {
         let failed = |message| CellCommandResponse { message, ..CellCommandResponse::default() };
-        this.cell.tell(Told::Command(request, responder.or_fail(failed)));
+        this.cell.send(CellEvent::Command(request, responder.or_fail(failed)));
     })?;
     let this = Arc::clone(shared);
     let mode = node.service_deferred::<SetCellMode>("~/set_cell_mode", move |request, responder| {
         let failed = |message| SetCellModeResponse { message, ..SetCellModeResponse::default() };
-        this.cell.tell(Told::Mode(request.mode, responder.or_fail(failed)));
+        this.cell.send(CellEvent::Mode(request.mode, responder.or_fail(failed)));
     })?;
     let chuck = |name: &str, open: bool| {
         let this = Arc::clone(shared);
         node.service_deferred::<Trigger>(name, move |_, responder| {
             let failed = |message| TriggerResponse { success: false, message };
-            this.cell.tell(Told::Chuck(open, responder.or_fail(failed)));
+            this.cell.send(CellEvent::Chuck(open, responder.or_fail(failed)));
         })
     };
     Ok(vec![command, mode, chuck("~/open_chuck", true)?, chuck("~/close_chuck", false)?])
 }
 
-/// What the cell listens to besides the planner itself.
+/// Subscriptions of the cell besides the planner's own.
 pub(super) fn subscriptions(shared: &Arc<Shared>, grant: &Arc<Grant>) -> Result<Vec<Subscription>, RosError> {
     let node: &Node = &shared.node;
     let this = Arc::clone(shared);
@@ -176,7 +176,7 @@ pub(super) fn subscriptions(shared: &Arc<Shared>, grant: &Arc<Grant>) -> Result<
     let every = Qos::latched(1).keep_last(64);
     let area = subscribe_to_machine::<WorkArea>(node, grant, "machine/work_area", (&every, 64), move |area, _| {
         *lock(&this.cell.area) = Some(area.clone());
-        this.cell.tell(Told::WorkArea(area));
+        this.cell.send(CellEvent::WorkArea(area));
     })?;
     let this = Arc::clone(shared);
     let mut one_loader = OneSender::new("loader/state", liveness::limit(node));
@@ -184,21 +184,21 @@ pub(super) fn subscriptions(shared: &Arc<Shared>, grant: &Arc<Grant>) -> Result<
         if !one_loader.takes(&info.writer, &this.node) {
             return;
         }
-        this.cell.tell(Told::Loader(loader));
+        this.cell.send(CellEvent::Loader(loader));
     })?;
     let this = Arc::clone(shared);
     let motion =
         node.subscribe::<InterpolatorState>("axis_interpolator/state", &Qos::latched(1), move |state, info| {
-            this.interpolator.hear(info.writer);
+            this.interpolator.receive(info.writer);
             *lock(&this.cell.interpolator_told) = true;
             this.cell.told.notify_all();
-            this.cell.tell(Told::Motion(Box::new(state)));
+            this.cell.send(CellEvent::Motion(Box::new(state)));
         })?;
     let this = Arc::clone(shared);
     let latched = (&Qos::latched(1), 1);
     let counters =
         subscribe_to_machine::<MachineCounters>(node, grant, "machine/counters", latched, move |counters, _| {
-            this.cell.tell(Told::Counters(counters));
+            this.cell.send(CellEvent::Counters(counters));
         })?;
     Ok(vec![area, loader, motion, counters])
 }

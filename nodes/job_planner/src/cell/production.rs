@@ -1,13 +1,15 @@
 //! A production run: part after part, with the handshake that brings each in and out.
 
-use super::controller::{Brain, Cause, Reason};
-use super::devices::Asked;
+use super::controller::{Cause, CellController, Reason};
+use super::devices::DeviceRequest;
 use super::run::Phase;
 use super::{Shared, lock};
 use crate::settings;
-use camwright::cell::loading::{Goal, Handshake, LoaderSeen, Order, Progress, Request, Seen, Step, Timeouts, Wait};
+use camwright::cell::loading::{
+    Goal, Handshake, LoaderState, LoadingCommand, LoadingInputs, Progress, Request, Step, Timeouts, Wait,
+};
 use camwright::cell::packml::{Command, State};
-use camwright::simulation::work_area::Place;
+use camwright::simulation::work_area::Occupant;
 use camwright_files::convert::mm_from_m;
 use camwright_msgs::camwright_msgs::msg::{JobStatus, WorkArea};
 use camwright_msgs::std_srvs::srv::{Trigger, TriggerResponse};
@@ -16,17 +18,17 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// Where a message says that a door or a chuck is.
-fn place(number: u8) -> Place {
+/// Position of a door or a chuck in a message.
+fn place(number: u8) -> Occupant {
     match number {
-        WorkArea::CLOSED => Place::Closed,
-        WorkArea::OPENING => Place::Opening,
-        WorkArea::OPEN => Place::Open,
-        _ => Place::Closing,
+        WorkArea::CLOSED => Occupant::Closed,
+        WorkArea::OPENING => Occupant::Opening,
+        WorkArea::OPEN => Occupant::Open,
+        _ => Occupant::Closing,
     }
 }
 
-/// Whether every tolerance was kept; `None`: nothing was judged.
+/// Returns whether every tolerance was kept; `None`: nothing was judged.
 fn is_good(status: &JobStatus) -> Option<bool> {
     if status.lobes.is_empty() && status.turned.is_empty() {
         return None;
@@ -35,7 +37,7 @@ fn is_good(status: &JobStatus) -> Option<bool> {
     Some(lobes && status.turned.iter().all(|part| part.form_error_max.abs() <= part.form_error_allowed))
 }
 
-impl Brain {
+impl CellController {
     fn timeouts(shared: &Shared) -> Timeouts {
         let of = |name: &str| shared.node.parameters().double(name);
         Timeouts {
@@ -46,10 +48,10 @@ impl Brain {
     }
 
     /// The robot as long as it is heard.
-    pub(super) fn heard(&self, shared: &Shared) -> Option<LoaderSeen> {
+    pub(super) fn loader_state(&self, shared: &Shared) -> Option<LoaderState> {
         let most_s = shared.node.parameters().double(settings::LOADER_TIMEOUT);
         let (loader, _) = self.loader.as_ref().filter(|(_, at)| at.elapsed().as_secs_f64() <= most_s)?;
-        Some(LoaderSeen {
+        Some(LoaderState {
             available: loader.available,
             inside: loader.in_work_area,
             busy: loader.busy,
@@ -63,20 +65,20 @@ impl Brain {
         area.is_some_and(|area| area.entered || self.loader.as_ref().is_some_and(|(loader, _)| loader.in_work_area))
     }
 
-    pub(super) fn seen(&self, shared: &Shared) -> Seen {
+    pub(super) fn seen(&self, shared: &Shared) -> LoadingInputs {
         let area = self.area.clone().unwrap_or_default();
-        Seen {
+        LoadingInputs {
             now_s: self.now_s(),
             door: place(area.door),
             chuck: place(area.chuck),
             part_present: area.part_present,
             entered: area.entered,
             is_safe: area.safe_to_enter,
-            loader: self.heard(shared),
+            loader: self.loader_state(shared),
         }
     }
 
-    /// What is next in a run.
+    /// Starts the next action of a run.
     pub(super) fn produce(&mut self, shared: &Arc<Shared>) {
         let Some(run) = &mut self.run else {
             if !self.in_job {
@@ -122,7 +124,7 @@ impl Brain {
     fn is_closed(&mut self, shared: &Shared) -> bool {
         let Some(area) = self.area.as_ref().filter(|area| !area.may_move) else { return true };
         if area.door != WorkArea::CLOSED && !area.entered {
-            self.devices.ask(Asked::Door(false));
+            self.devices.ask(DeviceRequest::Door(false));
         }
         self.unit.time_in_state_s(self.now_s()) > Self::timeouts(shared).machine_s
     }
@@ -142,12 +144,12 @@ impl Brain {
             Progress::Going(order) => {
                 let step = handshake.step();
                 match order {
-                    Some(Order::OpenDoor) => self.devices.ask(Asked::Door(true)),
-                    Some(Order::CloseDoor) => self.devices.ask(Asked::Door(false)),
+                    Some(LoadingCommand::OpenDoor) => self.devices.ask(DeviceRequest::Door(true)),
+                    Some(LoadingCommand::CloseDoor) => self.devices.ask(DeviceRequest::Door(false)),
                     None => {}
                 }
-                let waits = order.is_some() && self.substate.starts_with("door refused");
-                if !waits {
+                self.is_door_refused &= order.is_some();
+                if !self.is_door_refused {
                     self.substate = format!("{}, {}", request.name(), step.name());
                 }
             }
@@ -245,7 +247,7 @@ impl Brain {
             return responder.send(&TriggerResponse { success: false, message: format!("refused: {reason}") });
         }
         self.chuck = Some((open, Instant::now(), responder));
-        self.devices.ask(Asked::Chuck(open));
+        self.devices.ask(DeviceRequest::Chuck(open));
     }
 
     pub(super) fn answer_chuck(&mut self, success: bool, message: &str) {
@@ -276,14 +278,14 @@ impl Brain {
         self.handshake.as_ref().map(Handshake::step).map_or("", Step::name)
     }
 
-    /// What has command of the cell; empty: nothing.
+    /// Holder of command of the cell; empty: none.
     pub(super) fn holder(&self, shared: &Shared) -> String {
         if let Some(run) = &self.run {
             return format!("the cell's run of {run}");
         }
-        let course = lock(&shared.course);
+        let course = lock(&shared.job_slot);
         match &*course {
-            crate::course::Course::Idle => {}
+            crate::job_slot::JobSlot::Idle => {}
             other => return other.to_string(),
         }
         self.motion.as_ref().map_or_else(String::new, |motion| motion.holder.clone())

@@ -5,19 +5,19 @@ use camwright_msgs::camwright_msgs::msg::{CellState, LoadingState};
 use camwright_ros::{Node, Publisher, Qos, RosError};
 use std::time::{Duration, Instant};
 
-/// How often it is said again though nothing has changed.
+/// Period of repeated messages without changes.
 const PERIOD: Duration = Duration::from_secs(1);
 
 /// A latched topic, and what was said on it last.
 #[derive(Debug)]
-pub(super) struct Said<M: Message> {
+pub(super) struct LastPublished<M: Message> {
     publisher: Publisher<M>,
     last: Option<(M, Instant)>,
 }
 
-impl<M: Message + PartialEq> Said<M> {
+impl<M: Message + PartialEq> LastPublished<M> {
     /// Says what is new, or what was said long ago. `plain` is the message without what changes all the time.
-    pub(super) fn say(&mut self, plain: M, whole: impl FnOnce(M) -> M) -> Result<(), RosError> {
+    pub(super) fn publish(&mut self, plain: M, whole: impl FnOnce(M) -> M) -> Result<(), RosError> {
         if self.last.as_ref().is_some_and(|(last, at)| *last == plain && at.elapsed() < PERIOD) {
             return Ok(());
         }
@@ -28,17 +28,17 @@ impl<M: Message + PartialEq> Said<M> {
 
 /// The topics of the cell.
 #[derive(Debug)]
-pub(super) struct Telling {
-    pub(super) state: Said<CellState>,
-    pub(super) loading: Said<LoadingState>,
+pub(super) struct CellPublisher {
+    pub(super) state: LastPublished<CellState>,
+    pub(super) loading: LastPublished<LoadingState>,
 }
 
-impl Telling {
+impl CellPublisher {
     pub(super) fn new(node: &Node) -> Result<Self, RosError> {
         // One only: a robot that joins late must not act on a leave of yesterday.
         let latched = Qos::latched(1);
-        let state = Said { publisher: node.publisher("~/cell_state", &latched)?, last: None };
-        let loading = Said { publisher: node.publisher("~/loading", &latched)?, last: None };
+        let state = LastPublished { publisher: node.publisher("~/cell_state", &latched)?, last: None };
+        let loading = LastPublished { publisher: node.publisher("~/loading", &latched)?, last: None };
         Ok(Self { state, loading })
     }
 }

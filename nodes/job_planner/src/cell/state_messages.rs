@@ -1,14 +1,14 @@
 //! Messages of the cell: its state, and that of the loading.
 
 use super::Shared;
-use super::controller::Brain;
+use super::controller::CellController;
 use camwright::cell::loading::Handshake;
 use camwright_msgs::builtin_interfaces::msg::Time;
 use camwright_msgs::camwright_msgs::msg::{CellState, LoadingState};
 
-impl Brain {
+impl CellController {
     /// Says what has changed.
-    pub(super) fn tell(&mut self, shared: &Shared) {
+    pub(super) fn publish(&mut self, shared: &Shared) {
         let state = self.cell_state(shared);
         let loading = self.area.is_some().then(|| self.loading_state(shared));
         let now_s = self.now_s();
@@ -16,14 +16,14 @@ impl Brain {
         let left_s = self.handshake.as_ref().map_or(Some(0.0), |handshake| handshake.timeout_left_s(now_s));
         let stamp: Time = shared.node.now();
         let at = stamp.clone();
-        let told = self.telling.state.say(state, |state| CellState {
+        let told = self.telling.state.publish(state, |state| CellState {
             stamp: at,
             time_in_state: unit.time_in_state_s(now_s),
             accumulated: unit.accumulated_s(now_s),
             ..state
         });
         let told = told.and_then(|()| match loading {
-            Some(loading) => self.telling.loading.say(loading, |loading| LoadingState {
+            Some(loading) => self.telling.loading.publish(loading, |loading| LoadingState {
                 stamp,
                 timeout_left: left_s.unwrap_or(-1.0),
                 ..loading
@@ -69,7 +69,7 @@ impl Brain {
             part_present: area.part_present,
             clear_to_enter: handshake.is_some_and(Handshake::clear_to_enter),
             robot_in_work_area: self.is_inside(),
-            robot_is_heard: self.heard(shared).is_some(),
+            robot_is_heard: self.loader_state(shared).is_some(),
             message: self.substate.clone(),
             ..LoadingState::default()
         }

@@ -11,7 +11,7 @@ pub(super) type Waiting = Arc<Mutex<Option<Responder<IdentifyStiffness>>>>;
 
 /// Client that asked for the job and gets its outcome.
 #[derive(Debug, Clone)]
-pub(super) enum Asker {
+pub(super) enum RequestOrigin {
     /// A client of `~/run_job`.
     Goal(GoalHandle<RunJob>),
     /// One of `~/identify_stiffness`.
